@@ -1,0 +1,251 @@
+//! The vocabulary of channels: what a value per frame can be, and the derived channels that `stream` computes for the rules.
+//! A log carries the raw ones; a rule file declares in `stream { … }` which raw ones it reads.
+
+use super::units::Dimension;
+
+/// What one element of a channel is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Shape {
+    /// True or false; 1.0 or 0.0 in a column.
+    Bool,
+    /// One number.
+    Scalar,
+    /// Three numbers x, y, z.
+    Vec3,
+    /// A unit quaternion w, x, y, z.
+    Rotation,
+    /// An object of the scene: its index in column form, -1.0 for none.
+    Object,
+}
+
+impl Shape {
+    /// The names of the components as they end a column name; one empty name for a value that is one column.
+    pub const fn components(self) -> &'static [&'static str] {
+        match self {
+            Self::Bool | Self::Scalar | Self::Object => &[""],
+            Self::Vec3 => &["x", "y", "z"],
+            Self::Rotation => &["w", "x", "y", "z"],
+        }
+    }
+}
+
+/// What an array runs over. The slots are fixed when a log is opened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Axis {
+    /// The fingers of a hand.
+    Fingers,
+    /// The bodies that the target of a hand may touch.
+    Contacts,
+}
+
+/// A channel: a value per frame that rules may read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ChannelSpec {
+    /// The name in rules, such as `fingers.force`, `target.velocity`, `gripper.closed`.
+    pub name: String,
+    /// Whether every hand has its own.
+    pub per_hand: bool,
+    /// Whether it is an array.
+    pub axis: Option<Axis>,
+    /// What an element is.
+    pub shape: Shape,
+    /// The dimension of an element; `NONE` for bool, rotation and object.
+    pub dimension: Dimension,
+    /// What to do when a log lacks it.
+    pub absent: Absent,
+}
+
+/// What becomes of a channel that a log lacks.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Absent {
+    /// The log is refused: the channel is needed.
+    Refused,
+    /// A constant, in SI, in every component.
+    Constant(f64),
+    /// True while the norm of another channel is above `on` until it is below `off` (both SI), element by element.
+    NormAbove {
+        /// The name of the other channel; same axis, a vec3.
+        channel: String,
+        /// Threshold to become true.
+        on: f64,
+        /// Threshold to become false again.
+        off: f64,
+    },
+    /// Derived from other channels and the scene; see [`derived`].
+    Derived,
+}
+
+/// A derived channel with its documentation.
+pub struct Derived {
+    /// The name in rules.
+    pub name: &'static str,
+    /// Whether every hand has its own.
+    pub per_hand: bool,
+    /// Whether it is an array.
+    pub axis: Option<Axis>,
+    /// What an element is.
+    pub shape: Shape,
+    /// Dimension of an element.
+    pub dimension: Dimension,
+    /// Units, frame and sign, for the reference and for hover texts.
+    pub doc: &'static str,
+}
+
+const fn hand(
+    name: &'static str,
+    shape: Shape,
+    dimension: Dimension,
+    doc: &'static str,
+) -> Derived {
+    Derived {
+        name,
+        per_hand: true,
+        axis: None,
+        shape,
+        dimension,
+        doc,
+    }
+}
+
+const fn contact(
+    name: &'static str,
+    shape: Shape,
+    dimension: Dimension,
+    doc: &'static str,
+) -> Derived {
+    Derived {
+        name,
+        per_hand: true,
+        axis: Some(Axis::Contacts),
+        shape,
+        dimension,
+        doc,
+    }
+}
+
+const fn global(
+    name: &'static str,
+    shape: Shape,
+    dimension: Dimension,
+    doc: &'static str,
+) -> Derived {
+    Derived {
+        name,
+        per_hand: false,
+        axis: None,
+        shape,
+        dimension,
+        doc,
+    }
+}
+
+/// Every derived channel. `stream` computes exactly these; the language knows their types from here.
+pub const DERIVED: &[Derived] = &[
+    hand(
+        "target",
+        Shape::Object,
+        Dimension::NONE,
+        "the object that this hand touches, else the one nearest to its fingertips; it changes only while the hand touches nothing",
+    ),
+    hand(
+        "target.position",
+        Shape::Vec3,
+        Dimension::LENGTH,
+        "origin of the target, reference frame",
+    ),
+    hand(
+        "target.rotation",
+        Shape::Rotation,
+        Dimension::NONE,
+        "rotation reference_from_target",
+    ),
+    hand(
+        "target.velocity",
+        Shape::Vec3,
+        Dimension::SPEED,
+        "velocity of the target's origin, reference frame",
+    ),
+    hand(
+        "target.angular_velocity",
+        Shape::Vec3,
+        Dimension::ANGULAR_SPEED,
+        "angular velocity of the target, reference frame",
+    ),
+    hand(
+        "target.radius",
+        Shape::Scalar,
+        Dimension::LENGTH,
+        "radius of the ball about the target's origin that holds it",
+    ),
+    hand(
+        "target.weight",
+        Shape::Scalar,
+        Dimension::FORCE,
+        "mass of the target times gravity; 0 when the mass is not known",
+    ),
+    hand(
+        "target.spin",
+        Shape::Scalar,
+        Dimension::ANGULAR_SPEED,
+        "angular velocity of the target about the axis of the socket it is in, else about the normal of the contact that carries it, else about the vertical",
+    ),
+    hand(
+        "target.depth",
+        Shape::Scalar,
+        Dimension::LENGTH,
+        "how far the target's plug point is below the rim of the socket it is in, positive inside; 0 when it is in none",
+    ),
+    hand(
+        "target.over_socket",
+        Shape::Bool,
+        Dimension::NONE,
+        "the target's plug point is near the axis of a socket, above its rim: searching for the hole",
+    ),
+    contact(
+        "contacts.force",
+        Shape::Vec3,
+        Dimension::FORCE,
+        "force of the other body on the target, reference frame",
+    ),
+    contact(
+        "contacts.normal",
+        Shape::Vec3,
+        Dimension::NONE,
+        "unit normal of the contact, from the other body to the target, reference frame; zero without contact",
+    ),
+    contact(
+        "contacts.velocity",
+        Shape::Vec3,
+        Dimension::SPEED,
+        "velocity of the other body's origin, reference frame; zero for a fixed body",
+    ),
+    contact(
+        "contacts.handled",
+        Shape::Bool,
+        Dimension::NONE,
+        "the other body is touched by the other hand",
+    ),
+    hand(
+        "load",
+        Shape::Scalar,
+        Dimension::FORCE,
+        "norm of the sum of this hand's finger forces on its target",
+    ),
+    global(
+        "closing",
+        Shape::Scalar,
+        Dimension::SPEED,
+        "speed at which the depth of one hand's target in the other's grows; negative when it is pulled out",
+    ),
+    global(
+        "targets.contact",
+        Shape::Bool,
+        Dimension::NONE,
+        "the two hands' targets touch each other; what `in_contact(left.target, right.target)` reads",
+    ),
+];
+
+/// The derived channel with this name.
+pub fn derived(name: &str) -> Option<&'static Derived> {
+    DERIVED.iter().find(|channel| channel.name == name)
+}

@@ -1,0 +1,129 @@
+//! Names of hands and fingers.
+
+use serde::{Deserialize, Serialize};
+use std::fmt;
+
+/// Which hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// The left hand.
+    Left,
+    /// The right hand.
+    Right,
+}
+
+impl Side {
+    /// Both sides, left first: the order of everything that is listed by hand.
+    pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
+
+    /// `left` or `right`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Left => "left",
+            Self::Right => "right",
+        }
+    }
+
+    /// The side with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::BOTH.into_iter().find(|side| side.name() == name)
+    }
+
+    /// The other hand.
+    #[must_use]
+    pub const fn other(self) -> Self {
+        match self {
+            Self::Left => Self::Right,
+            Self::Right => Self::Left,
+        }
+    }
+
+    /// 0 for left, 1 for right.
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+impl fmt::Display for Side {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// A slot of the array `fingers`: five fingertips, and the palm where a log measures its contact.
+///
+/// A gripper is a hand with `Thumb` and `Index`; a wrist force sensor is a hand with one finger.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Finger {
+    /// The thumb.
+    Thumb,
+    /// The index finger.
+    Index,
+    /// The middle finger.
+    Middle,
+    /// The ring finger.
+    Ring,
+    /// The little finger.
+    Little,
+    /// The palm: it counts for touching, never for grasping.
+    Palm,
+}
+
+impl Finger {
+    /// All slots in their order.
+    pub const ALL: [Self; 6] = [
+        Self::Thumb,
+        Self::Index,
+        Self::Middle,
+        Self::Ring,
+        Self::Little,
+        Self::Palm,
+    ];
+
+    /// The name in channel names and rules.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Thumb => "thumb",
+            Self::Index => "index",
+            Self::Middle => "middle",
+            Self::Ring => "ring",
+            Self::Little => "little",
+            Self::Palm => "palm",
+        }
+    }
+
+    /// The finger with this name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|finger| finger.name() == name)
+    }
+}
+
+impl fmt::Display for Finger {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Which fingers a rule picks out of an array over fingers: `touches[thumb]`, `touches[opposing]`, `fingers.position[tips]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FingerPick {
+    /// One finger: the result is no array any more. A finger that the log lacks reads as false or zero.
+    One(Finger),
+    /// Index, middle, ring and little: what opposes the thumb.
+    Opposing,
+    /// All fingertips, without the palm.
+    Tips,
+}
+
+impl FingerPick {
+    /// Whether this finger is picked.
+    pub fn picks(self, finger: Finger) -> bool {
+        match self {
+            Self::One(one) => one == finger,
+            Self::Opposing => !matches!(finger, Finger::Thumb | Finger::Palm),
+            Self::Tips => finger != Finger::Palm,
+        }
+    }
+}

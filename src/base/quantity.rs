@@ -1,0 +1,111 @@
+//! Numbers with a unit as they stand in YAML files: `120 mm`, `50 g`, `0.4`.
+
+use super::units::{Dimension, compound};
+use serde::{Deserialize, Deserializer, de::Error as _};
+
+/// A number in SI that was written with a unit of the dimension `M K S R` (exponents of metre, kilogram, second, radian).
+///
+/// Reading refuses a missing unit and one of another dimension, in the author's words.
+#[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
+pub struct Quantity<const M: i8, const K: i8, const S: i8, const R: i8>(pub f64);
+
+/// A length, m.
+pub type Length = Quantity<1, 0, 0, 0>;
+/// A mass, kg.
+pub type Mass = Quantity<0, 1, 0, 0>;
+/// A time, s.
+pub type Time = Quantity<0, 0, 1, 0>;
+/// An angle, rad.
+pub type Angle = Quantity<0, 0, 0, 1>;
+/// A speed, m/s.
+pub type Speed = Quantity<1, 0, -1, 0>;
+/// An acceleration, m/s^2.
+pub type Acceleration = Quantity<1, 0, -2, 0>;
+/// A force, N.
+pub type Force = Quantity<1, 1, -2, 0>;
+/// A frequency, Hz.
+pub type Frequency = Quantity<0, 0, -1, 0>;
+/// A stiffness, N/m.
+pub type Stiffness = Quantity<0, 1, -2, 0>;
+/// A damping, N s/m.
+pub type Damping = Quantity<0, 1, -1, 0>;
+/// A plain number.
+pub type Plain = Quantity<0, 0, 0, 0>;
+
+impl<const M: i8, const K: i8, const S: i8, const R: i8> Quantity<M, K, S, R> {
+    const DIMENSION: Dimension = Dimension::new(M, K, S, R);
+}
+
+/// Reads `12.5 mm` into SI and checks its dimension.
+///
+/// # Errors
+/// What was wrong, in one sentence that names what was found and what was wanted.
+pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
+    let text = text.trim();
+    let end = (0..=text.len())
+        .rev()
+        .find(|&end| {
+            text.get(..end)
+                .is_some_and(|head| head.trim_end().parse::<f64>().is_ok())
+        })
+        .ok_or_else(|| format!("found `{text}`, wanted a number with a unit for {wanted}"))?;
+    let (head, tail) = (text.get(..end).unwrap_or(""), text.get(end..).unwrap_or(""));
+    let number: f64 = head
+        .trim()
+        .parse()
+        .map_err(|_| format!("found `{text}`, wanted a number"))?;
+    if !number.is_finite() {
+        return Err(format!("found `{text}`, wanted a finite number"));
+    }
+    let (in_si, dimension) =
+        compound(tail).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+    if dimension != wanted {
+        return Err(format!("`{text}` is {dimension}, wanted {wanted}"));
+    }
+    Ok(number * in_si)
+}
+
+impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de>
+    for Quantity<M, K, S, R>
+{
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor<const M: i8, const K: i8, const S: i8, const R: i8>;
+        impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::de::Visitor<'_>
+            for Visitor<M, K, S, R>
+        {
+            type Value = Quantity<M, K, S, R>;
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                write!(f, "{}", Quantity::<M, K, S, R>::DIMENSION)
+            }
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
+                parse(text, Quantity::<M, K, S, R>::DIMENSION)
+                    .map(Quantity)
+                    .map_err(E::custom)
+            }
+            fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Self::Value, E> {
+                self.visit_str(&number.to_string())
+            }
+            fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Self::Value, E> {
+                self.visit_str(&number.to_string())
+            }
+            fn visit_u64<E: serde::de::Error>(self, number: u64) -> Result<Self::Value, E> {
+                self.visit_str(&number.to_string())
+            }
+        }
+        deserializer
+            .deserialize_any(Visitor)
+            .map_err(D::Error::custom)
+    }
+}
+
+impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::Serialize for Quantity<M, K, S, R> {
+    /// Written in SI with its unit, `0.12 m`, so that what is written can be read again to the same bits.
+    fn serialize<Z: serde::Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
+        let unit = Self::DIMENSION.si_unit();
+        if unit.is_empty() {
+            serializer.serialize_f64(self.0)
+        } else {
+            serializer.serialize_str(&format!("{} {unit}", self.0))
+        }
+    }
+}

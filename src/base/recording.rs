@@ -1,0 +1,41 @@
+//! A recorded demonstration as a table of named channels on one time base. `world` makes one, `stream` reads and writes them.
+
+use super::scene::Scene;
+use super::units::Dimension;
+use indexmap::IndexMap;
+
+/// A recording: one row per sample.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Recording {
+    /// Time of each row, s, strictly rising.
+    pub time: Vec<f64>,
+    /// Columns by canonical name, component included (`right.thumb.force.x`), each as long as `time`, in SI.
+    /// A value that was not measured is NaN until `stream` decides what becomes of it.
+    pub columns: IndexMap<String, Column>,
+    /// Ground truth by name (`right.label`, `both.label`), one text per row; never read by the rules.
+    pub labels: IndexMap<String, Vec<String>>,
+    /// The bodies and hands.
+    pub scene: Scene,
+    /// Named instants of the ground truth (contact made and lost, phases of the operator); never read by the rules.
+    pub events: Vec<Event>,
+}
+
+/// One column.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column {
+    /// What it measures.
+    pub dimension: Dimension,
+    /// The samples, SI.
+    pub values: Vec<f64>,
+}
+
+/// A named instant of the ground truth.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Event {
+    /// When, s.
+    pub time_s: f64,
+    /// What, a past participle: `contact_made`, `contact_lost`, `phase_started`.
+    pub kind: String,
+    /// Between whom: `right.thumb`, `right_cube`, `base`, or the name of the phase.
+    pub subjects: Vec<String>,
+}

@@ -1,0 +1,270 @@
+//! Dimensions and units. Inside the program every number is SI and `f64`; units exist at the edges only.
+
+use std::fmt;
+
+/// The physical dimension of a quantity, as exponents of metre, kilogram, second and radian.
+///
+/// The radian is a dimension of its own here, so that an angular velocity is never compared with a frequency.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Dimension {
+    /// Exponent of the metre.
+    pub metre: i8,
+    /// Exponent of the kilogram.
+    pub kilogram: i8,
+    /// Exponent of the second.
+    pub second: i8,
+    /// Exponent of the radian.
+    pub radian: i8,
+}
+
+impl Dimension {
+    /// A plain number.
+    pub const NONE: Self = Self::new(0, 0, 0, 0);
+    /// A length, m.
+    pub const LENGTH: Self = Self::new(1, 0, 0, 0);
+    /// A mass, kg.
+    pub const MASS: Self = Self::new(0, 1, 0, 0);
+    /// A time, s.
+    pub const TIME: Self = Self::new(0, 0, 1, 0);
+    /// An angle, rad.
+    pub const ANGLE: Self = Self::new(0, 0, 0, 1);
+    /// A speed, m/s.
+    pub const SPEED: Self = Self::new(1, 0, -1, 0);
+    /// An acceleration, m/s^2.
+    pub const ACCELERATION: Self = Self::new(1, 0, -2, 0);
+    /// An angular speed, rad/s.
+    pub const ANGULAR_SPEED: Self = Self::new(0, 0, -1, 1);
+    /// A force, N.
+    pub const FORCE: Self = Self::new(1, 1, -2, 0);
+    /// A frequency, Hz.
+    pub const FREQUENCY: Self = Self::new(0, 0, -1, 0);
+
+    /// The dimension with these exponents.
+    pub const fn new(metre: i8, kilogram: i8, second: i8, radian: i8) -> Self {
+        Self {
+            metre,
+            kilogram,
+            second,
+            radian,
+        }
+    }
+
+    /// The dimension of a product; `None` when an exponent leaves the range that we carry.
+    pub fn times(self, other: Self) -> Option<Self> {
+        Some(Self {
+            metre: self.metre.checked_add(other.metre)?,
+            kilogram: self.kilogram.checked_add(other.kilogram)?,
+            second: self.second.checked_add(other.second)?,
+            radian: self.radian.checked_add(other.radian)?,
+        })
+    }
+
+    /// The dimension of a quotient; `None` when an exponent leaves the range that we carry.
+    pub fn over(self, other: Self) -> Option<Self> {
+        self.times(other.to_the(-1)?)
+    }
+
+    /// The dimension of a power; `None` when an exponent leaves the range that we carry.
+    pub fn to_the(self, power: i8) -> Option<Self> {
+        Some(Self {
+            metre: self.metre.checked_mul(power)?,
+            kilogram: self.kilogram.checked_mul(power)?,
+            second: self.second.checked_mul(power)?,
+            radian: self.radian.checked_mul(power)?,
+        })
+    }
+
+    /// The field's word for this dimension, or `None` for an unusual one.
+    pub fn word(self) -> Option<&'static str> {
+        Some(match self {
+            Self::NONE => "a plain number",
+            Self::LENGTH => "a length",
+            Self::MASS => "a mass",
+            Self::TIME => "a time",
+            Self::ANGLE => "an angle",
+            Self::SPEED => "a speed",
+            Self::ACCELERATION => "an acceleration",
+            Self::ANGULAR_SPEED => "an angular speed",
+            Self::FORCE => "a force",
+            Self::FREQUENCY => "a frequency",
+            _ => return None,
+        })
+    }
+
+    /// The SI unit of this dimension, such as `m/s` or `N`; empty for a plain number.
+    pub fn si_unit(self) -> String {
+        match self {
+            Self::FORCE => return "N".into(),
+            Self::FREQUENCY => return "Hz".into(),
+            _ => {}
+        }
+        let parts = [
+            ("kg", self.kilogram),
+            ("m", self.metre),
+            ("rad", self.radian),
+            ("s", self.second),
+        ];
+        let side = |sign: i8| {
+            let words: Vec<String> = parts
+                .iter()
+                .filter(|(_, power)| power.signum() == sign)
+                .map(|(name, power)| match power.unsigned_abs() {
+                    1 => (*name).to_string(),
+                    n => format!("{name}^{n}"),
+                })
+                .collect();
+            words.join(" ")
+        };
+        match (side(1), side(-1)) {
+            (up, down) if down.is_empty() => up,
+            (up, down) => format!(
+                "{}/{}",
+                if up.is_empty() { "1" } else { &up },
+                down.replace(' ', "/")
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Dimension {
+    /// `a force (N)`, `a plain number`, `kg/m`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let unit = self.si_unit();
+        match self.word() {
+            Some(word) if unit.is_empty() => f.write_str(word),
+            Some(word) => write!(f, "{word} ({unit})"),
+            None => write!(f, "a quantity in {unit}"),
+        }
+    }
+}
+
+/// A named unit: its symbol, how many SI units it is, and its dimension.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// The symbol as it is written.
+    pub symbol: &'static str,
+    /// One of this unit in SI.
+    pub in_si: f64,
+    /// What it measures.
+    pub dimension: Dimension,
+}
+
+/// The units that may be written; their symbols are reserved names.
+pub const UNITS: &[Unit] = &[
+    Unit {
+        symbol: "m",
+        in_si: 1.0,
+        dimension: Dimension::LENGTH,
+    },
+    Unit {
+        symbol: "mm",
+        in_si: 1e-3,
+        dimension: Dimension::LENGTH,
+    },
+    Unit {
+        symbol: "cm",
+        in_si: 1e-2,
+        dimension: Dimension::LENGTH,
+    },
+    Unit {
+        symbol: "um",
+        in_si: 1e-6,
+        dimension: Dimension::LENGTH,
+    },
+    Unit {
+        symbol: "s",
+        in_si: 1.0,
+        dimension: Dimension::TIME,
+    },
+    Unit {
+        symbol: "ms",
+        in_si: 1e-3,
+        dimension: Dimension::TIME,
+    },
+    Unit {
+        symbol: "N",
+        in_si: 1.0,
+        dimension: Dimension::FORCE,
+    },
+    Unit {
+        symbol: "mN",
+        in_si: 1e-3,
+        dimension: Dimension::FORCE,
+    },
+    Unit {
+        symbol: "kg",
+        in_si: 1.0,
+        dimension: Dimension::MASS,
+    },
+    Unit {
+        symbol: "g",
+        in_si: 1e-3,
+        dimension: Dimension::MASS,
+    },
+    Unit {
+        symbol: "rad",
+        in_si: 1.0,
+        dimension: Dimension::ANGLE,
+    },
+    Unit {
+        symbol: "deg",
+        in_si: std::f64::consts::PI / 180.0,
+        dimension: Dimension::ANGLE,
+    },
+    Unit {
+        symbol: "Hz",
+        in_si: 1.0,
+        dimension: Dimension::FREQUENCY,
+    },
+    Unit {
+        symbol: "%",
+        in_si: 1e-2,
+        dimension: Dimension::NONE,
+    },
+];
+
+/// The unit with this symbol.
+pub fn unit(symbol: &str) -> Option<Unit> {
+    UNITS.iter().copied().find(|unit| unit.symbol == symbol)
+}
+
+/// Reads a compound unit such as `m`, `mm/s`, `rad/s`, `N m`, `kg/m^2` or `m/s/s`; an empty text or `1` is the plain number.
+///
+/// Returns how many SI units it is and its dimension, or the part that was not understood.
+pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
+    let mut in_si = 1.0;
+    let mut dimension = Dimension::NONE;
+    let text = text.trim();
+    if text.is_empty() || text == "-" {
+        return Ok((in_si, dimension));
+    }
+    for (place, over) in text.split('/').enumerate() {
+        for factor in over
+            .split(|c: char| c == '*' || c == '·' || c.is_whitespace())
+            .filter(|part| !part.is_empty())
+        {
+            if factor == "1" {
+                continue;
+            }
+            let (symbol, power) = match factor.split_once('^') {
+                Some((symbol, power)) => {
+                    (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?)
+                }
+                None => (factor, 1),
+            };
+            let unit = unit(symbol).ok_or_else(|| factor.to_string())?;
+            let power = if place == 0 {
+                power
+            } else {
+                power.checked_neg().ok_or_else(|| factor.to_string())?
+            };
+            in_si *= unit.in_si.powi(i32::from(power));
+            dimension = unit
+                .dimension
+                .to_the(power)
+                .and_then(|more| dimension.times(more))
+                .ok_or_else(|| factor.to_string())?;
+        }
+    }
+    Ok((in_si, dimension))
+}

@@ -1,0 +1,529 @@
+//! The checked rule set: what the language front end hands to `graph`, `engine` and `analysis`.
+//!
+//! Every name is resolved to an id, every expression has a type with its dimension, every `extend` is spliced in,
+//! every list stands in the order in which it is evaluated. All numbers are SI. There is nothing left that could fail
+//! except that a log lacks what a channel needs, or has a rate that cannot honour a duration.
+
+use crate::base::channels::{Axis, ChannelSpec, Shape};
+use crate::base::diagnostic::{Sources, Span};
+use crate::base::hands::{FingerPick, Side};
+use crate::base::units::Dimension;
+
+macro_rules! id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        pub struct $name(pub u32);
+        impl $name {
+            /// The position in the list of its kind.
+            pub const fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+
+id!(/// Position in [`Rules::params`].
+    ParamId);
+id!(/// Position in [`Rules::channels`].
+    ChannelId);
+id!(/// Position in [`Rules::signals`].
+    SignalId);
+id!(/// Position in [`Rules::latches`].
+    LatchId);
+id!(/// Position in [`Rules::primitives`].
+    PrimitiveId);
+id!(/// Position in [`Rules::tasks`].
+    TaskId);
+
+/// A checked rule set.
+#[derive(Clone, Debug, Default)]
+pub struct Rules {
+    /// The files it came from, the first one as the user named it.
+    pub sources: Sources,
+    /// Named thresholds and durations.
+    pub params: Vec<Param>,
+    /// The channels that any expression reads (raw ones declared in `stream`, derived ones), each once.
+    pub channels: Vec<ChannelSpec>,
+    /// Signals; each reads only channels and earlier signals.
+    pub signals: Vec<Signal>,
+    /// Latches; each reads signals, earlier latches and `from`.
+    pub latches: Vec<Latch>,
+    /// Primitives in order of declaration.
+    pub primitives: Vec<Primitive>,
+    /// The trees: at most one for each hand, at most one over both hands.
+    pub trees: Vec<Tree>,
+    /// Tasks by priority: the first that matches names the task.
+    pub tasks: Vec<Task>,
+    /// Relabelling rules in order.
+    pub relabels: Vec<Relabel>,
+}
+
+/// A named threshold or duration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// The name.
+    pub name: String,
+    /// The value, SI, overrides applied.
+    pub value: f64,
+    /// The dimension.
+    pub dimension: Dimension,
+    /// The declared range, SI: what `fit` may search.
+    pub range: Option<(f64, f64)>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// The type of an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Type {
+    /// What an element is.
+    pub shape: Shape,
+    /// The dimension of an element.
+    pub dimension: Dimension,
+    /// The array it runs over, if it is one, and whose.
+    pub axis: Option<(Axis, Hand)>,
+}
+
+impl Type {
+    /// A single true or false.
+    pub const BOOL: Self = Self {
+        shape: Shape::Bool,
+        dimension: Dimension::NONE,
+        axis: None,
+    };
+}
+
+/// Whose value is meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Hand {
+    /// The hand at hand: inside `for each hand`.
+    This,
+    /// A hand by name: `left.load`.
+    Named(Side),
+    /// Nobody's: a value that is not declared per hand.
+    Nobody,
+}
+
+/// A value per frame.
+#[derive(Clone, Debug)]
+pub struct Signal {
+    /// The name, without the hand.
+    pub name: String,
+    /// Whether every hand has its own.
+    pub per_hand: bool,
+    /// Its type.
+    pub ty: Type,
+    /// What it is.
+    pub expr: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// One bit of memory. After both conditions are known on a frame: cleared when `clear` holds, else set when `set` holds.
+#[derive(Clone, Debug)]
+pub struct Latch {
+    /// The name, without the hand.
+    pub name: String,
+    /// Whether every hand has its own.
+    pub per_hand: bool,
+    /// Sets it.
+    pub set: Expr,
+    /// Clears it; wins.
+    pub clear: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// An expression with its type.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// What it computes.
+    pub kind: ExprKind,
+    /// Its type.
+    pub ty: Type,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// What an expression computes. Operators map over arrays; a single value beside an array is used for every element.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// `true`, `false`.
+    Bool(bool),
+    /// A number in SI.
+    Number(f64),
+    /// A param.
+    Param(ParamId),
+    /// A channel of the log or a derived one.
+    Channel(ChannelId, Hand),
+    /// A signal.
+    Signal(SignalId, Hand),
+    /// A latch: its bit after this frame's update (in a tree), or the bit so far (in a later latch, also after its update).
+    Latch(LatchId, Hand),
+    /// `touches[thumb]`, `touches[opposing]`.
+    Pick(Box<Expr>, FingerPick),
+    /// `.x`, `.y`, `.z` as 0, 1, 2.
+    Component(Box<Expr>, u8),
+    /// `-x`.
+    Negate(Box<Expr>),
+    /// `a + b`, `a - b`, `a * b`, `a / b`; `vec3 * scalar` and `vec3 / scalar` too.
+    Arithmetic(Arithmetic, Box<Expr>, Box<Expr>),
+    /// A comparison of scalars, or `==` and `!=` of objects.
+    Compare(Comparison, Box<Expr>, Box<Expr>),
+    /// `not a`.
+    Not(Box<Expr>),
+    /// `a and b and …`, two or more.
+    And(Vec<Expr>),
+    /// `a or b or …`, two or more.
+    Or(Vec<Expr>),
+    /// `x above on until below off` when `rising`; `x below on until above off` when not. Thresholds are constant.
+    Hysteresis {
+        /// The quantity.
+        value: Box<Expr>,
+        /// Threshold to become true (strictly beyond).
+        on: Constant,
+        /// Threshold to become false again (strictly beyond).
+        off: Constant,
+        /// Whether true is above.
+        rising: bool,
+    },
+    /// `(c) for d`, `(c) within last d`, `(c) within next d`.
+    Window(Window, Box<Expr>, Constant),
+    /// `rate(x, d)`: the difference over `d`, divided by `d`; 0 until `d` has passed.
+    Rate(Box<Expr>, Constant),
+    /// `rises(c)`: true now, false on the frame before.
+    Rises(Box<Expr>),
+    /// `falls(c)`: false now, true on the frame before.
+    Falls(Box<Expr>),
+    /// A function.
+    Call(Function, Vec<Expr>),
+    /// `from(A, B, none)`: the tree's own leaf of the frame before, before settling. In a declaration per hand: of that hand's tree.
+    From {
+        /// Labels; an unsided label of a sided primitive stands for both sides.
+        labels: Vec<Label>,
+        /// Whether `none` is listed.
+        none: bool,
+    },
+}
+
+/// A constant scalar: its value now, and the params it was computed from (for `--set`, `fit` and explanations).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// The value, SI.
+    pub value: f64,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// The params that it names.
+    pub params: Vec<ParamId>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// An operation on numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Arithmetic {
+    /// Sum.
+    Add,
+    /// Difference.
+    Subtract,
+    /// Product.
+    Multiply,
+    /// Quotient; a division by zero gives an infinity or NaN, and every comparison with NaN is false.
+    Divide,
+}
+
+/// A comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterEqual,
+    /// `==`
+    Equal,
+    /// `!=`
+    NotEqual,
+}
+
+/// A window on a condition. A duration `d` is `n = round(d · rate)` samples, the current one among them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Window {
+    /// True on each of the last `n` frames; false until `n` frames have been seen.
+    For,
+    /// True on at least one of the last `n` frames.
+    WithinLast,
+    /// True on at least one of the `n` frames that begin with this one; cut at the end.
+    WithinNext,
+}
+
+/// A function of the language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Function {
+    /// `abs(x)` of a scalar.
+    Abs,
+    /// `norm(v)` of a vec3: `sqrt(x*x + y*y + z*z)`.
+    Norm,
+    /// `dot(a, b)`: `ax*bx + ay*by + az*bz`.
+    Dot,
+    /// `tangential(v, n)`: `v - n * dot(v, n)`.
+    Tangential,
+    /// `sum(array)` of scalars or vec3, from the first slot to the last; zero for an empty array.
+    Sum,
+    /// `mean(array)`: the sum divided by the number of slots; zero for an empty array.
+    Mean,
+    /// `min(array)` of scalars, or `min(a, b)`; +infinity for an empty array.
+    Min,
+    /// `max(array)` of scalars, or `max(a, b)`; -infinity for an empty array.
+    Max,
+    /// `count(array)` of bools: how many are true.
+    Count,
+    /// `any(array)` of bools.
+    Any,
+    /// `all(array)` of bools.
+    All,
+    /// `squeeze_of(left.fingers, right.fingers)`: `(sum of norms - norm of sum) / 2` over the finger forces of both hands;
+    /// its two arguments are the channels `fingers.force` of the hands.
+    SqueezeOf,
+}
+
+/// A primitive motion.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Primitive {
+    /// The name.
+    pub name: String,
+    /// Whether it is sided: `MainGrasp(side)`.
+    pub sided: bool,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A primitive with its side. In a leaf the side is given exactly when the primitive is sided; in a pattern it may be left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Label {
+    /// The primitive.
+    pub primitive: PrimitiveId,
+    /// The side of a sided primitive.
+    pub side: Option<Side>,
+}
+
+impl Label {
+    /// Whether this pattern stands for `label`.
+    pub fn covers(self, label: Self) -> bool {
+        self.primitive == label.primitive && (self.side.is_none() || self.side == label.side)
+    }
+}
+
+/// An ordered, guarded decision tree.
+#[derive(Clone, Debug)]
+pub struct Tree {
+    /// The name.
+    pub name: String,
+    /// Whom it labels.
+    pub scope: TreeScope,
+    /// How long a leaf must last.
+    pub settle: Option<Constant>,
+    /// Its choices.
+    pub root: Branch,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// Whom a tree labels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TreeScope {
+    /// `for each hand`.
+    EachHand,
+    /// `for left, right`.
+    BothHands,
+}
+
+/// Choices; the first whose condition holds is taken, for good. They are exhaustive: the last one is `else`, or it was proved.
+#[derive(Clone, Debug)]
+pub struct Branch {
+    /// The choices in order, extensions spliced in.
+    pub choices: Vec<Choice>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// One choice.
+#[derive(Clone, Debug)]
+pub struct Choice {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// Its condition; `None` for `else`.
+    pub condition: Option<Expr>,
+    /// What follows.
+    pub then: Then,
+    /// Where it stands; its file tells which extension brought it.
+    pub span: Span,
+}
+
+/// What a choice leads to.
+#[derive(Clone, Debug)]
+pub enum Then {
+    /// A leaf: this primitive.
+    Primitive(Label),
+    /// A leaf: the primitive of the frame before goes on. Never reachable from `none`.
+    Stay,
+    /// A leaf of a tree over both hands: no coordination, each hand's own tree counts.
+    Separate,
+    /// More choices.
+    Branch(Branch),
+}
+
+/// A task: a span of segments from `first` to `last` that has the keys.
+#[derive(Clone, Debug)]
+pub struct Task {
+    /// The name.
+    pub name: String,
+    /// The primitive that opens the span.
+    pub first: Label,
+    /// The primitive that closes it.
+    pub last: Label,
+    /// Keys: any of them, or all of them.
+    pub keys: Vec<Key>,
+    /// Whether all keys are needed (`and`) rather than any (`or`).
+    pub all_keys: bool,
+    /// Primitives that must not occur.
+    pub without: Vec<Label>,
+    /// Whether a new touch after `last` without a `first` between goes on with the same task.
+    pub joined: bool,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A key primitive of a task with what it must have reached.
+#[derive(Clone, Debug)]
+pub struct Key {
+    /// The primitive.
+    pub label: Label,
+    /// `lasting 150 ms`: a segment at least that long.
+    pub lasting: Option<Constant>,
+    /// `travelling 20 mm`: the target got at least that far from where it was when the segment began.
+    pub travelling: Option<Constant>,
+    /// `turning 10 deg`: the target turned by at least that angle within the segments of this primitive.
+    pub turning: Option<Constant>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A relabelling rule.
+#[derive(Clone, Debug)]
+pub struct Relabel {
+    /// The task it is for; `None` runs before recognition.
+    pub task: Option<TaskId>,
+    /// What it does.
+    pub kind: RelabelKind,
+    /// The rule as its author wrote it, blanks folded: the trail (`by`) of a rewritten segment.
+    pub text: String,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// Alternatives `(P or Q)`.
+pub type Labels = Vec<Label>;
+
+/// What a relabelling rule does. The time of rewritten segments belongs to the surviving label.
+#[derive(Clone, Debug)]
+pub enum RelabelKind {
+    /// `X [shorter than d] between A and B becomes C`; with `run`, X is `(P or Q)+`: one or more neighbours.
+    Between {
+        /// X.
+        what: Labels,
+        /// Whether X is a run.
+        run: bool,
+        /// Only when all of X together is shorter than this.
+        shorter: Option<Constant>,
+        /// A and B.
+        between: (Labels, Labels),
+        /// C.
+        becomes: Label,
+    },
+    /// `X between A and B in one hand and between C and D in the other becomes E`: looks at both hands' tracks at the same interval.
+    BetweenInHands {
+        /// X.
+        what: Labels,
+        /// Whether X is a run.
+        run: bool,
+        /// Only when all of X together is shorter than this.
+        shorter: Option<Constant>,
+        /// A and B in one hand.
+        one: (Labels, Labels),
+        /// C and D in the other.
+        other: (Labels, Labels),
+        /// E, in both hands.
+        becomes: Label,
+    },
+    /// `X, Y become Z`.
+    Become {
+        /// X, Y.
+        what: Labels,
+        /// Z.
+        becomes: Label,
+    },
+    /// `sequence A, (B or C)*, D becomes E`.
+    Sequence {
+        /// The elements.
+        elements: Vec<(Labels, Repeat)>,
+        /// E.
+        becomes: Label,
+    },
+    /// `X in both without K, L becomes separate`: an interval of coordination with label X, in a stretch of coordination without K and L,
+    /// is given back to the hands' own trees.
+    Separate {
+        /// X.
+        what: Label,
+        /// K, L.
+        without: Labels,
+    },
+}
+
+/// How often an element of a sequence stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Repeat {
+    /// Once.
+    Once,
+    /// Any number of times, also none: `*`.
+    Any,
+    /// Once or more: `+`.
+    Some,
+}
+
+impl Rules {
+    /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
+    pub fn label_name(&self, label: Label) -> String {
+        let name = self
+            .primitives
+            .get(label.primitive.index())
+            .map_or("?", |primitive| primitive.name.as_str());
+        match label.side {
+            Some(side) => format!("{name}({side})"),
+            None => name.to_string(),
+        }
+    }
+
+    /// The primitive with this name.
+    pub fn primitive(&self, name: &str) -> Option<PrimitiveId> {
+        let at = self
+            .primitives
+            .iter()
+            .position(|primitive| primitive.name == name)?;
+        u32::try_from(at).ok().map(PrimitiveId)
+    }
+
+    /// The param with this name.
+    pub fn param(&self, name: &str) -> Option<&Param> {
+        self.params.iter().find(|param| param.name == name)
+    }
+
+    /// The tree with this scope.
+    pub fn tree(&self, scope: TreeScope) -> Option<&Tree> {
+        self.trees.iter().find(|tree| tree.scope == scope)
+    }
+}

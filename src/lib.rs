@@ -1,0 +1,12 @@
+//! teachtree: a declarative rule language that turns a recorded demonstration into a robot program.
+//!
+//! ```text
+//! scene + operator ──▶ world ──▶ recording ──▶ stream ──▶ engine ──▶ analysis ──▶ report
+//!                                                           ▲
+//!                                    rules ──▶ language ──▶ graph
+//! ```
+
+pub mod base;
+pub mod engine;
+pub mod language;
+pub mod stream;

@@ -1,0 +1,102 @@
+//! Frames: what the rules read, in columns on an even time base.
+
+use crate::base::channels::ChannelSpec;
+use crate::base::hands::{Finger, Side};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// Which slots the arrays have; fixed when a log is opened.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layout {
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// The hands of the log, left first.
+    pub hands: Vec<HandLayout>,
+}
+
+/// The slots of one hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandLayout {
+    /// Which hand.
+    pub side: Side,
+    /// The slots of `fingers`.
+    pub fingers: Vec<Finger>,
+    /// The slots of `contacts`: the bodies that the target may touch.
+    pub contacts: Vec<String>,
+}
+
+impl Layout {
+    /// The layout of a hand, if the log has it.
+    pub fn hand(&self, side: Side) -> Option<&HandLayout> {
+        self.hands.iter().find(|hand| hand.side == side)
+    }
+}
+
+/// Which column: a component of a slot of a channel of a hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ColumnKey {
+    /// Position of the channel in the list that the frames were made for (`Rules::channels`).
+    pub channel: u32,
+    /// The hand, for a channel per hand.
+    pub side: Option<Side>,
+    /// The slot of an array, else 0.
+    pub slot: u32,
+    /// The component, else 0.
+    pub component: u32,
+}
+
+/// A whole log as the rules see it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Frames {
+    /// The slots.
+    pub layout: Layout,
+    /// The channels, in the order that `ColumnKey::channel` counts.
+    pub channels: Vec<ChannelSpec>,
+    /// The columns, each with `len` values, SI; bools are 0.0 and 1.0, objects their index in `objects` or -1.0. No NaN inside a stretch.
+    pub columns: BTreeMap<ColumnKey, Vec<f64>>,
+    /// Number of frames.
+    pub len: usize,
+    /// Start time of each frame, s. Within a stretch the step is `1 / rate_hz`.
+    pub time: Vec<f64>,
+    /// Gap-free stretches of frames, in order; everything restarts at the beginning of each.
+    pub stretches: Vec<Range<usize>>,
+    /// Names of the objects that `target` may be.
+    pub objects: Vec<String>,
+    /// What was found wrong with the log and how it was treated.
+    pub issues: Vec<Issue>,
+}
+
+impl Frames {
+    /// A column by its key.
+    pub fn column(&self, key: ColumnKey) -> Option<&[f64]> {
+        self.columns.get(&key).map(Vec::as_slice)
+    }
+
+    /// The position of a channel by name.
+    pub fn channel(&self, name: &str) -> Option<u32> {
+        self.channels
+            .iter()
+            .position(|channel| channel.name == name)
+            .and_then(|at| u32::try_from(at).ok())
+    }
+
+    /// When a frame ends, s.
+    pub fn end_of(&self, frame: usize) -> f64 {
+        self.time.get(frame).copied().unwrap_or_default() + 1.0 / self.layout.rate_hz
+    }
+}
+
+/// An interval in which the log could not be trusted.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Issue {
+    /// The policy's name: `gap`, `stuck_sensor`, `not_a_number`, `duplicate_stamp`, `truncated`, …
+    pub kind: String,
+    /// Start, s.
+    pub start_s: f64,
+    /// End, s.
+    pub end_s: f64,
+    /// The channel, or empty for all.
+    pub channel: String,
+    /// What was found and what was done.
+    pub message: String,
+}

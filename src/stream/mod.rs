@@ -1,0 +1,3 @@
+//! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
+
+pub mod frames;
