@@ -91,52 +91,16 @@ pub struct Derived {
     pub doc: &'static str,
 }
 
-const fn hand(
-    name: &'static str,
-    shape: Shape,
-    dimension: Dimension,
-    doc: &'static str,
-) -> Derived {
-    Derived {
-        name,
-        per_hand: true,
-        axis: None,
-        shape,
-        dimension,
-        doc,
-    }
+const fn hand(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
+    Derived { name, per_hand: true, axis: None, shape, dimension, doc }
 }
 
-const fn contact(
-    name: &'static str,
-    shape: Shape,
-    dimension: Dimension,
-    doc: &'static str,
-) -> Derived {
-    Derived {
-        name,
-        per_hand: true,
-        axis: Some(Axis::Contacts),
-        shape,
-        dimension,
-        doc,
-    }
+const fn contact(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
+    Derived { name, per_hand: true, axis: Some(Axis::Contacts), shape, dimension, doc }
 }
 
-const fn global(
-    name: &'static str,
-    shape: Shape,
-    dimension: Dimension,
-    doc: &'static str,
-) -> Derived {
-    Derived {
-        name,
-        per_hand: false,
-        axis: None,
-        shape,
-        dimension,
-        doc,
-    }
+const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
+    Derived { name, per_hand: false, axis: None, shape, dimension, doc }
 }
 
 /// Every derived channel. `stream` computes exactly these; the language knows their types from here.
@@ -147,24 +111,9 @@ pub const DERIVED: &[Derived] = &[
         Dimension::NONE,
         "the object that this hand touches, else the one nearest to its fingertips; it changes only while the hand touches nothing",
     ),
-    hand(
-        "target.position",
-        Shape::Vec3,
-        Dimension::LENGTH,
-        "origin of the target, reference frame",
-    ),
-    hand(
-        "target.rotation",
-        Shape::Rotation,
-        Dimension::NONE,
-        "rotation reference_from_target",
-    ),
-    hand(
-        "target.velocity",
-        Shape::Vec3,
-        Dimension::SPEED,
-        "velocity of the target's origin, reference frame",
-    ),
+    hand("target.position", Shape::Vec3, Dimension::LENGTH, "origin of the target, reference frame"),
+    hand("target.rotation", Shape::Rotation, Dimension::NONE, "rotation reference_from_target"),
+    hand("target.velocity", Shape::Vec3, Dimension::SPEED, "velocity of the target's origin, reference frame"),
     hand(
         "target.angular_velocity",
         Shape::Vec3,
@@ -201,12 +150,7 @@ pub const DERIVED: &[Derived] = &[
         Dimension::NONE,
         "the target's plug point is near the axis of a socket, above its rim: searching for the hole",
     ),
-    contact(
-        "contacts.force",
-        Shape::Vec3,
-        Dimension::FORCE,
-        "force of the other body on the target, reference frame",
-    ),
+    contact("contacts.force", Shape::Vec3, Dimension::FORCE, "force of the other body on the target, reference frame"),
     contact(
         "contacts.normal",
         Shape::Vec3,
@@ -219,18 +163,8 @@ pub const DERIVED: &[Derived] = &[
         Dimension::SPEED,
         "velocity of the other body's origin, reference frame; zero for a fixed body",
     ),
-    contact(
-        "contacts.handled",
-        Shape::Bool,
-        Dimension::NONE,
-        "the other body is touched by the other hand",
-    ),
-    hand(
-        "load",
-        Shape::Scalar,
-        Dimension::FORCE,
-        "norm of the sum of this hand's finger forces on its target",
-    ),
+    contact("contacts.handled", Shape::Bool, Dimension::NONE, "the other body is touched by the other hand"),
+    hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
     global(
         "closing",
         Shape::Scalar,

@@ -41,10 +41,7 @@ impl Sources {
         let Some(source) = self.files.get(span.file as usize) else {
             return String::new();
         };
-        let head = source
-            .text
-            .get(..span.start as usize)
-            .unwrap_or(&source.text);
+        let head = source.text.get(..span.start as usize).unwrap_or(&source.text);
         let line = head.matches('\n').count() + 1;
         let column = head.rsplit('\n').next().unwrap_or("").chars().count() + 1;
         format!("{}:{line}:{column}", source.name)

@@ -16,11 +16,7 @@ pub struct InputError {
 impl InputError {
     /// An error at a place.
     pub fn new(place: impl Into<String>, message: impl Into<String>) -> Self {
-        Self {
-            place: place.into(),
-            message: message.into(),
-            help: None,
-        }
+        Self { place: place.into(), message: message.into(), help: None }
     }
 
     /// The same with advice.

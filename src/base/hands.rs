@@ -73,14 +73,7 @@ pub enum Finger {
 
 impl Finger {
     /// All slots in their order.
-    pub const ALL: [Self; 6] = [
-        Self::Thumb,
-        Self::Index,
-        Self::Middle,
-        Self::Ring,
-        Self::Little,
-        Self::Palm,
-    ];
+    pub const ALL: [Self; 6] = [Self::Thumb, Self::Index, Self::Middle, Self::Ring, Self::Little, Self::Palm];
 
     /// The name in channel names and rules.
     pub const fn name(self) -> &'static str {

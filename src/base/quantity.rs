@@ -44,43 +44,30 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     let text = text.trim();
     let end = (0..=text.len())
         .rev()
-        .find(|&end| {
-            text.get(..end)
-                .is_some_and(|head| head.trim_end().parse::<f64>().is_ok())
-        })
+        .find(|&end| text.get(..end).is_some_and(|head| head.trim_end().parse::<f64>().is_ok()))
         .ok_or_else(|| format!("found `{text}`, wanted a number with a unit for {wanted}"))?;
     let (head, tail) = (text.get(..end).unwrap_or(""), text.get(end..).unwrap_or(""));
-    let number: f64 = head
-        .trim()
-        .parse()
-        .map_err(|_| format!("found `{text}`, wanted a number"))?;
+    let number: f64 = head.trim().parse().map_err(|_| format!("found `{text}`, wanted a number"))?;
     if !number.is_finite() {
         return Err(format!("found `{text}`, wanted a finite number"));
     }
-    let (in_si, dimension) =
-        compound(tail).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+    let (in_si, dimension) = compound(tail).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
     if dimension != wanted {
         return Err(format!("`{text}` is {dimension}, wanted {wanted}"));
     }
     Ok(number * in_si)
 }
 
-impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de>
-    for Quantity<M, K, S, R>
-{
+impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> for Quantity<M, K, S, R> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor<const M: i8, const K: i8, const S: i8, const R: i8>;
-        impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::de::Visitor<'_>
-            for Visitor<M, K, S, R>
-        {
+        impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::de::Visitor<'_> for Visitor<M, K, S, R> {
             type Value = Quantity<M, K, S, R>;
             fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 write!(f, "{}", Quantity::<M, K, S, R>::DIMENSION)
             }
             fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Self::Value, E> {
-                parse(text, Quantity::<M, K, S, R>::DIMENSION)
-                    .map(Quantity)
-                    .map_err(E::custom)
+                parse(text, Quantity::<M, K, S, R>::DIMENSION).map(Quantity).map_err(E::custom)
             }
             fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Self::Value, E> {
                 self.visit_str(&number.to_string())
@@ -92,9 +79,7 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de>
                 self.visit_str(&number.to_string())
             }
         }
-        deserializer
-            .deserialize_any(Visitor)
-            .map_err(D::Error::custom)
+        deserializer.deserialize_any(Visitor).map_err(D::Error::custom)
     }
 }
 

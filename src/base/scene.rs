@@ -132,11 +132,7 @@ pub struct Hand {
 
 fn standard_gravity() -> [Acceleration; 3] {
     let [x, y, z] = [0.0, 0.0, -9.81];
-    [
-        super::quantity::Quantity(x),
-        super::quantity::Quantity(y),
-        super::quantity::Quantity(z),
-    ]
+    [super::quantity::Quantity(x), super::quantity::Quantity(y), super::quantity::Quantity(z)]
 }
 
 const fn paper_friction() -> f64 {

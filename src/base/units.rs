@@ -41,12 +41,7 @@ impl Dimension {
 
     /// The dimension with these exponents.
     pub const fn new(metre: i8, kilogram: i8, second: i8, radian: i8) -> Self {
-        Self {
-            metre,
-            kilogram,
-            second,
-            radian,
-        }
+        Self { metre, kilogram, second, radian }
     }
 
     /// The dimension of a product; `None` when an exponent leaves the range that we carry.
@@ -98,12 +93,7 @@ impl Dimension {
             Self::FREQUENCY => return "Hz".into(),
             _ => {}
         }
-        let parts = [
-            ("kg", self.kilogram),
-            ("m", self.metre),
-            ("rad", self.radian),
-            ("s", self.second),
-        ];
+        let parts = [("kg", self.kilogram), ("m", self.metre), ("rad", self.radian), ("s", self.second)];
         let side = |sign: i8| {
             let words: Vec<String> = parts
                 .iter()
@@ -117,11 +107,7 @@ impl Dimension {
         };
         match (side(1), side(-1)) {
             (up, down) if down.is_empty() => up,
-            (up, down) => format!(
-                "{}/{}",
-                if up.is_empty() { "1" } else { &up },
-                down.replace(' ', "/")
-            ),
+            (up, down) => format!("{}/{}", if up.is_empty() { "1" } else { &up }, down.replace(' ', "/")),
         }
     }
 }
@@ -151,76 +137,20 @@ pub struct Unit {
 
 /// The units that may be written; their symbols are reserved names.
 pub const UNITS: &[Unit] = &[
-    Unit {
-        symbol: "m",
-        in_si: 1.0,
-        dimension: Dimension::LENGTH,
-    },
-    Unit {
-        symbol: "mm",
-        in_si: 1e-3,
-        dimension: Dimension::LENGTH,
-    },
-    Unit {
-        symbol: "cm",
-        in_si: 1e-2,
-        dimension: Dimension::LENGTH,
-    },
-    Unit {
-        symbol: "um",
-        in_si: 1e-6,
-        dimension: Dimension::LENGTH,
-    },
-    Unit {
-        symbol: "s",
-        in_si: 1.0,
-        dimension: Dimension::TIME,
-    },
-    Unit {
-        symbol: "ms",
-        in_si: 1e-3,
-        dimension: Dimension::TIME,
-    },
-    Unit {
-        symbol: "N",
-        in_si: 1.0,
-        dimension: Dimension::FORCE,
-    },
-    Unit {
-        symbol: "mN",
-        in_si: 1e-3,
-        dimension: Dimension::FORCE,
-    },
-    Unit {
-        symbol: "kg",
-        in_si: 1.0,
-        dimension: Dimension::MASS,
-    },
-    Unit {
-        symbol: "g",
-        in_si: 1e-3,
-        dimension: Dimension::MASS,
-    },
-    Unit {
-        symbol: "rad",
-        in_si: 1.0,
-        dimension: Dimension::ANGLE,
-    },
-    Unit {
-        symbol: "deg",
-        in_si: std::f64::consts::PI / 180.0,
-        dimension: Dimension::ANGLE,
-    },
-    Unit {
-        symbol: "Hz",
-        in_si: 1.0,
-        dimension: Dimension::FREQUENCY,
-    },
-    Unit {
-        symbol: "%",
-        in_si: 1e-2,
-        dimension: Dimension::NONE,
-    },
+    Unit { symbol: "m", in_si: 1.0, dimension: Dimension::LENGTH },
+    Unit { symbol: "mm", in_si: 1e-3, dimension: Dimension::LENGTH },
+    Unit { symbol: "cm", in_si: 1e-2, dimension: Dimension::LENGTH },
+    Unit { symbol: "um", in_si: 1e-6, dimension: Dimension::LENGTH },
+    Unit { symbol: "s", in_si: 1.0, dimension: Dimension::TIME },
+    Unit { symbol: "ms", in_si: 1e-3, dimension: Dimension::TIME },
+    Unit { symbol: "N", in_si: 1.0, dimension: Dimension::FORCE },
+    Unit { symbol: "mN", in_si: 1e-3, dimension: Dimension::FORCE },
+    Unit { symbol: "kg", in_si: 1.0, dimension: Dimension::MASS },
+    Unit { symbol: "g", in_si: 1e-3, dimension: Dimension::MASS },
+    Unit { symbol: "rad", in_si: 1.0, dimension: Dimension::ANGLE },
+    Unit { symbol: "deg", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
+    Unit { symbol: "Hz", in_si: 1.0, dimension: Dimension::FREQUENCY },
+    Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 
 /// The unit with this symbol.
@@ -239,25 +169,16 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
         return Ok((in_si, dimension));
     }
     for (place, over) in text.split('/').enumerate() {
-        for factor in over
-            .split(|c: char| c == '*' || c == '·' || c.is_whitespace())
-            .filter(|part| !part.is_empty())
-        {
+        for factor in over.split(|c: char| c == '*' || c == '·' || c.is_whitespace()).filter(|part| !part.is_empty()) {
             if factor == "1" {
                 continue;
             }
             let (symbol, power) = match factor.split_once('^') {
-                Some((symbol, power)) => {
-                    (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?)
-                }
+                Some((symbol, power)) => (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?),
                 None => (factor, 1),
             };
             let unit = unit(symbol).ok_or_else(|| factor.to_string())?;
-            let power = if place == 0 {
-                power
-            } else {
-                power.checked_neg().ok_or_else(|| factor.to_string())?
-            };
+            let power = if place == 0 { power } else { power.checked_neg().ok_or_else(|| factor.to_string())? };
             in_si *= unit.in_si.powi(i32::from(power));
             dimension = unit
                 .dimension

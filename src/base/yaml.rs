@@ -12,13 +12,7 @@ pub const MAX_BYTES: usize = 1 << 20;
 /// What the text lacks, at `file:line:column`.
 pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError> {
     if text.len() > MAX_BYTES {
-        return Err(InputError::new(
-            file,
-            format!(
-                "the file has {} bytes, at most {MAX_BYTES} are read",
-                text.len()
-            ),
-        ));
+        return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
     serde_yaml::from_str(text).map_err(|error| {
         let place = match error.location() {
@@ -27,11 +21,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         };
         let message = error.to_string();
         // The crate appends the place that we already give.
-        let message = message
-            .split(" at line ")
-            .next()
-            .unwrap_or(&message)
-            .to_string();
+        let message = message.split(" at line ").next().unwrap_or(&message).to_string();
         InputError::new(place, message)
     })
 }

@@ -49,9 +49,7 @@ pub fn cover(own: &[Run], both: &[Run]) -> Vec<Run> {
                 coordination.next();
             }
             let (end, label) = match coordination.peek() {
-                Some(over) if over.start <= start => {
-                    (over.end.min(run.end), over.label.or(run.label))
-                }
+                Some(over) if over.start <= start => (over.end.min(run.end), over.label.or(run.label)),
                 Some(over) => (over.start.min(run.end), run.label),
                 None => (run.end, run.label),
             };
@@ -76,11 +74,7 @@ pub struct Settler {
 impl Settler {
     /// A filter that lets a leaf settle after `frames` frames; 0 and 1 let everything through.
     pub fn new(frames: usize) -> Self {
-        Self {
-            frames,
-            settled: None,
-            pending_since: None,
-        }
+        Self { frames, settled: None, pending_since: None }
     }
 
     /// Takes the next run of leaves (neighbouring runs may have equal labels) and returns the settled run that it closes, if it closes one.
@@ -99,14 +93,8 @@ impl Settler {
             return None;
         }
         self.pending_since = None;
-        let closed = Run {
-            end: since,
-            ..*settled
-        };
-        *settled = Run {
-            start: since,
-            ..leaf
-        };
+        let closed = Run { end: since, ..*settled };
+        *settled = Run { start: since, ..leaf };
         Some(closed)
     }
 
@@ -119,10 +107,7 @@ impl Settler {
 /// Settles a whole stretch of leaves.
 pub fn settle(leaves: &[Run], frames: usize) -> Vec<Run> {
     let mut settler = Settler::new(frames);
-    let mut settled: Vec<Run> = leaves
-        .iter()
-        .filter_map(|leaf| settler.push(*leaf))
-        .collect();
+    let mut settled: Vec<Run> = leaves.iter().filter_map(|leaf| settler.push(*leaf)).collect();
     settled.extend(leaves.last().and_then(|last| settler.finish(last.end)));
     settled
 }

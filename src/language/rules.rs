@@ -87,11 +87,7 @@ pub struct Type {
 
 impl Type {
     /// A single true or false.
-    pub const BOOL: Self = Self {
-        shape: Shape::Bool,
-        dimension: Dimension::NONE,
-        axis: None,
-    };
+    pub const BOOL: Self = Self { shape: Shape::Bool, dimension: Dimension::NONE, axis: None };
 }
 
 /// Whose value is meant.
@@ -498,10 +494,7 @@ pub enum Repeat {
 impl Rules {
     /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
     pub fn label_name(&self, label: Label) -> String {
-        let name = self
-            .primitives
-            .get(label.primitive.index())
-            .map_or("?", |primitive| primitive.name.as_str());
+        let name = self.primitives.get(label.primitive.index()).map_or("?", |primitive| primitive.name.as_str());
         match label.side {
             Some(side) => format!("{name}({side})"),
             None => name.to_string(),
@@ -510,10 +503,7 @@ impl Rules {
 
     /// The primitive with this name.
     pub fn primitive(&self, name: &str) -> Option<PrimitiveId> {
-        let at = self
-            .primitives
-            .iter()
-            .position(|primitive| primitive.name == name)?;
+        let at = self.primitives.iter().position(|primitive| primitive.name == name)?;
         u32::try_from(at).ok().map(PrimitiveId)
     }
 

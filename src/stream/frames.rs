@@ -74,10 +74,7 @@ impl Frames {
 
     /// The position of a channel by name.
     pub fn channel(&self, name: &str) -> Option<u32> {
-        self.channels
-            .iter()
-            .position(|channel| channel.name == name)
-            .and_then(|at| u32::try_from(at).ok())
+        self.channels.iter().position(|channel| channel.name == name).and_then(|at| u32::try_from(at).ok())
     }
 
     /// When a frame ends, s.

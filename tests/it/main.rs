@@ -1,1 +1,10 @@
-//! it
+//! One test binary: each module is a floor seen from outside.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
+#![allow(missing_docs, reason = "tests are read, not linked")]
+
+mod analysis;
+mod engine;
+mod language;
+mod stream;
+#[cfg(feature = "world")]
+mod world;
