@@ -8,5 +8,6 @@
 
 pub mod base;
 pub mod engine;
+pub mod graph;
 pub mod language;
 pub mod stream;
