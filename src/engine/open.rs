@@ -1,14 +1,18 @@
 //! Opening: the graph and the slots of a log in, the plan out. The only thing that can be wrong here is the log: its rate may not honour
 //! a duration.
 
+mod functions;
+mod memory;
+mod operators;
+
 use super::plan::{BitId, Condition, Memory, MemoryId, Number, NumberId, OpenTest, OpenTree, Plan, Step};
 use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::graph::{Exact, Graph, Op, Tree, ValueId};
-use crate::language::rules::{Arithmetic, Comparison, Function, Hand, LatchId, TreeScope, Window};
+use crate::language::rules::{Function, Hand, LatchId, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::hash::Hash;
 use std::rc::Rc;
 
@@ -226,109 +230,6 @@ impl<'a> Opening<'a> {
         frames(duration.get(), self.plan.layout.rate_hz)
     }
 
-    /// The condition that restarts whatever reads the targets that this value reads, at the given delay.
-    fn restart(&mut self, value: ValueId, this: Option<Side>, delay: u32) -> Option<BitId> {
-        let targets = self.targets(&[value], this);
-        self.restart_on(&targets, delay)
-    }
-
-    /// What comes out of a delay before the first frame is nothing, so an operator with memory behind one restarts on that frame too.
-    fn restart_on(&mut self, targets: &BTreeSet<Side>, delay: u32) -> Option<BitId> {
-        let mut restarts = Vec::new();
-        if delay > 0 {
-            let first = self.bit(Condition::First, 0);
-            restarts.push(self.late_bit(first, delay));
-        }
-        let channel = self.graph.channels.iter().position(|channel| channel.name == "target");
-        if let Some(channel) = channel.and_then(|at| u32::try_from(at).ok()) {
-            let sides: Vec<Side> = targets.iter().copied().filter(|side| self.present(Some(*side))).collect();
-            for side in sides {
-                let input = self.input(ColumnKey { channel, side: Some(side), slot: 0, component: 0 });
-                let change = self.bit(Condition::Changes(input), 0);
-                restarts.push(self.late_bit(change, delay));
-            }
-        }
-        match restarts.as_slice() {
-            [] => None,
-            [one] => Some(*one),
-            _ => Some(self.bit(Condition::Or(restarts), delay)),
-        }
-    }
-
-    /// The hands whose targets these values read, also through latches.
-    fn targets(&self, values: &[ValueId], this: Option<Side>) -> BTreeSet<Side> {
-        let mut targets = BTreeSet::new();
-        let mut open: Vec<(ValueId, Option<Side>)> = values.iter().map(|value| (*value, this)).collect();
-        let mut seen = BTreeSet::new();
-        while let Some((id, this)) = open.pop() {
-            if !seen.insert((id, this)) {
-                continue;
-            }
-            let value = self.graph.value(id);
-            match &value.op {
-                Op::Channel(channel, hand) => {
-                    let name = self.graph.channels[channel.index()].name.as_str();
-                    targets.extend(crate::base::channels::reads_target(name, Self::side(*hand, this)));
-                }
-                Op::Latch(latch, hand) => {
-                    let latch = &self.graph.latches[latch.index()];
-                    let this = Self::side(*hand, this);
-                    open.extend([(latch.set, this), (latch.clear, this)]);
-                }
-                _ => open.extend(value.args.iter().map(|arg| (*arg, this))),
-            }
-        }
-        targets
-    }
-
-    /// A latch of a hand. Latches stand in order, so this is never deep.
-    fn latch(&mut self, id: LatchId, side: Option<Side>) -> Result<Item, InputError> {
-        if let Some(item) = self.latches.get(&(id, side)) {
-            return Ok(*item);
-        }
-        let latch = &self.graph.latches[id.index()];
-        let (set_value, clear_value) = (latch.set, latch.clear);
-        let item = if self.present(side) {
-            let set = self.value(set_value, side)?.single();
-            let clear = self.value(clear_value, side)?.single();
-            let targets = self.targets(&[set_value, clear_value], side);
-            match (set, clear) {
-                (Item::Bit(set), Item::Bit(clear)) => {
-                    let (both, delay) = self.bits_together(&[set, clear]);
-                    let kept = self.bit(Condition::Not(both[1]), delay);
-                    let set = self.bit(Condition::And(vec![both[0], kept]), delay);
-                    Item::Bit(self.flip_flop(set, kept, &targets, delay))
-                }
-                _ => {
-                    let (set, clear) = (self.memory_of(set), self.memory_of(clear));
-                    let restart = self.restart_memory(&targets);
-                    Item::Memory(self.memory(Memory::Latch { set, clear, restart }))
-                }
-            }
-        } else {
-            Item::Bit(self.bit(Condition::Constant(false), 0))
-        };
-        self.latches.insert((id, side), item);
-        Ok(item)
-    }
-
-    fn restart_memory(&mut self, targets: &BTreeSet<Side>) -> Option<MemoryId> {
-        let restart = self.restart_on(targets, 0)?;
-        Some(self.memory_of(Item::Bit(restart)))
-    }
-
-    /// A flip-flop that forgets when a target changes: on such a frame nothing is kept.
-    fn flip_flop(&mut self, set: BitId, keep: BitId, targets: &BTreeSet<Side>, delay: u32) -> BitId {
-        let keep = match self.restart_on(targets, delay) {
-            Some(restart) => {
-                let steady = self.bit(Condition::Not(restart), delay);
-                self.bit(Condition::And(vec![keep, steady]), delay)
-            }
-            None => keep,
-        };
-        self.bit(Condition::FlipFlop { set, keep }, delay)
-    }
-
     fn value(&mut self, id: ValueId, this: Option<Side>) -> Result<Rc<Slots>, InputError> {
         if let Some(slots) = self.values.get(&(id, this)) {
             return Ok(Rc::clone(slots));
@@ -428,209 +329,6 @@ impl<'a> Opening<'a> {
         }
         Slots(out)
     }
-
-    /// One element of an operation that maps over arrays.
-    fn element(
-        &mut self,
-        op: &Op,
-        args: &[&[Item]],
-        arg: Option<ValueId>,
-        this: Option<Side>,
-    ) -> Result<Vec<Item>, InputError> {
-        let tally = args.iter().any(|arg| matches!(arg.first(), Some(Item::Tally(_))));
-        if tally && !matches!(op, Op::Compare(_)) {
-            return Err(tally_misused());
-        }
-        let conditions = || args.iter().filter_map(|arg| arg.first().copied()).collect::<Vec<_>>();
-        Ok(match op {
-            Op::Negate => self.each(args[0], |opening, a| {
-                let delay = opening.number_delay(a);
-                opening.number(Number::Negate(a), delay)
-            }),
-            Op::Arithmetic(operation) => self.arithmetic(*operation, args[0], args[1]),
-            Op::Compare(comparison) => {
-                let object = arg.is_some_and(|arg| self.graph.value(arg).ty.shape == Shape::Object);
-                vec![match (args[0][0], args[1][0]) {
-                    (Item::Number(a), Item::Number(b)) if object => Item::Bit(self.same_object(*comparison, a, b)),
-                    (Item::Number(a), Item::Number(b)) => Item::Bit(self.compare(*comparison, a, b)),
-                    (Item::Tally(tally), Item::Number(number)) => self.compare_tally(tally, *comparison, number)?,
-                    (Item::Number(number), Item::Tally(tally)) => {
-                        self.compare_tally(tally, comparison.swapped(), number)?
-                    }
-                    _ => return Err(tally_misused()),
-                }]
-            }
-            Op::Not => vec![self.not(args[0][0])],
-            Op::And => vec![self.all(&conditions())],
-            Op::Or => vec![self.any(&conditions())],
-            Op::Hysteresis { on, off, rising } => {
-                let Item::Number(number) = args[0][0] else { return Ok(vec![args[0][0]]) };
-                let delay = self.number_delay(number);
-                let (on, off) = (self.constant(on.get()), self.constant(off.get()));
-                let (beyond, back) = if *rising {
-                    (Comparison::Greater, Comparison::Less)
-                } else {
-                    (Comparison::Less, Comparison::Greater)
-                };
-                let set = self.compare(beyond, number, on);
-                let back = self.compare(back, number, off);
-                let keep = self.bit(Condition::Not(back), delay);
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
-                vec![Item::Bit(self.flip_flop(set, keep, &targets, delay))]
-            }
-            Op::Window(window, duration) => {
-                let frames = self.frames(*duration)?;
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
-                vec![self.window(*window, args[0][0], frames, &targets)]
-            }
-            Op::Rate(duration) => {
-                let frames = self.frames(*duration)?;
-                let mut out = Vec::new();
-                for item in args[0] {
-                    let Item::Number(number) = *item else { continue };
-                    let delay = self.number_delay(number);
-                    let restart = arg.and_then(|arg| self.restart(arg, this, delay));
-                    out.push(Item::Number(self.number(Number::Rate { number, frames, restart }, delay)));
-                }
-                out
-            }
-            Op::Rises | Op::Falls => {
-                let item = if matches!(op, Op::Falls) { self.not(args[0][0]) } else { args[0][0] };
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
-                vec![match item {
-                    Item::Bit(bit) => {
-                        let delay = self.bit_delay(bit);
-                        let restart = self.restart_on(&targets, delay);
-                        Item::Bit(self.bit(Condition::Rises(bit, restart), delay))
-                    }
-                    other => {
-                        let (memory, restart) = (self.memory_of(other), self.restart_memory(&targets));
-                        Item::Memory(self.memory(Memory::Rises(memory, restart)))
-                    }
-                }]
-            }
-            Op::Call(function) => self.call(*function, args),
-            Op::Bool(_)
-            | Op::Number(_)
-            | Op::Channel(..)
-            | Op::Latch(..)
-            | Op::From { .. }
-            | Op::Pick(_)
-            | Op::Component(_) => Vec::new(),
-        })
-    }
-
-    fn each(&mut self, items: &[Item], mut f: impl FnMut(&mut Self, NumberId) -> NumberId) -> Vec<Item> {
-        items
-            .iter()
-            .map(|item| match item {
-                Item::Number(number) => Item::Number(f(self, *number)),
-                other => *other,
-            })
-            .collect()
-    }
-
-    fn binary(&mut self, operation: Arithmetic, a: NumberId, b: NumberId) -> NumberId {
-        let (a, b, delay) = self.together(a, b);
-        self.number(Number::Arithmetic(operation, a, b), delay)
-    }
-
-    /// `vec3 op vec3`, `vec3 op scalar`, `scalar op vec3` and scalars, component by component.
-    fn arithmetic(&mut self, operation: Arithmetic, a: &[Item], b: &[Item]) -> Vec<Item> {
-        (0..a.len().max(b.len()))
-            .filter_map(|at| match (a.get(at).or_else(|| a.first()), b.get(at).or_else(|| b.first())) {
-                (Some(Item::Number(a)), Some(Item::Number(b))) => Some(Item::Number(self.binary(operation, *a, *b))),
-                _ => None,
-            })
-            .collect()
-    }
-
-    fn compare(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
-        let (a, b, delay) = self.together(a, b);
-        self.bit(Condition::Compare(comparison, a, b), delay)
-    }
-
-    fn compare_tally(&mut self, tally: u32, comparison: Comparison, number: NumberId) -> Result<Item, InputError> {
-        let Number::Constant(number) = self.plan.numbers[number.index()].0 else { return Err(tally_misused()) };
-        let memories = self.tallies[tally as usize].clone();
-        Ok(Item::Memory(self.memory(Memory::Count(memories, comparison, number))))
-    }
-
-    /// No object is not the same object as no object.
-    fn same_object(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
-        let zero = self.constant(0.0);
-        let (equal, some) = (self.compare(Comparison::Equal, a, b), self.compare(Comparison::GreaterEqual, a, zero));
-        let (both, delay) = self.bits_together(&[equal, some]);
-        let same = self.bit(Condition::And(both), delay);
-        if comparison == Comparison::NotEqual { self.bit(Condition::Not(same), delay) } else { same }
-    }
-
-    fn not(&mut self, item: Item) -> Item {
-        match item {
-            Item::Bit(bit) => {
-                let delay = self.bit_delay(bit);
-                Item::Bit(self.bit(Condition::Not(bit), delay))
-            }
-            other => {
-                let memory = self.memory_of(other);
-                Item::Memory(self.memory(Memory::Not(memory)))
-            }
-        }
-    }
-
-    fn all(&mut self, items: &[Item]) -> Item {
-        match only_bits(items) {
-            Some(bits) => {
-                let (bits, delay) = self.bits_together(&bits);
-                Item::Bit(self.bit(Condition::And(bits), delay))
-            }
-            None => {
-                let all = items.iter().map(|item| self.memory_of(*item)).collect();
-                Item::Memory(self.memory(Memory::And(all)))
-            }
-        }
-    }
-
-    fn any(&mut self, items: &[Item]) -> Item {
-        match only_bits(items) {
-            Some(bits) => {
-                let (bits, delay) = self.bits_together(&bits);
-                Item::Bit(self.bit(Condition::Or(bits), delay))
-            }
-            None => {
-                let any = items.iter().map(|item| self.memory_of(*item)).collect();
-                Item::Memory(self.memory(Memory::Or(any)))
-            }
-        }
-    }
-
-    fn window(&mut self, window: Window, item: Item, frames: u32, targets: &BTreeSet<Side>) -> Item {
-        match (window, item) {
-            // What is true within the next n frames is true within the last n frames, n - 1 frames later; nothing is true after the end.
-            (Window::WithinNext, Item::Bit(bit)) => {
-                let delay = self.bit_delay(bit);
-                let inside = self.bit(Condition::Inside, 0);
-                let inside = self.late_bit(inside, delay);
-                let condition = self.bit(Condition::And(vec![bit, inside]), delay);
-                Item::Bit(self.bit(Condition::WithinLast(condition, frames, None), delay + frames - 1))
-            }
-            (_, Item::Bit(bit)) => {
-                let delay = self.bit_delay(bit);
-                let restart = self.restart_on(targets, delay);
-                Item::Bit(match window {
-                    Window::For => self.bit(Condition::For(bit, frames, restart), delay),
-                    _ => self.bit(Condition::WithinLast(bit, frames, restart), delay),
-                })
-            }
-            (window, other) => {
-                let (memory, restart) = (self.memory_of(other), self.restart_memory(targets));
-                Item::Memory(match window {
-                    Window::For => self.memory(Memory::For(memory, frames, restart)),
-                    _ => self.memory(Memory::WithinLast(memory, frames, restart)),
-                })
-            }
-        }
-    }
 }
 
 fn tally_misused() -> InputError {
@@ -676,5 +374,3 @@ pub fn frames(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
     let frames = samples.round() as u32;
     Ok(frames.max(1))
 }
-
-mod functions;

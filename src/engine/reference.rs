@@ -39,6 +39,9 @@ type LeafOnFrame = Option<Label>;
 
 type Outcome<T> = Result<T, InputError>;
 
+/// Values by what they are of, whose, and when.
+type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
+
 struct Reference<'a> {
     rules: &'a Rules,
     frames: &'a Frames,
@@ -46,8 +49,8 @@ struct Reference<'a> {
     /// The leaves so far of each tree: by side, `None` for the one over both hands.
     leaves: HashMap<Option<Side>, Vec<LeafOnFrame>>,
     /// Values of signals and latches that were asked for before.
-    signals: RefCell<HashMap<(SignalId, Option<Side>, usize), Value>>,
-    latches: RefCell<HashMap<(LatchId, Option<Side>, usize), bool>>,
+    signals: RefCell<Known<SignalId, Value>>,
+    latches: RefCell<Known<LatchId, bool>>,
 }
 
 impl<'a> Reference<'a> {
