@@ -3,5 +3,6 @@
 mod both_hands;
 mod build;
 mod one_hand;
+mod property;
 mod relabelling;
 mod written;
