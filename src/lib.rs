@@ -9,6 +9,7 @@
 pub mod analysis;
 pub mod base;
 pub mod engine;
+pub mod graph;
 pub mod language;
 pub mod report;
 pub mod stream;

@@ -1,3 +1,15 @@
 //! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
 
+pub mod csv;
+mod dead;
+mod derive;
 pub mod frames;
+mod geometry;
+mod measured;
+pub mod names;
+mod open;
+pub mod table;
+mod timebase;
+
+pub use derive::frames;
+pub use open::{OpenRequest, Opened, open};

@@ -1,1 +1,67 @@
-//! Tests of `stream`.
+//! Tests of `stream`: logs in, frames out.
+
+mod derived;
+mod round_trip;
+
+use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
+use teachtree::base::hands::Side;
+use teachtree::base::recording::{Column, Recording};
+use teachtree::base::units::Dimension;
+use teachtree::base::yaml;
+use teachtree::stream::frames::{ColumnKey, Frames};
+use teachtree::stream::names;
+
+/// A recording of `rows` samples at `rate` Hz in this scene; columns by canonical name, each a function of time.
+fn recording(scene: &str, rate: f64, rows: usize, columns: &[(&str, &dyn Fn(f64) -> f64)]) -> Recording {
+    let time: Vec<f64> = (0..rows).map(|row| row as f64 / rate).collect();
+    let column = |(name, value): &(&str, &dyn Fn(f64) -> f64)| {
+        let dimension = names::meaning(name).map_or(Dimension::NONE, |meaning| meaning.dimension);
+        ((*name).to_string(), Column { dimension, values: time.iter().map(|t| value(*t)).collect() })
+    };
+    Recording {
+        columns: columns.iter().map(column).collect(),
+        scene: yaml::read(scene, "scene").unwrap(),
+        time,
+        ..Recording::default()
+    }
+}
+
+/// A derived channel as the rules ask for it.
+fn ask(name: &str) -> ChannelSpec {
+    let known = derived(name).unwrap();
+    ChannelSpec {
+        name: name.into(),
+        per_hand: known.per_hand,
+        axis: known.axis,
+        shape: known.shape,
+        dimension: known.dimension,
+        absent: Absent::Derived,
+    }
+}
+
+/// `fingers.contact` with the default of the paper's hands.
+fn ask_contact() -> ChannelSpec {
+    ChannelSpec {
+        absent: Absent::NormAbove { channel: "fingers.force".into(), on: 0.05, off: 0.02 },
+        ..ask_fingers("contact", Shape::Bool, Dimension::NONE)
+    }
+}
+
+/// A channel over fingers that the log must have.
+fn ask_fingers(quantity: &str, shape: Shape, dimension: Dimension) -> ChannelSpec {
+    ChannelSpec {
+        name: format!("fingers.{quantity}"),
+        per_hand: true,
+        axis: Some(Axis::Fingers),
+        shape,
+        dimension,
+        absent: Absent::Refused,
+    }
+}
+
+/// A component of a channel of the right hand, or of nobody.
+fn column<'f>(frames: &'f Frames, name: &str, slot: u32, component: u32) -> &'f [f64] {
+    let channel = frames.channel(name).unwrap();
+    let side = frames.channels[channel as usize].per_hand.then_some(Side::Right);
+    frames.column(ColumnKey { channel, side, slot, component }).unwrap()
+}

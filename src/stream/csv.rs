@@ -1,0 +1,298 @@
+//! The canonical CSV: one column a channel component, `name [unit]` in the header, the scene and the events in files beside it.
+//!
+//! What is written is read back to the same bits. A file appears whole or not at all.
+
+use super::frames::Issue;
+use super::names;
+use super::table::{self, Source, Want};
+use crate::base::error::InputError;
+use crate::base::recording::{Column, Event, Recording};
+use crate::base::scene::Scene;
+use crate::base::units::{Dimension, compound};
+use crate::base::yaml;
+use indexmap::IndexMap;
+use std::borrow::Cow;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+/// A recording with what was dropped while it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Read {
+    /// The recording; columns with names that are not canonical are in it too.
+    pub recording: Recording,
+    /// Rows that were left out.
+    pub issues: Vec<Issue>,
+}
+
+/// Reads a canonical log with the scene and the events beside it; `scene` replaces the scene file beside the log.
+///
+/// # Errors
+/// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
+pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
+    let scene = match scene
+        .map(Path::to_path_buf)
+        .or_else(|| beside(path, "scene.yaml").into_iter().find(|file| file.is_file()))
+    {
+        Some(file) => read_scene(&file)?,
+        None => {
+            let wanted: Vec<String> =
+                beside(path, "scene.yaml").iter().map(|file| file.display().to_string()).collect();
+            return Err(InputError::new(
+                path.display().to_string(),
+                format!("the log has no scene beside it: found neither {}", wanted.join(" nor ")),
+            )
+            .help("name the scene with --scene, or a binding with --binding"));
+        }
+    };
+    let mut read = columns(table::open(path)?)?;
+    read.recording.scene = scene;
+    if let Some(file) = beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
+        read.recording.events = read_events(&file)?;
+    }
+    Ok(read)
+}
+
+/// Reads a scene file.
+///
+/// # Errors
+/// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
+pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
+    let name = path.display().to_string();
+    let text =
+        std::fs::read_to_string(path).map_err(|error| InputError::new(&name, format!("cannot be opened: {error}")))?;
+    let scene: Scene = yaml::read(&text, &name)?;
+    check_scene(&scene).map_err(|message| InputError::new(&name, message))?;
+    Ok(scene)
+}
+
+/// What a scene says that it cannot mean.
+pub(super) fn check_scene(scene: &Scene) -> Result<(), String> {
+    match scene.bodies.keys().find(|name| !names::is_body_name(name)) {
+        Some(name) => Err(format!(
+            "`{name}` cannot name a body: names have no blanks, commas or dots, and are not `left`, `right`, `both`, `contact`, `time`"
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Reads the columns of a canonical table.
+pub(super) fn columns(source: Source) -> Result<Read, InputError> {
+    let file = source.file.clone();
+    let header = source.header.clone();
+    let place = |name: &str| format!("{file} row 1 column {name}");
+    let mut seen: IndexMap<&str, Dimension> = IndexMap::new();
+    let mut wants = Vec::with_capacity(header.len());
+    for title in &header {
+        let (name, unit) = names::split_unit(title);
+        if name.is_empty() {
+            return Err(InputError::new(format!("{file} row 1 column {}", wants.len() + 1), "the column has no name"));
+        }
+        let (want, dimension) = want(name, unit).map_err(|message| InputError::new(place(name), message))?;
+        if seen.insert(name, dimension).is_some() {
+            return Err(
+                InputError::new(place(name), "the column is there twice").help("keep one of them, or rename the other")
+            );
+        }
+        wants.push(want);
+    }
+    if !seen.contains_key("time") {
+        let near = names::nearest("time", seen.keys().copied())
+            .or_else(|| seen.keys().copied().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
+        let error = InputError::new(format!("{file} row 1"), "the log has no column `time`");
+        return Err(match near {
+            Some(name) => error.help(format!(
+                "rename `{name}` to `time [s]`, or describe the log in a binding and name it with --binding"
+            )),
+            None => error.help("add `time [s]`, or describe the log in a binding and name it with --binding"),
+        });
+    }
+    let table = source.read(&wants)?;
+    let mut recording = Recording { time: table.time, ..Recording::default() };
+    for ((((name, dimension), want), numbers), texts) in
+        seen.into_iter().zip(&wants).zip(table.numbers).zip(table.texts)
+    {
+        match want {
+            Want::Nothing | Want::Time(_) => {}
+            Want::Number(_) | Want::Perhaps(_) => {
+                recording.columns.insert(name.to_string(), Column { dimension, values: numbers });
+            }
+            Want::Text => {
+                recording.labels.insert(name.to_string(), texts);
+            }
+        }
+    }
+    Ok(Read { recording, issues: table.issues })
+}
+
+/// What to read from a column with this name and unit, and its dimension.
+fn want(name: &str, unit: Option<&str>) -> Result<(Want, Dimension), String> {
+    if names::is_label(name) {
+        return Ok((Want::Text, Dimension::NONE));
+    }
+    let meant =
+        if name == "time" { Some(Dimension::TIME) } else { names::meaning(name).map(|meaning| meaning.dimension) };
+    let read = unit.map(compound);
+    match (meant, read) {
+        (Some(meant), Some(Err(part))) => Err(format!("`{part}` is no unit that I know, wanted one of {meant}")),
+        (Some(meant), Some(Ok((_, found)))) if found != meant => {
+            Err(format!("`{name}` is given in `{}`, which is {found}, wanted {meant}", unit.unwrap_or_default()))
+        }
+        (Some(meant), read) => {
+            let to_si = read.and_then(Result::ok).map_or(1.0, |(to_si, _)| to_si);
+            Ok((if name == "time" { Want::Time(to_si) } else { Want::Number(to_si) }, meant))
+        }
+        (None, read) => {
+            let (to_si, dimension) = read.and_then(Result::ok).unwrap_or((1.0, Dimension::NONE));
+            Ok((Want::Perhaps(to_si), dimension))
+        }
+    }
+}
+
+/// The files that may stand beside a log: `demonstration.scene.yaml`, `demonstration.csv.scene.yaml`.
+pub fn beside(log: &Path, ending: &str) -> [PathBuf; 2] {
+    let mut whole = log.as_os_str().to_owned();
+    whole.push(format!(".{ending}"));
+    [log.with_extension(ending), PathBuf::from(whole)]
+}
+
+fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
+    let file = path.display().to_string();
+    let unreadable = |error: ::csv::Error| InputError::new(&file, format!("cannot be read: {error}"));
+    let mut reader = ::csv::Reader::from_path(path).map_err(unreadable)?;
+    if reader.headers().map_err(unreadable)?.iter().ne(EVENT_COLUMNS) {
+        return Err(InputError::new(
+            format!("{file} row 1"),
+            format!("wanted the columns {}", EVENT_COLUMNS.join(", ")),
+        ));
+    }
+    let mut events = vec![];
+    for record in reader.records() {
+        let record = record.map_err(unreadable)?;
+        let row = record.position().map_or(0, ::csv::Position::line);
+        let [time, kind, subjects] = [0, 1, 2].map(|column| record.get(column).unwrap_or_default().trim());
+        let time_s = time.parse::<f64>().ok().filter(|time| time.is_finite());
+        let time_s = time_s.ok_or_else(|| {
+            InputError::new(format!("{file} row {row} column time"), format!("found `{time}`, wanted a time"))
+        })?;
+        events.push(Event {
+            time_s,
+            kind: kind.into(),
+            subjects: subjects.split_whitespace().map(str::to_string).collect(),
+        });
+    }
+    Ok(events)
+}
+
+const EVENT_COLUMNS: [&str; 3] = ["time [s]", "kind", "subjects"];
+
+/// Writes a recording: the log at `path`, `<stem>.scene.yaml` and, when there are events, `<stem>.events.csv` beside it.
+///
+/// # Errors
+/// When a file cannot be written, or a column is not as long as the time; then the log is not there.
+pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    let name = path.display().to_string();
+    let rows = recording.time.len();
+    let odd = recording.columns.iter().find(|(_, column)| column.values.len() != rows).map(|(name, _)| name);
+    if let Some(column) =
+        odd.or_else(|| recording.labels.iter().find(|(_, texts)| texts.len() != rows).map(|(name, _)| name))
+    {
+        return Err(InputError::new(format!("{name} column {column}"), "the column is not as long as the time"));
+    }
+    let [scene, _] = beside(path, "scene.yaml");
+    let [events, _] = beside(path, "events.csv");
+    // The log last: where it is, the others are too.
+    let text = yaml::write(&recording.scene)?;
+    write_whole(&scene, |out| out.write_all(text.as_bytes()))?;
+    if recording.events.is_empty() {
+        // Events of an earlier recording of the same name would be taken for this one's.
+        if events.is_file() {
+            std::fs::remove_file(&events)
+                .map_err(|error| InputError::new(events.display().to_string(), error.to_string()))?;
+        }
+    } else {
+        write_whole(&events, |out| write_events(out, &recording.events))?;
+    }
+    write_whole(path, |out| write_log(out, recording))
+}
+
+/// Writes a file whole or not at all: beside its place first, then renamed.
+fn write_whole(
+    path: &Path,
+    fill: impl FnOnce(&mut dyn std::io::Write) -> std::io::Result<()>,
+) -> Result<(), InputError> {
+    let failed =
+        |error: std::io::Error| InputError::new(path.display().to_string(), format!("cannot be written: {error}"));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = temporary().tempfile_in(folder).map_err(failed)?;
+    let mut out = std::io::BufWriter::new(&mut file);
+    fill(&mut out).and_then(|()| out.flush()).map_err(failed)?;
+    drop(out);
+    file.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Temporary files are private; a log is an ordinary file, as the umask has it.
+fn temporary() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".teachtree-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder
+}
+
+fn write_log(out: &mut dyn std::io::Write, recording: &Recording) -> std::io::Result<()> {
+    out.write_all(b"time [s]")?;
+    for (name, column) in &recording.columns {
+        let unit = column.dimension.si_unit();
+        let title = if unit.is_empty() { name.clone() } else { format!("{name} [{unit}]") };
+        write!(out, ",{}", quoted(&title))?;
+    }
+    for name in recording.labels.keys() {
+        write!(out, ",{}", quoted(name))?;
+    }
+    writeln!(out)?;
+    for (row, time) in recording.time.iter().enumerate() {
+        write_number(out, *time)?;
+        for column in recording.columns.values() {
+            out.write_all(b",")?;
+            write_number(out, column.values.get(row).copied().unwrap_or(f64::NAN))?;
+        }
+        for texts in recording.labels.values() {
+            write!(out, ",{}", quoted(texts.get(row).map_or("", String::as_str)))?;
+        }
+        writeln!(out)?;
+    }
+    Ok(())
+}
+
+fn write_events(out: &mut dyn std::io::Write, events: &[Event]) -> std::io::Result<()> {
+    writeln!(out, "{}", EVENT_COLUMNS.join(","))?;
+    for event in events {
+        write_number(out, event.time_s)?;
+        writeln!(out, ",{},{}", quoted(&event.kind), quoted(&event.subjects.join(" ")))?;
+    }
+    Ok(())
+}
+
+/// The shortest text that reads back to the same bits; nothing for a value that was not measured.
+fn write_number(out: &mut dyn std::io::Write, value: f64) -> std::io::Result<()> {
+    if value.is_nan() {
+        Ok(())
+    } else if value != 0.0 && !(1e-5..1e15).contains(&value.abs()) {
+        write!(out, "{value:e}")
+    } else {
+        write!(out, "{value}")
+    }
+}
+
+/// A text as a cell.
+fn quoted(text: &str) -> Cow<'_, str> {
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\"")).into()
+    } else {
+        text.into()
+    }
+}

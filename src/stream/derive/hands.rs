@@ -1,0 +1,182 @@
+//! A hand over the whole log: where its fingertips are, which of them touch, and which object is its target.
+//!
+//! The target is the object that the hand touches, else the one nearest to its fingertips; it changes only while the hand touches
+//! nothing, where touching is the channel `fingers.contact` that the rules see (LANGUAGE.md section 3, point 1; PAPER.md A11).
+
+use super::motion::{Motion, vector};
+use super::raw::Array;
+use crate::base::hands::{Finger, Side};
+use crate::stream::geometry::surface_distance;
+use crate::stream::measured::Measured;
+use nalgebra::Point3;
+
+/// While nothing is touched, another object must be nearer than the target by this much to become the target, m: two objects at the
+/// same distance would otherwise take turns.
+const NEARER_BY: f64 = 0.010;
+
+/// A hand over the whole log.
+pub struct HandTrack {
+    /// Which hand.
+    pub side: Side,
+    /// Whether the hand touches anything.
+    pub touching: Vec<bool>,
+    /// The body that is the target, as an index in the scene.
+    pub target: Vec<Option<usize>>,
+}
+
+/// The fingers of a hand, in the order of `fingers`: from the scene, or those that the log measures where the scene has no such hand.
+pub fn fingers(measured: &Measured, side: Side) -> Vec<Finger> {
+    if let Some(hand) = measured.scene.hands.get(&side) {
+        return hand.fingers.clone();
+    }
+    let felt = |finger: Finger| {
+        measured.vec3(&format!("{side}.{finger}.force")).is_some()
+            || measured.scalar(&format!("{side}.{finger}.contact")).is_some()
+    };
+    let seen = |finger: Finger| finger != Finger::Palm && measured.vec3(&format!("{side}.{finger}.position")).is_some();
+    Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect()
+}
+
+/// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.
+pub fn track(measured: &Measured, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
+    let mut track = HandTrack { side, touching: vec![false; measured.len()], target: vec![None; measured.len()] };
+    let objects = super::objects(measured.scene);
+    let hand = Feelers::new(measured, motions, side, fingers, touches, &objects);
+    let fixed = objects
+        .iter()
+        .copied()
+        .find(|body| measured.scene.bodies.get_index(*body).is_some_and(|(_, body)| body.fixed_to == Some(side)));
+    for stretch in &measured.stretches {
+        let (mut was_touching, mut target) = (false, None);
+        for frame in stretch.clone() {
+            let touching = hand.touching(frame);
+            target = match fixed {
+                Some(body) => Some(body),
+                None if touching && was_touching => target,
+                None if touching => hand.touched(frame).or(target),
+                None => hand.nearest(frame, target),
+            };
+            was_touching = touching;
+            if let (Some(touches), Some(body)) = (track.touching.get_mut(frame), track.target.get_mut(frame)) {
+                (*touches, *body) = (touching, target);
+            }
+        }
+    }
+    track
+}
+
+/// What tells a hand's objects apart.
+struct Feelers<'a> {
+    measured: &'a Measured<'a>,
+    motions: &'a [Motion<'a>],
+    objects: &'a [usize],
+    fingers: Vec<Feeler<'a>>,
+}
+
+struct Feeler<'a> {
+    tip: bool,
+    position: Option<[&'a [f64]; 3]>,
+    touches: &'a [f64],
+    /// Which object it touches, where the log says so, beside `objects`.
+    touches_object: Vec<Option<&'a [f64]>>,
+}
+
+impl<'a> Feelers<'a> {
+    fn new(
+        measured: &'a Measured,
+        motions: &'a [Motion],
+        side: Side,
+        fingers: &[Finger],
+        touches: &'a Array,
+        objects: &'a [usize],
+    ) -> Self {
+        let feeler = |(finger, touches): (&Finger, &'a Vec<f64>)| {
+            let object_flag = |body: &usize| {
+                let (name, _) = measured.scene.bodies.get_index(*body)?;
+                measured.scalar(&format!("{side}.{finger}.contact.{name}"))
+            };
+            Feeler {
+                tip: *finger != Finger::Palm,
+                position: measured.vec3(&format!("{side}.{finger}.position")),
+                touches,
+                touches_object: objects.iter().map(object_flag).collect(),
+            }
+        };
+        Self { measured, motions, objects, fingers: fingers.iter().zip(touches).map(feeler).collect() }
+    }
+
+    fn touching(&self, frame: usize) -> bool {
+        self.fingers.iter().any(|finger| finger.touches_at(frame))
+    }
+
+    /// The object touched by most fingers, as far as the log says; of several the one nearest to the fingers that touch.
+    fn touched(&self, frame: usize) -> Option<usize> {
+        let votes = |at: usize| {
+            let flags = self.fingers.iter().filter_map(|finger| finger.touches_object.get(at).copied().flatten());
+            flags.filter(|flag| is_true(flag, frame)).count()
+        };
+        let votes: Vec<usize> = (0..self.objects.len()).map(votes).collect();
+        let most = votes.iter().copied().max()?;
+        let candidates: Vec<usize> =
+            self.objects.iter().zip(&votes).filter(|(_, votes)| **votes == most).map(|(body, _)| *body).collect();
+        match candidates.as_slice() {
+            [only] => Some(*only),
+            several => {
+                let touching = |finger: &&Feeler| finger.touches_at(frame);
+                self.at_least_distance(several, frame, |finger| touching(&finger)).map(|(body, _)| body)
+            }
+        }
+    }
+
+    /// The object whose surface is nearest to the fingertips; the target so far, unless another is clearly nearer.
+    fn nearest(&self, frame: usize, target: Option<usize>) -> Option<usize> {
+        let any_tip = self.fingers.iter().any(|finger| finger.tip && finger.position.is_some());
+        let feels = |finger: &Feeler| finger.tip || !any_tip;
+        let Some((body, distance)) = self.at_least_distance(self.objects, frame, feels) else {
+            // Without positions the only object is the target.
+            return match self.objects {
+                [only] => Some(*only),
+                _ => target,
+            };
+        };
+        match target.and_then(|target| self.at_least_distance(&[target], frame, feels)) {
+            Some((target, so_far)) if so_far - distance < NEARER_BY => Some(target),
+            _ => Some(body),
+        }
+    }
+
+    /// The body with the least distance between its surface and one of the fingers, with that distance, m.
+    fn at_least_distance(
+        &self,
+        bodies: &[usize],
+        frame: usize,
+        feels: impl Fn(&Feeler) -> bool,
+    ) -> Option<(usize, f64)> {
+        let points: Vec<Point3<f64>> = self
+            .fingers
+            .iter()
+            .filter(|finger| feels(finger))
+            .filter_map(|finger| finger.position.map(|columns| vector(&columns, frame).into()))
+            .collect();
+        let distance = |body: usize| {
+            let (_, shape) = self.measured.scene.bodies.get_index(body)?;
+            let reference_from_body = self.motions.get(body)?.pose(frame);
+            points
+                .iter()
+                .map(|point| surface_distance(shape, &reference_from_body.inverse_transform_point(point)))
+                .min_by(f64::total_cmp)
+        };
+        bodies.iter().filter_map(|body| Some((*body, distance(*body)?))).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
+}
+
+impl Feeler<'_> {
+    fn touches_at(&self, frame: usize) -> bool {
+        is_true(self.touches, frame)
+    }
+}
+
+/// A flag at a frame.
+fn is_true(column: &[f64], frame: usize) -> bool {
+    column.get(frame).is_some_and(|value| *value > 0.5)
+}

@@ -1,0 +1,157 @@
+//! From a recording to the frames that the rules read: raw channels by name, derived ones from motion, touch and the scene.
+//!
+//! Every derived channel is documented in `base::channels::DERIVED`; here is how each is computed. All work is linear in the number of frames.
+
+mod contacts;
+mod hands;
+mod motion;
+mod raw;
+mod sockets;
+mod targets;
+
+use super::frames::{ColumnKey, Frames, HandLayout, Layout};
+use super::measured::Measured;
+use crate::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::recording::Recording;
+use crate::base::scene::{Role, Scene};
+use crate::base::units::Dimension;
+use motion::Motion;
+use raw::Slots;
+use targets::Derivation;
+
+/// Computes the channels that the rules read, in this order, from a recording.
+///
+/// # Errors
+/// When the log lacks a channel that is needed, has one in another dimension, or has no usable time base.
+pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
+    let measured = Measured::new(recording, |column| asks(channels, column))?;
+    let mut issues = measured.issues.clone();
+    let objects = objects(measured.scene);
+    let motions: Vec<Motion> =
+        measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
+    let partners = contacts::partners(&measured, &objects);
+    let hands: Vec<HandLayout> = sides(&measured)
+        .map(|side| HandLayout {
+            side,
+            fingers: hands::fingers(&measured, side),
+            contacts: partners.iter().filter_map(|body| body_name(&measured, *body)).collect(),
+        })
+        .collect();
+
+    // Targets need the very `fingers.contact` that the rules see, and have a default of their own when no rule reads it.
+    let default_touch = touch_channel();
+    let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
+    let mut tracks = vec![];
+    for hand in &hands {
+        let touches = match raw::read(&measured, touch, Some(hand.side), &hand.fingers, &mut vec![]) {
+            Ok(slots) => slots.into_iter().filter_map(|slot| slot.into_iter().next()).collect(),
+            // Refused below if a rule reads it; a hand without such sensors closes its gripper or touches nothing.
+            Err(_) => closed(&measured, hand),
+        };
+        tracks.push(hands::track(&measured, &motions, hand.side, &hand.fingers, &touches));
+    }
+    let derivation = Derivation::new(&measured, &motions, &objects, &partners, &tracks);
+
+    let mut frames = Frames {
+        layout: Layout { rate_hz: measured.rate_hz, hands },
+        channels: channels.to_vec(),
+        len: measured.len(),
+        ..Frames::default()
+    };
+    for (index, spec) in (0..).zip(channels) {
+        let owners: Vec<Option<Side>> =
+            if spec.per_hand { frames.layout.hands.iter().map(|hand| Some(hand.side)).collect() } else { vec![None] };
+        for side in owners {
+            let fingers = side.and_then(|side| frames.layout.hand(side)).map_or(vec![], |hand| hand.fingers.clone());
+            let slots: Slots = match spec.absent {
+                Absent::Derived => derivation.channel(&spec.name, side).ok_or_else(|| not_derived(&spec.name))?,
+                _ => raw::read(&measured, spec, side, &fingers, &mut issues)?,
+            };
+            for (slot, columns) in (0..).zip(slots) {
+                for (component, column) in (0..).zip(columns) {
+                    frames.columns.insert(ColumnKey { channel: index, side, slot, component }, column);
+                }
+            }
+        }
+    }
+    frames.objects = objects.iter().filter_map(|body| body_name(&measured, *body)).collect();
+    frames.time.clone_from(&measured.time);
+    frames.stretches.clone_from(&measured.stretches);
+    issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    frames.issues = issues;
+    Ok(frames)
+}
+
+/// Whether one of the raw channels is read from this column.
+fn asks(channels: &[ChannelSpec], column: &str) -> bool {
+    let raw = channels.iter().filter(|channel| channel.absent != Absent::Derived && derived(&channel.name).is_none());
+    raw.into_iter().any(|channel| {
+        let whose = if channel.per_hand {
+            column.split_once('.').filter(|(side, _)| Side::from_name(side).is_some()).map(|(_, rest)| rest)
+        } else {
+            Some(column)
+        };
+        whose.is_some_and(|name| {
+            channel.shape.components().iter().any(|component| {
+                let name = if component.is_empty() {
+                    Some(name)
+                } else {
+                    name.strip_suffix(component).and_then(|name| name.strip_suffix('.'))
+                };
+                name.is_some_and(|name| match (channel.axis, channel.name.strip_prefix("fingers.")) {
+                    (Some(Axis::Fingers), Some(quantity)) => {
+                        name.split_once('.').is_some_and(|(_, rest)| rest == quantity)
+                    }
+                    _ => name == channel.name,
+                })
+            })
+        })
+    })
+}
+
+/// `fingers.contact` when no rule reads it: the stream's default, with the thresholds of PAPER.md section 3.1.
+fn touch_channel() -> ChannelSpec {
+    ChannelSpec {
+        name: "fingers.contact".into(),
+        per_hand: true,
+        axis: Some(Axis::Fingers),
+        shape: Shape::Bool,
+        dimension: Dimension::NONE,
+        absent: Absent::NormAbove { channel: "fingers.force".into(), on: contacts::TOUCH_ON, off: contacts::TOUCH_OFF },
+    }
+}
+
+/// Touch of a hand whose fingers feel nothing: all of them touch while the gripper is closed, if the log says so.
+fn closed(measured: &Measured, hand: &HandLayout) -> raw::Array {
+    let closed = measured
+        .scalar(&format!("{}.gripper.closed", hand.side))
+        .map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
+    vec![closed; hand.fingers.len()]
+}
+
+fn not_derived(name: &str) -> InputError {
+    InputError::new(format!("channel {name}"), "no derived channel has this name".to_string())
+}
+
+/// The hands of a log: those of the scene, or those that the log measures when the scene has none.
+fn sides<'a>(measured: &'a Measured) -> impl Iterator<Item = Side> + 'a {
+    let listed = !measured.scene.hands.is_empty();
+    Side::BOTH.into_iter().filter(move |side| {
+        if listed {
+            measured.scene.hands.contains_key(side)
+        } else {
+            measured.channels().iter().any(|channel| channel.split('.').next() == Some(side.name()))
+        }
+    })
+}
+
+/// The bodies that may be a target, as indices in the scene.
+fn objects(scene: &Scene) -> Vec<usize> {
+    scene.bodies.values().enumerate().filter(|(_, body)| body.role == Role::Object).map(|(index, _)| index).collect()
+}
+
+fn body_name(measured: &Measured, body: usize) -> Option<String> {
+    measured.scene.bodies.get_index(body).map(|(name, _)| name.clone())
+}

@@ -1,0 +1,131 @@
+//! Raw channels: columns of the log as the rules name them, and what stands for one that the log lacks.
+
+use crate::base::channels::{Absent, Axis, ChannelSpec, Shape};
+use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
+use crate::stream::frames::Issue;
+use crate::stream::measured::Measured;
+
+/// The elements of an array over fingers, one column each.
+pub type Array = Vec<Vec<f64>>;
+
+/// The columns of a channel: for each slot one column a component.
+pub type Slots = Vec<Vec<Vec<f64>>>;
+
+/// Reads a raw channel of a hand, or of nobody.
+///
+/// # Errors
+/// When the log lacks a channel that is needed, or has it in another dimension.
+pub fn read(
+    measured: &Measured,
+    spec: &ChannelSpec,
+    side: Option<Side>,
+    fingers: &[Finger],
+    issues: &mut Vec<Issue>,
+) -> Result<Slots, InputError> {
+    let slots = slot_names(spec, side, fingers);
+    let found: Vec<Option<Vec<Vec<f64>>>> =
+        slots.iter().map(|slot| columns(measured, spec, slot)).collect::<Result<_, _>>()?;
+    let any = found.iter().any(Option::is_some);
+    let components = spec.shape.components().len();
+    let constant = |value: f64| vec![vec![value; measured.len()]; components];
+    let instead = match &spec.absent {
+        Absent::NormAbove { channel, on, off } => {
+            let forces = slot_names(&ChannelSpec { name: channel.clone(), ..spec.clone() }, side, fingers);
+            let norms: Vec<_> = forces
+                .iter()
+                .map(|slot| measured.vec3(slot).map(|force| vec![norm_above(measured, force, *on, *off)]))
+                .collect();
+            if !any && norms.iter().all(Option::is_none) {
+                return Err(lacking(measured, spec, side, &format!(", nor {} to tell it from", shown(channel, side))));
+            }
+            norms
+        }
+        Absent::Constant(value) => slots.iter().map(|_| Some(constant(*value))).collect(),
+        Absent::Refused | Absent::Derived if !any && !slots.is_empty() => {
+            return Err(lacking(measured, spec, side, ""));
+        }
+        Absent::Refused | Absent::Derived => vec![None; slots.len()],
+    };
+    let mut columns = Vec::with_capacity(slots.len());
+    for ((slot, found), instead) in slots.iter().zip(found).zip(instead) {
+        columns.push(match found.or(instead) {
+            Some(columns) => columns,
+            // A force or a flag that one finger lacks while others have it: that finger feels nothing. A position cannot be made up.
+            None if spec.shape == Shape::Bool || spec.dimension == crate::base::units::Dimension::FORCE => {
+                let (start_s, end_s) =
+                    measured.time.first().zip(measured.time.last()).map_or((0.0, 0.0), |(start, end)| (*start, *end));
+                let message = "other fingers have it, this one does not; it counts as zero".to_string();
+                issues.push(Issue { kind: "missing_channel".into(), start_s, end_s, channel: slot.clone(), message });
+                constant(0.0)
+            }
+            None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, "")),
+        });
+    }
+    Ok(columns)
+}
+
+/// The names of the channel's slots in the log.
+fn slot_names(spec: &ChannelSpec, side: Option<Side>, fingers: &[Finger]) -> Vec<String> {
+    match (side, spec.axis, spec.name.split_once('.')) {
+        (Some(side), Some(Axis::Fingers), Some(("fingers", quantity))) => {
+            fingers.iter().map(|finger| format!("{side}.{finger}.{quantity}")).collect()
+        }
+        (Some(side), _, _) => vec![format!("{side}.{}", spec.name)],
+        (None, _, _) => vec![spec.name.clone()],
+    }
+}
+
+fn shown(channel: &str, side: Option<Side>) -> String {
+    side.map_or_else(|| format!("`{channel}`"), |side| format!("`{channel}` of the {side} hand"))
+}
+
+fn columns(measured: &Measured, spec: &ChannelSpec, slot: &str) -> Result<Option<Vec<Vec<f64>>>, InputError> {
+    let names: Vec<String> = spec
+        .shape
+        .components()
+        .iter()
+        .map(|component| if component.is_empty() { slot.to_string() } else { format!("{slot}.{component}") })
+        .collect();
+    for name in &names {
+        if let Some(found) = measured.dimension(name).filter(|found| *found != spec.dimension) {
+            return Err(InputError::new(
+                format!("channel {slot}"),
+                format!("the log has {found}, the rules read {}", spec.dimension),
+            ));
+        }
+    }
+    Ok(names.iter().map(|name| measured.scalar(name).map(<[f64]>::to_vec)).collect())
+}
+
+fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, also: &str) -> InputError {
+    let mut has = measured.channels();
+    let all = has.len();
+    has.truncate(24);
+    let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
+    InputError::new(
+        format!("channel {}", side.map_or_else(|| spec.name.clone(), |side| format!("{side}.{}", spec.name))),
+        format!("the rules need {}, which the log lacks{also}", shown(&spec.name, side)),
+    )
+    .help(format!(
+        "the log has {}{more}; a binding can name another hand file, whose signals need other channels",
+        has.join(", ")
+    ))
+}
+
+/// True while the norm is above `on` until it is below `off`; off at the start of each stretch.
+fn norm_above(measured: &Measured, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
+    let mut flags = vec![0.0; measured.len()];
+    for stretch in &measured.stretches {
+        let mut above = false;
+        for frame in stretch.clone() {
+            let [x, y, z] = force.map(|column| column.get(frame).copied().unwrap_or_default());
+            let norm = (x * x + y * y + z * z).sqrt();
+            above = if above { norm >= off } else { norm > on };
+            if let (true, Some(flag)) = (above, flags.get_mut(frame)) {
+                *flag = 1.0;
+            }
+        }
+    }
+    flags
+}

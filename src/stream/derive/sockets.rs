@@ -1,0 +1,94 @@
+//! Sockets: how deep an object is in a hole, or on a peg, and whether it is searching for one.
+
+use super::motion::Motion;
+use crate::base::scene::Scene;
+use crate::stream::measured::Measured;
+use nalgebra::{Point3, Vector3};
+
+/// Once in, an object is in until its plug point is this many radii from the axis.
+const LEAVES_AT: f64 = 1.5;
+/// How far beyond the radius of a socket the plug point may be while it searches for the socket, m.
+pub const SEARCH_BESIDE: f64 = 0.020;
+/// How far above the rim it may be, m.
+pub const SEARCH_ABOVE: f64 = 0.030;
+/// How far below the rim it may be while it tilts over the edge, m.
+pub const SEARCH_BELOW: f64 = 0.005;
+
+/// A socket with the body it is fixed to.
+pub struct Socket<'a> {
+    /// Index of its body in the scene.
+    pub body: usize,
+    name: &'a str,
+    socket: &'a crate::base::scene::Socket,
+}
+
+/// All sockets of a scene, in file order.
+pub fn sockets(scene: &Scene) -> Vec<Socket<'_>> {
+    let bodies = scene.bodies.values().enumerate();
+    bodies.flat_map(|(body, it)| it.sockets.iter().map(move |(name, socket)| Socket { body, name, socket })).collect()
+}
+
+impl Socket<'_> {
+    /// The direction out of the socket in the reference frame; vertical when the file gives none.
+    pub fn axis(&self, motions: &[Motion], frame: usize) -> Vector3<f64> {
+        let [x, y, z] = self.socket.axis;
+        let axis = Vector3::new(x, y, z).try_normalize(1e-9).unwrap_or_else(Vector3::z);
+        motions.get(self.body).map_or(axis, |motion| motion.pose(frame).rotation * axis)
+    }
+
+    fn takes(&self, body: usize, name: &str) -> bool {
+        self.body != body && self.socket.accepts.as_ref().is_none_or(|accepted| accepted.iter().any(|it| it == name))
+    }
+}
+
+/// An object against the sockets it fits, over the whole log.
+pub struct Plugged {
+    /// The socket it is in, as an index in [`sockets`].
+    pub socket: Vec<Option<usize>>,
+    /// How deep it is, m; 0 when it is in none.
+    pub depth: Vec<f64>,
+    /// Whether it searches for a socket.
+    pub over: Vec<bool>,
+}
+
+/// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere.
+pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
+    let frames = measured.len();
+    let mut plugged = Plugged { socket: vec![None; frames], depth: vec![0.0; frames], over: vec![false; frames] };
+    let Some(((name, it), motion)) = measured.scene.bodies.get_index(body).zip(motions.get(body)) else {
+        return plugged;
+    };
+    let plug = it.plug.map_or_else(Point3::origin, |plug| plug.map(|length| length.0).into());
+    for (index, socket) in sockets.iter().enumerate().filter(|(_, socket)| socket.takes(body, name)) {
+        let Some(holder) = motions.get(socket.body) else { continue };
+        let rim = Point3::from(socket.socket.rim.map(|length| length.0));
+        let radius = socket.socket.radius.0;
+        let logged = measured.scalar(&format!("{name}.depth.{}", socket.name));
+        for stretch in &measured.stretches {
+            let mut inside = false;
+            for frame in stretch.clone() {
+                let axis = socket.axis(motions, frame);
+                let from_rim = motion.pose(frame) * plug - holder.pose(frame) * rim;
+                let (height, beside) = (from_rim.dot(&axis), (from_rim - axis * from_rim.dot(&axis)).norm());
+                let depth = logged.and_then(|depth| depth.get(frame).copied()).unwrap_or(-height);
+                let allowed = if inside { LEAVES_AT * radius } else { radius };
+                let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
+                inside = depth > 0.0 && (logged.is_some() || within);
+                if let (true, Some(in_socket), Some(in_depth)) =
+                    (inside, plugged.socket.get_mut(frame), plugged.depth.get_mut(frame))
+                    && depth > *in_depth
+                {
+                    (*in_socket, *in_depth) = (Some(index), depth);
+                }
+                let searching = beside <= radius + SEARCH_BESIDE && (-SEARCH_BELOW..=SEARCH_ABOVE).contains(&height);
+                if let (true, Some(over)) = (searching, plugged.over.get_mut(frame)) {
+                    *over = true;
+                }
+            }
+        }
+    }
+    for (over, socket) in plugged.over.iter_mut().zip(&plugged.socket) {
+        *over &= socket.is_none();
+    }
+    plugged
+}

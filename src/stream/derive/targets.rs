@@ -1,0 +1,244 @@
+//! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
+
+use super::contacts::Contact;
+use super::hands::HandTrack;
+use super::motion::{Motion, slope, vector};
+use super::raw::Slots;
+use super::sockets::{Plugged, Socket, plugged, sockets};
+use crate::base::hands::{Finger, Side};
+use crate::stream::geometry::bounding_radius;
+use crate::stream::measured::Measured;
+use nalgebra::Vector3;
+use std::collections::BTreeMap;
+
+/// The normal of a contact that carries points at least this much up (45°).
+const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Everything that derived channels are computed from.
+pub struct Derivation<'a> {
+    measured: &'a Measured<'a>,
+    motions: &'a [Motion<'a>],
+    objects: &'a [usize],
+    partners: &'a [usize],
+    tracks: &'a [HandTrack],
+    sockets: Vec<Socket<'a>>,
+    /// For each body that is ever a target.
+    plugged: BTreeMap<usize, Plugged>,
+    /// For each pair of an object and a partner.
+    contacts: BTreeMap<(usize, usize), Contact<'a>>,
+}
+
+impl<'a> Derivation<'a> {
+    /// Prepares what several channels share.
+    pub fn new(
+        measured: &'a Measured,
+        motions: &'a [Motion<'a>],
+        objects: &'a [usize],
+        partners: &'a [usize],
+        tracks: &'a [HandTrack],
+    ) -> Self {
+        let sockets = sockets(measured.scene);
+        let is_target = |body: &&usize| tracks.iter().any(|track| track.target.contains(&Some(**body)));
+        let plugged =
+            objects.iter().filter(is_target).map(|body| (*body, plugged(measured, motions, &sockets, *body))).collect();
+        let name = |body: usize| measured.scene.bodies.get_index(body).map(|(name, _)| name.as_str());
+        let pairs = objects
+            .iter()
+            .flat_map(|object| partners.iter().map(move |partner| (*object, *partner)))
+            .filter(|(object, partner)| object != partner);
+        let contact = |(object, partner): (usize, usize)| {
+            Some(((object, partner), Contact::between(measured, name(object)?, name(partner)?)?))
+        };
+        let contacts = pairs.filter_map(contact).collect();
+        Self { measured, motions, objects, partners, tracks, sockets, plugged, contacts }
+    }
+
+    /// The columns of a derived channel, or `None` for a name that is not derived.
+    pub fn channel(&self, name: &str, side: Option<Side>) -> Option<Slots> {
+        let track = side.and_then(|side| self.tracks.iter().find(|track| track.side == side));
+        match (name, track) {
+            ("closing", _) => Some(vec![vec![self.closing()]]),
+            ("targets.contact", _) => Some(vec![vec![self.targets_contact()]]),
+            (name, Some(track)) => self.of_hand(name, track),
+            (_, None) => None,
+        }
+    }
+
+    fn of_hand(&self, name: &str, track: &HandTrack) -> Option<Slots> {
+        let of_motion = |value: &dyn Fn(&Motion, usize) -> Vector3<f64>| {
+            self.vectors(track, |frame, body| {
+                self.motions.get(body).map_or_else(Vector3::zeros, |motion| value(motion, frame))
+            })
+        };
+        let of_body = |value: &dyn Fn(&crate::base::scene::Body) -> f64| {
+            let values: Vec<f64> = self.measured.scene.bodies.values().map(value).collect();
+            self.scalars(track, |_, body| values.get(body).copied().unwrap_or_default())
+        };
+        let of_plug = |value: &dyn Fn(&Plugged, usize) -> f64| {
+            self.scalars(track, |frame, body| self.plugged.get(&body).map_or(0.0, |plug| value(plug, frame)))
+        };
+        let gravity = self.measured.scene.gravity.iter().map(|part| part.0 * part.0).sum::<f64>().sqrt();
+        Some(match name {
+            "target" => vec![vec![self.target(track)]],
+            "target.position" => vec![of_motion(&|motion, frame| motion.pose(frame).translation.vector)],
+            "target.rotation" => vec![self.rotation(track)],
+            "target.velocity" => vec![of_motion(&|motion, frame| motion.velocity(frame))],
+            "target.angular_velocity" => vec![of_motion(&|motion, frame| motion.angular_velocity(frame))],
+            "target.radius" => vec![vec![of_body(&bounding_radius)]],
+            "target.weight" => vec![vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))]],
+            "target.spin" => vec![vec![self.scalars(track, |frame, body| self.spin(frame, body))]],
+            "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],
+            "target.over_socket" => {
+                vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
+            }
+            "contacts.force" => self.slots(track, |frame, contact, _| contact.force(frame)),
+            "contacts.normal" => self.slots(track, |frame, contact, _| contact.normal(frame)),
+            "contacts.velocity" => self.slots(track, |frame, _, partner| {
+                self.motions.get(partner).map_or_else(Vector3::zeros, |motion| motion.velocity(frame))
+            }),
+            "contacts.handled" => self.handled(track),
+            "load" => vec![vec![self.load(track)]],
+            _ => return None,
+        })
+    }
+
+    /// A number of the target at each frame; 0 without a target.
+    fn scalars(&self, track: &HandTrack, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+        track.target.iter().enumerate().map(|(frame, target)| target.map_or(0.0, |body| value(frame, body))).collect()
+    }
+
+    /// A vector of the target at each frame, as three columns; zero without a target.
+    fn vectors(&self, track: &HandTrack, value: impl Fn(usize, usize) -> Vector3<f64>) -> Vec<Vec<f64>> {
+        columns(
+            track
+                .target
+                .iter()
+                .enumerate()
+                .map(|(frame, target)| target.map_or_else(Vector3::zeros, |body| value(frame, body)).into()),
+        )
+    }
+
+    fn target(&self, track: &HandTrack) -> Vec<f64> {
+        let index =
+            |body: &usize| self.objects.iter().position(|object| object == body).map_or(-1.0, |index| index as f64);
+        track.target.iter().map(|target| target.as_ref().map_or(-1.0, index)).collect()
+    }
+
+    fn rotation(&self, track: &HandTrack) -> Vec<Vec<f64>> {
+        columns(track.target.iter().enumerate().map(|(frame, target)| {
+            let rotation = target
+                .and_then(|body| self.motions.get(body))
+                .map(|motion| motion.pose(frame).rotation)
+                .unwrap_or_default();
+            [rotation.w, rotation.i, rotation.j, rotation.k]
+        }))
+    }
+
+    /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
+    /// else about the vertical.
+    fn spin(&self, frame: usize, body: usize) -> f64 {
+        let turn =
+            |body: usize| self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.angular_velocity(frame));
+        let socket = self
+            .plugged
+            .get(&body)
+            .and_then(|plug| plug.socket.get(frame).copied().flatten())
+            .and_then(|index| self.sockets.get(index));
+        if let Some(socket) = socket {
+            return (turn(body) - turn(socket.body)).dot(&socket.axis(self.motions, frame));
+        }
+        let carrying = self.partners.iter().filter_map(|partner| self.contacts.get(&(body, *partner)));
+        let normals = carrying.map(|contact| contact.normal(frame)).filter(|normal| normal.z >= CARRIES);
+        turn(body).dot(&normals.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_else(Vector3::z))
+    }
+
+    /// A vector for each slot of `contacts`; zero where the target is not touched by that body, or is that body.
+    fn slots(&self, track: &HandTrack, value: impl Fn(usize, &Contact, usize) -> Vector3<f64>) -> Slots {
+        let slot = |partner: &usize| {
+            self.vectors(track, |frame, body| {
+                self.contacts
+                    .get(&(body, *partner))
+                    .map_or_else(Vector3::zeros, |contact| value(frame, contact, *partner))
+            })
+        };
+        self.partners.iter().map(slot).collect()
+    }
+
+    fn handled(&self, track: &HandTrack) -> Slots {
+        let other = self.tracks.iter().find(|other| other.side != track.side);
+        let touches = |frame: usize, partner: usize| {
+            other.is_some_and(|other| {
+                other.touching.get(frame) == Some(&true) && other.target.get(frame) == Some(&Some(partner))
+            })
+        };
+        let slot = |partner: &usize| {
+            vec![self.scalars(track, |frame, body| flag(body != *partner && touches(frame, *partner)))]
+        };
+        self.partners.iter().map(slot).collect()
+    }
+
+    fn load(&self, track: &HandTrack) -> Vec<f64> {
+        let forces: Vec<[&[f64]; 3]> = Finger::ALL
+            .iter()
+            .filter_map(|finger| self.measured.vec3(&format!("{}.{finger}.force", track.side)))
+            .collect();
+        (0..self.measured.len())
+            .map(|frame| forces.iter().map(|force| vector(force, frame)).sum::<Vector3<f64>>().norm())
+            .collect()
+    }
+
+    /// The targets of both hands, left first, where they differ.
+    fn both_targets(&self, frame: usize) -> Option<(usize, usize)> {
+        let target =
+            |side: Side| self.tracks.iter().find(|track| track.side == side)?.target.get(frame).copied().flatten();
+        target(Side::Left).zip(target(Side::Right)).filter(|(left, right)| left != right)
+    }
+
+    /// Speed at which one target's depth in the other grows, m/s; 0 while neither is in the other.
+    fn closing(&self) -> Vec<f64> {
+        let depth_rates: BTreeMap<usize, Vec<f64>> = self
+            .plugged
+            .iter()
+            .map(|(body, plug)| {
+                (*body, slope(self.measured, |frame| plug.depth.get(frame).copied().unwrap_or_default()))
+            })
+            .collect();
+        let into = |frame: usize, body: usize, other: usize| {
+            let socket = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
+            (self.sockets.get(socket)?.body == other).then(|| depth_rates.get(&body)?.get(frame).copied())?
+        };
+        let at = |frame: usize| {
+            self.both_targets(frame)
+                .and_then(|(left, right)| into(frame, left, right).or_else(|| into(frame, right, left)))
+        };
+        (0..self.measured.len()).map(|frame| at(frame).unwrap_or_default()).collect()
+    }
+
+    fn targets_contact(&self) -> Vec<f64> {
+        let mut flags = Vec::with_capacity(self.measured.len());
+        for stretch in &self.measured.stretches {
+            let mut touching = false;
+            for frame in stretch.clone() {
+                let contact = self.both_targets(frame).and_then(|pair| self.contacts.get(&pair));
+                touching = contact.is_some_and(|contact| contact.touching(frame, touching));
+                flags.push(flag(touching));
+            }
+        }
+        flags
+    }
+}
+
+/// Rows of components as columns.
+fn columns<const N: usize>(rows: impl Iterator<Item = [f64; N]>) -> Vec<Vec<f64>> {
+    let mut columns = vec![Vec::with_capacity(rows.size_hint().0); N];
+    for row in rows {
+        for (column, value) in columns.iter_mut().zip(row) {
+            column.push(value);
+        }
+    }
+    columns
+}
+
+fn flag(yes: bool) -> f64 {
+    f64::from(u8::from(yes))
+}

@@ -1,0 +1,55 @@
+//! Distances to the shapes of a scene, without a physics library: box, cylinder and ball have closed forms.
+
+use crate::base::scene::{Body, Part, Shape};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+
+/// A pose from a position and a quaternion w x y z; a quaternion without direction is no rotation.
+pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
+    let [x, y, z] = position;
+    Isometry3::from_parts(Translation3::new(x, y, z), unit(rotation))
+}
+
+/// A unit quaternion from w x y z; no rotation when it has no direction.
+pub fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
+    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_else(UnitQuaternion::identity)
+}
+
+/// Radius of the ball about the body's origin that holds it, m; 0 when nothing is known of its size.
+pub fn bounding_radius(body: &Body) -> f64 {
+    body.radius.map_or_else(|| body.parts.iter().map(part_radius).fold(0.0, f64::max), |radius| radius.0)
+}
+
+fn part_radius(part: &Part) -> f64 {
+    let [x, y, z] = part.at.map(|length| length.0);
+    let own = match part.shape {
+        Shape::Box(edges) => edges.iter().map(|edge| (edge.0 / 2.0).powi(2)).sum::<f64>().sqrt(),
+        Shape::Cylinder([radius, height]) => radius.0.hypot(height.0 / 2.0),
+        Shape::Ball(radius) => radius.0,
+    };
+    (x * x + y * y + z * z).sqrt() + own
+}
+
+/// Distance from a point to the surface of a body, m, negative inside. A body without shape is the ball that holds it.
+pub fn surface_distance(body: &Body, point_in_body: &Point3<f64>) -> f64 {
+    if body.parts.is_empty() {
+        return point_in_body.coords.norm() - bounding_radius(body);
+    }
+    body.parts.iter().map(|part| part_distance(part, point_in_body)).fold(f64::INFINITY, f64::min)
+}
+
+fn part_distance(part: &Part, point_in_body: &Point3<f64>) -> f64 {
+    let body_from_part = pose(part.at.map(|length| length.0), part.turned);
+    let p = body_from_part.inverse_transform_point(point_in_body);
+    match part.shape {
+        Shape::Ball(radius) => p.coords.norm() - radius.0,
+        Shape::Box([x, y, z]) => beyond(&[p.x.abs() - x.0 / 2.0, p.y.abs() - y.0 / 2.0, p.z.abs() - z.0 / 2.0]),
+        Shape::Cylinder([radius, height]) => beyond(&[p.x.hypot(p.y) - radius.0, p.z.abs() - height.0 / 2.0]),
+    }
+}
+
+/// How far a point is beyond faces that stand at right angles: the way to the nearest corner outside, minus the way to the nearest face inside.
+fn beyond(over: &[f64]) -> f64 {
+    let outside = over.iter().map(|over| over.max(0.0).powi(2)).sum::<f64>().sqrt();
+    let inside = over.iter().copied().fold(f64::NEG_INFINITY, f64::max).min(0.0);
+    outside + inside
+}

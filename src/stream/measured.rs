@@ -1,0 +1,234 @@
+//! What was measured, made fit for the rules: a recording in, its trusted columns on an even time base out.
+//!
+//! Columns that nobody knows are left aside, dead force sensors read as no contact, rows in which a value is missing become gaps.
+//! Each of these is told as an issue (docs/logs.md).
+
+use super::dead;
+use super::frames::Issue;
+use super::names::{self, Meaning};
+use super::timebase::{Timebase, timebase};
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use crate::base::scene::Scene;
+use crate::base::units::Dimension;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// A log that can be trusted frame by frame: no NaN, an even step within each stretch.
+pub struct Measured<'a> {
+    /// Bodies and hands.
+    pub scene: &'a Scene,
+    /// Time of each frame, s.
+    pub time: Vec<f64>,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Gap-free stretches of frames.
+    pub stretches: Vec<Range<usize>>,
+    /// What was found and done.
+    pub issues: Vec<Issue>,
+    columns: BTreeMap<&'a str, (Dimension, Cow<'a, [f64]>)>,
+}
+
+impl<'a> Measured<'a> {
+    /// Takes the columns with canonical names, and those that `asked` for by name although they are not canonical.
+    ///
+    /// # Errors
+    /// When a column is not as long as the time, a vector lacks a component, or the time base is unusable.
+    pub fn new(recording: &'a Recording, asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
+        let rows = recording.time.len();
+        let mut issues = vec![];
+        let mut columns: BTreeMap<&str, (Dimension, Cow<[f64]>)> = BTreeMap::new();
+        for (name, column) in &recording.columns {
+            if column.values.len() != rows {
+                let message = format!("the column has {} values, the time has {rows}", column.values.len());
+                return Err(InputError::new(format!("channel {name}"), message));
+            }
+            if let Some(problem) = unknown(name, recording).filter(|_| !asked(name)) {
+                issues.push(over_all(recording, "unknown_channel", name, problem));
+            } else if rows > 0 && column.values.iter().all(|value| value.is_nan()) {
+                issues.push(over_all(
+                    recording,
+                    "not_a_number",
+                    name,
+                    "no sample was measured; the channel counts as absent".into(),
+                ));
+            } else {
+                columns.insert(name, (column.dimension, Cow::Borrowed(&column.values)));
+            }
+        }
+        whole_vectors(&columns)?;
+        issues.extend(dead::silence(&recording.time, &mut columns));
+        let keep = measured_rows(&recording.time, &columns, &mut issues);
+        let Timebase { rate_hz, rows, stretches } = timebase(&recording.time, &keep, &mut issues)?;
+        if rows.len() < recording.time.len() {
+            for (_, values) in columns.values_mut() {
+                *values = Cow::Owned(rows.iter().filter_map(|row| values.get(*row).copied()).collect());
+            }
+        }
+        let time = rows.iter().filter_map(|row| recording.time.get(*row).copied()).collect();
+        Ok(Self { scene: &recording.scene, time, rate_hz, stretches, issues, columns })
+    }
+
+    /// Number of frames.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// A channel of one column.
+    pub fn scalar(&self, name: &str) -> Option<&[f64]> {
+        self.columns.get(name).map(|(_, values)| values.as_ref())
+    }
+
+    /// The dimension of a column.
+    pub fn dimension(&self, column: &str) -> Option<Dimension> {
+        self.columns.get(column).map(|(dimension, _)| *dimension)
+    }
+
+    /// A channel of three columns.
+    pub fn vec3(&self, name: &str) -> Option<[&[f64]; 3]> {
+        Some([self.component(name, "x")?, self.component(name, "y")?, self.component(name, "z")?])
+    }
+
+    /// A channel of four columns w x y z.
+    pub fn rotation(&self, name: &str) -> Option<[&[f64]; 4]> {
+        Some([
+            self.component(name, "w")?,
+            self.component(name, "x")?,
+            self.component(name, "y")?,
+            self.component(name, "z")?,
+        ])
+    }
+
+    fn component(&self, name: &str, component: &str) -> Option<&[f64]> {
+        self.scalar(&format!("{name}.{component}"))
+    }
+
+    /// The names of the channels, without components, in order.
+    pub fn channels(&self) -> Vec<&str> {
+        let mut channels: Vec<&str> =
+            self.columns.keys().map(|name| names::meaning(name).map_or(*name, |meaning| meaning.channel)).collect();
+        channels.dedup();
+        channels
+    }
+}
+
+/// An issue over the whole log.
+fn over_all(recording: &Recording, kind: &str, channel: &str, message: String) -> Issue {
+    let (start_s, end_s) = (recording.time.first(), recording.time.last());
+    Issue {
+        kind: kind.into(),
+        start_s: start_s.copied().unwrap_or_default(),
+        end_s: end_s.copied().unwrap_or_default(),
+        channel: channel.into(),
+        message,
+    }
+}
+
+/// Why a column is not known, if it is not.
+fn unknown(name: &str, recording: &Recording) -> Option<String> {
+    let bodies = &recording.scene.bodies;
+    let known = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    match names::meaning(name) {
+        Some(Meaning { bodies: mentioned, .. }) => {
+            let stranger = mentioned.into_iter().flatten().find(|body| !bodies.contains_key(*body))?;
+            let near = known(names::nearest(stranger, bodies.keys().map(String::as_str)));
+            Some(format!("the scene has no body `{stranger}`; the column is ignored{near}"))
+        }
+        None => {
+            let hand_names = canonical_hand_columns();
+            let body_names =
+                bodies.keys().flat_map(|body| BODY_ENDINGS.iter().map(move |ending| format!("{body}.{ending}")));
+            let all: Vec<String> = hand_names.chain(body_names).collect();
+            let near = known(names::nearest(name, all.iter().map(String::as_str)));
+            Some(format!("no channel has this name; the column is ignored{near}"))
+        }
+    }
+}
+
+const BODY_ENDINGS: [&str; 13] = [
+    "position.x",
+    "position.y",
+    "position.z",
+    "rotation.w",
+    "rotation.x",
+    "rotation.y",
+    "rotation.z",
+    "velocity.x",
+    "velocity.y",
+    "velocity.z",
+    "angular_velocity.x",
+    "angular_velocity.y",
+    "angular_velocity.z",
+];
+
+fn canonical_hand_columns() -> impl Iterator<Item = String> {
+    use crate::base::hands::{Finger, Side};
+    const ENDINGS: [&str; 7] = ["position.x", "position.y", "position.z", "force.x", "force.y", "force.z", "contact"];
+    Side::BOTH.into_iter().flat_map(|side| {
+        Finger::ALL
+            .into_iter()
+            .flat_map(move |finger| ENDINGS.iter().map(move |ending| format!("{side}.{finger}.{ending}")))
+    })
+}
+
+/// Checks that a vector has all its components.
+fn whole_vectors(columns: &BTreeMap<&str, (Dimension, Cow<[f64]>)>) -> Result<(), InputError> {
+    for name in columns.keys() {
+        let Some(meaning) = names::meaning(name) else { continue };
+        let components = meaning.shape.components();
+        let lacking = components.iter().find(|component| {
+            !component.is_empty() && !columns.contains_key(format!("{}.{component}", meaning.channel).as_str())
+        });
+        if let Some(component) = lacking {
+            let message = format!("the log has `{name}` but not `{}.{component}`", meaning.channel);
+            return Err(InputError::new(format!("channel {}", meaning.channel), message));
+        }
+    }
+    Ok(())
+}
+
+/// Which rows have every value; the others become gaps, each with an issue that names the channel.
+fn measured_rows(
+    time: &[f64],
+    columns: &BTreeMap<&str, (Dimension, Cow<[f64]>)>,
+    issues: &mut Vec<Issue>,
+) -> Vec<bool> {
+    /// Intervals told one by one for a channel; more are summed up.
+    const TOLD: usize = 20;
+    let mut keep = vec![true; time.len()];
+    for (name, (_, values)) in columns {
+        let mut intervals: Vec<Range<usize>> = vec![];
+        for (row, (value, keep)) in values.iter().zip(&mut keep).enumerate() {
+            if value.is_nan() {
+                *keep = false;
+                match intervals.last_mut() {
+                    Some(last) if last.end == row => last.end = row + 1,
+                    _ => intervals.push(row..row + 1),
+                }
+            }
+        }
+        let all: usize = intervals.iter().map(Range::len).sum();
+        if let (true, Some(first), Some(last)) = (intervals.len() > TOLD, intervals.first(), intervals.last()) {
+            let message =
+                format!("{all} samples in {} intervals were not measured; those frames are left out", intervals.len());
+            issues.push(Issue { message, ..not_measured(time, name, &(first.start..last.end)) });
+        } else {
+            issues.extend(intervals.iter().map(|interval| not_measured(time, name, interval)));
+        }
+    }
+    keep
+}
+
+fn not_measured(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
+    let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
+    let samples = if rows.len() == 1 { "1 sample was".to_string() } else { format!("{} samples were", rows.len()) };
+    let message = format!("{samples} not measured; the frames are left out and everything restarts after them");
+    Issue {
+        kind: "not_a_number".into(),
+        start_s: at(rows.start),
+        end_s: at(rows.end),
+        channel: channel.into(),
+        message,
+    }
+}

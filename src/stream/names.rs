@@ -1,0 +1,149 @@
+//! The names of a canonical log: what a column measures, read off its name (docs/logs.md).
+//!
+//! ```text
+//! time                                            s
+//! <hand>.<finger>.position.{x,y,z}                m, reference frame
+//! <hand>.<finger>.force.{x,y,z}                   N, of the fingertip on the object, reference frame
+//! <hand>.<finger>.contact                         1 while the finger touches an object
+//! <hand>.<finger>.contact.<object>                1 while it touches this object
+//! <hand>.palm.rotation.{w,x,y,z}                  reference_from_palm
+//! <hand>.gripper.closed, <hand>.gripper.opening   1 while closed; m
+//! <body>.position.{x,y,z} .rotation.{w,x,y,z} .velocity.{x,y,z} .angular_velocity.{x,y,z}
+//! <object>.depth.<socket>                         m, positive inside
+//! contact.<a>.<b>                                 1 while they touch
+//! contact.<a>.<b>.force.{x,y,z}                   N, of b on a, reference frame
+//! contact.<a>.<b>.normal.{x,y,z}                  unit normal from b to a, reference frame
+//! left.label, right.label, both.label             ground truth, text, never read by the rules
+//! ```
+
+use crate::base::channels::Shape;
+use crate::base::hands::{Finger, Side};
+use crate::base::units::Dimension;
+
+/// What a column is, as far as its name tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Meaning<'a> {
+    /// The name without the component: `right.thumb.force`.
+    pub channel: &'a str,
+    /// The component among `shape.components()`.
+    pub component: usize,
+    /// What the whole channel is.
+    pub shape: Shape,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// The bodies that the name mentions, which a scene has to know.
+    pub bodies: [Option<&'a str>; 2],
+}
+
+/// What a channel is, as far as its name tells: its shape, its dimension and the bodies it mentions.
+type Channel<'a> = (Shape, Dimension, [Option<&'a str>; 2]);
+
+/// The meaning of a column, or `None` for a name that is not canonical.
+pub fn meaning(column: &str) -> Option<Meaning<'_>> {
+    if let Some((shape, dimension, bodies)) = channel(column)
+        && shape.components().len() == 1
+    {
+        return Some(Meaning { channel: column, component: 0, shape, dimension, bodies });
+    }
+    let (name, last) = column.rsplit_once('.')?;
+    let (shape, dimension, bodies) = channel(name)?;
+    let component = shape.components().iter().position(|component| *component == last)?;
+    (shape.components().len() > 1).then_some(Meaning { channel: name, component, shape, dimension, bodies })
+}
+
+/// What a channel is by its name without component, or `None` for a name that is not canonical.
+pub fn channel(name: &str) -> Option<Channel<'_>> {
+    let parts: Vec<&str> = name.split('.').collect();
+    if parts.iter().any(|part| part.is_empty()) {
+        return None;
+    }
+    if let [side, rest @ ..] = parts.as_slice()
+        && Side::from_name(side).is_some()
+    {
+        return hand_channel(rest);
+    }
+    Some(match *parts.as_slice() {
+        ["contact", a, b] => (Shape::Bool, Dimension::NONE, [Some(a), Some(b)]),
+        ["contact", a, b, "force"] => (Shape::Vec3, Dimension::FORCE, [Some(a), Some(b)]),
+        ["contact", a, b, "normal"] => (Shape::Vec3, Dimension::NONE, [Some(a), Some(b)]),
+        ["contact" | "both" | "time", ..] => return None,
+        [body, "position"] => (Shape::Vec3, Dimension::LENGTH, [Some(body), None]),
+        [body, "rotation"] => (Shape::Rotation, Dimension::NONE, [Some(body), None]),
+        [body, "velocity"] => (Shape::Vec3, Dimension::SPEED, [Some(body), None]),
+        [body, "angular_velocity"] => (Shape::Vec3, Dimension::ANGULAR_SPEED, [Some(body), None]),
+        [body, "depth", _socket] => (Shape::Scalar, Dimension::LENGTH, [Some(body), None]),
+        _ => return None,
+    })
+}
+
+fn hand_channel<'a>(rest: &[&'a str]) -> Option<Channel<'a>> {
+    let finger = |name: &str| Finger::from_name(name).is_some();
+    Some(match *rest {
+        [name, "position"] if finger(name) => (Shape::Vec3, Dimension::LENGTH, [None, None]),
+        [name, "force"] if finger(name) => (Shape::Vec3, Dimension::FORCE, [None, None]),
+        [name, "contact"] if finger(name) => (Shape::Bool, Dimension::NONE, [None, None]),
+        [name, "contact", object] if finger(name) => (Shape::Bool, Dimension::NONE, [Some(object), None]),
+        ["palm", "rotation"] => (Shape::Rotation, Dimension::NONE, [None, None]),
+        ["gripper", "closed"] => (Shape::Bool, Dimension::NONE, [None, None]),
+        ["gripper", "opening"] => (Shape::Scalar, Dimension::LENGTH, [None, None]),
+        _ => return None,
+    })
+}
+
+/// Whether this column is ground truth: text that no rule reads.
+pub fn is_label(column: &str) -> bool {
+    matches!(column, "left.label" | "right.label" | "both.label")
+}
+
+/// Whether a body may have this name: it must not be taken for another part of a channel name.
+pub fn is_body_name(name: &str) -> bool {
+    let reserved = Side::from_name(name).is_some() || matches!(name, "contact" | "both" | "time");
+    !name.is_empty()
+        && !reserved
+        && !name.contains(|c: char| c == '.' || c == ',' || c.is_whitespace() || c.is_control())
+}
+
+/// Splits `right.thumb.force.x [mN]` into name and unit; the unit is `None` when it is left out.
+pub fn split_unit(header: &str) -> (&str, Option<&str>) {
+    let header = header.trim();
+    match header.strip_suffix(']').and_then(|head| head.rsplit_once('[')) {
+        Some((name, unit)) => (name.trim_end(), Some(unit.trim())),
+        None => (header, None),
+    }
+}
+
+/// The known name nearest to `name`, if it is near enough to be meant: at most a third of its letters differ.
+pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // A name this long is no slip of the pen, and the comparison takes the product of the lengths.
+    const LONGEST: usize = 100;
+    let length = name.chars().count();
+    if length > LONGEST {
+        return None;
+    }
+    known
+        .into_iter()
+        .filter(|other| other.chars().count() <= LONGEST)
+        .map(|other| (distance(name, other), other))
+        .filter(|(distance, _)| *distance > 0 && distance * 3 <= length)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, other)| other)
+}
+
+/// The number of letters to insert, delete or replace (Levenshtein).
+fn distance(from: &str, to: &str) -> usize {
+    let mut row: Vec<usize> = (0..=to.chars().count()).collect();
+    for (i, a) in from.chars().enumerate() {
+        let mut diagonal = i;
+        let mut left = i + 1;
+        for (cell, b) in row.iter_mut().skip(1).zip(to.chars()) {
+            let best = (diagonal + usize::from(a != b)).min(*cell + 1).min(left + 1);
+            diagonal = *cell;
+            *cell = best;
+            left = best;
+        }
+        if let Some(first) = row.first_mut() {
+            *first = i + 1;
+        }
+    }
+    row.last().copied().unwrap_or_default()
+}

@@ -1,0 +1,74 @@
+//! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
+
+use super::csv;
+use super::derive;
+use super::frames::{Frames, Issue};
+use crate::base::channels::ChannelSpec;
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use std::path::{Path, PathBuf};
+
+/// What to open.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct OpenRequest {
+    /// The log.
+    pub log: PathBuf,
+    /// The binding that describes a foreign log; the log is canonical when left out.
+    pub binding: Option<PathBuf>,
+    /// A scene instead of the one that the log or the binding carries.
+    pub scene: Option<PathBuf>,
+}
+
+/// An opened log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Opened {
+    /// The log as the user named it.
+    pub log: PathBuf,
+    /// Its columns under canonical names.
+    pub recording: Recording,
+    /// What was dropped while it was read.
+    pub issues: Vec<Issue>,
+    /// The hand file that the binding names.
+    pub hand_file: Option<String>,
+    /// Rule parameters that the binding overrides, in its order: name, and value with unit.
+    pub params: Vec<(String, String)>,
+}
+
+/// Opens a log.
+///
+/// # Errors
+/// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
+pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
+    let ending = request.log.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if !matches!(ending.as_str(), "csv" | "tsv" | "txt") {
+        return Err(InputError::new(
+            request.log.display().to_string(),
+            format!("found a file that ends in `.{ending}`, wanted `.csv`, `.tsv` or `.txt`"),
+        )
+        .help("logs of other formats have to be exported as CSV"));
+    }
+    let csv::Read { recording, issues } = csv::read(&request.log, request.scene.as_deref())?;
+    Ok(Opened { log: request.log.clone(), recording, issues, hand_file: None, params: vec![] })
+}
+
+impl Opened {
+    /// The frames that rules with these channels read; every issue of the log is among theirs.
+    ///
+    /// # Errors
+    /// As [`frames`](super::frames()), with the name of the log.
+    pub fn frames(&self, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
+        let mut frames = derive::frames(&self.recording, channels).map_err(|error| in_log(&self.log, error))?;
+        frames.issues.splice(0..0, self.issues.iter().cloned());
+        frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+        Ok(frames)
+    }
+}
+
+/// The same error with the name of the log: `the log` is what it is called where no file is known.
+fn in_log(log: &Path, error: InputError) -> InputError {
+    let place = match error.place.as_str() {
+        "the log" => log.display().to_string(),
+        inside => format!("{} {inside}", log.display()),
+    };
+    InputError { place, ..error }
+}

@@ -1,0 +1,118 @@
+//! Derived channels against values worked out by hand.
+
+use super::{ask, ask_contact, ask_fingers, column, recording};
+use teachtree::base::channels::Shape;
+use teachtree::base::hands::Finger;
+use teachtree::base::recording::Recording;
+use teachtree::base::units::Dimension;
+use teachtree::stream::frames;
+
+const BOX: &str = "
+bodies:
+  cube: {role: object, mass: 50 g, parts: [{box: [120 mm, 120 mm, 120 mm]}]}
+  ball: {role: object, position: [0.5 m, 0 m, 40 mm], parts: [{ball: 40 mm}]}
+  base: {role: support}
+hands:
+  right: {fingers: [thumb, index]}
+";
+
+fn near(found: f64, wanted: f64, tolerance: f64) {
+    assert!((found - wanted).abs() <= tolerance, "found {found}, wanted {wanted} within {tolerance}");
+}
+
+/// A hand that stands over the cube for 0.5 s, passes to the ball while the thumb presses from 0.2 s to 0.8 s, and the cube that slides along x.
+fn passing() -> Recording {
+    let thumb = |t: f64| if t < 0.5 { 0.0 } else { 0.5 };
+    recording(
+        BOX,
+        100.0,
+        100,
+        &[
+            ("right.thumb.position.x", &thumb),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|_| 0.2),
+            ("right.index.position.x", &thumb),
+            ("right.index.position.y", &|_| 0.02),
+            ("right.index.position.z", &|_| 0.2),
+            ("right.thumb.force.x", &|t| if (0.2..0.8).contains(&t) { 0.3 + 0.1 * t } else { 0.0 }),
+            ("right.thumb.force.y", &|_| 0.0),
+            ("right.thumb.force.z", &|t| if (0.2..0.8).contains(&t) { -0.4 } else { 0.0 }),
+            ("cube.position.x", &|t| 0.05 * t * t),
+            ("cube.position.y", &|_| 0.0),
+            ("cube.position.z", &|_| 0.06),
+            ("contact.cube.base.force.x", &|_| 0.0),
+            ("contact.cube.base.force.y", &|_| 0.0),
+            ("contact.cube.base.force.z", &|_| 0.49),
+        ],
+    )
+}
+
+#[test]
+fn the_target_changes_only_while_nothing_is_touched() {
+    let frames =
+        frames(&passing(), &[ask("target"), ask_contact(), ask("target.radius"), ask("target.weight")]).unwrap();
+    assert_eq!(frames.objects, ["cube", "ball"]);
+    let target = column(&frames, "target", 0, 0);
+    // The thumb presses the cube until 0.8 s, although the fingertips are over the ball from 0.5 s on.
+    assert!(target[..80].iter().all(|object| *object == 0.0));
+    assert!(target[80..].iter().all(|object| *object == 1.0));
+    let touches = column(&frames, "fingers.contact", 0, 0);
+    assert_eq!((touches[19], touches[20], touches[79], touches[80]), (0.0, 1.0, 1.0, 0.0));
+    near(column(&frames, "target.radius", 0, 0)[0], 0.06 * 3f64.sqrt(), 1e-12);
+    near(column(&frames, "target.weight", 0, 0)[0], 0.4905, 1e-12);
+    near(column(&frames, "target.radius", 0, 0)[99], 0.04, 1e-12);
+}
+
+#[test]
+fn velocities_are_slopes_of_fitted_lines() {
+    let frames = frames(&passing(), &[ask("target.velocity"), ask("target.spin")]).unwrap();
+    let velocity = column(&frames, "target.velocity", 0, 0);
+    // The slope of a parabola through a window that is even on both sides is exact: x = 0.05 t², v = 0.1 t.
+    near(velocity[40], 0.04, 1e-12);
+    // At the beginning the window is one-sided, 50 ms long: the slope is that of its middle.
+    near(velocity[0], 0.1 * 0.025, 1e-12);
+    assert_eq!(column(&frames, "target.velocity", 0, 2)[40], 0.0);
+    assert_eq!(column(&frames, "target.spin", 0, 0)[40], 0.0);
+}
+
+#[test]
+fn contacts_have_a_slot_for_each_body_and_the_direction_of_their_force() {
+    let frames = frames(
+        &passing(),
+        &[
+            ask("contacts.force"),
+            ask("contacts.normal"),
+            ask("load"),
+            ask_fingers("force", Shape::Vec3, Dimension::FORCE),
+        ],
+    )
+    .unwrap();
+    let right = &frames.layout.hands[0];
+    assert_eq!(right.contacts, ["base"]);
+    assert_eq!(right.fingers, [Finger::Thumb, Finger::Index]);
+    assert_eq!(column(&frames, "contacts.force", 0, 2)[10], 0.49);
+    assert_eq!(column(&frames, "contacts.normal", 0, 2)[10], 1.0);
+    near(column(&frames, "load", 0, 0)[50], 0.35f64.hypot(0.4), 1e-12);
+    // The index has no force in the log: it feels nothing, and that is told.
+    assert!(column(&frames, "fingers.force", 1, 2).iter().all(|force| *force == 0.0));
+    assert!(frames.issues.iter().any(|issue| issue.kind == "missing_channel" && issue.channel == "right.index.force"));
+}
+
+#[test]
+fn a_contact_is_the_same_from_either_side() {
+    let mut turned = passing();
+    turned.columns = turned
+        .columns
+        .into_iter()
+        .map(|(name, mut column)| match name.strip_prefix("contact.cube.base") {
+            Some(rest) => {
+                column.values.iter_mut().for_each(|value| *value = -*value);
+                (format!("contact.base.cube{rest}"), column)
+            }
+            None => (name, column),
+        })
+        .collect();
+    let channels = [ask("contacts.force"), ask("contacts.normal")];
+    let (one, other) = (frames(&passing(), &channels).unwrap(), frames(&turned, &channels).unwrap());
+    assert_eq!(one.columns, other.columns);
+}
