@@ -4,6 +4,9 @@
 //! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
 //! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
+//!
+//! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
+//! can be shown as they close; relabelling needs a whole stretch, because its rules look at what comes after.
 
 pub mod csv;
 pub mod json;
@@ -17,7 +20,7 @@ mod spans;
 mod stretch;
 mod tasks;
 
-pub use measures::CHANNELS;
+pub use measures::channels;
 pub use rounds::MAX_ROUNDS;
 
 use crate::base::hands::Side;
