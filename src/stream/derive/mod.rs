@@ -9,7 +9,7 @@ mod raw;
 mod sockets;
 mod targets;
 
-use super::frames::{ColumnKey, Frames, HandLayout, Layout};
+use super::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 use super::measured::Measured;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
 use crate::base::error::InputError;
@@ -31,6 +31,7 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
+    issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
     let partners = contacts::partners(&measured, &objects);
     let hands: Vec<HandLayout> = sides(&measured)
         .map(|side| HandLayout {
@@ -82,6 +83,13 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     frames.issues = issues;
     Ok(frames)
+}
+
+/// Tells of an object whose position the log lacks.
+fn unseen(measured: &Measured, body: usize) -> Option<Issue> {
+    let channel = format!("{}.position", body_name(measured, body)?);
+    let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
+    measured.vec3(&channel).is_none().then(|| measured.over_all("missing_channel", &channel, message))
 }
 
 /// Whether one of the raw channels is read from this column.
