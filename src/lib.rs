@@ -6,7 +6,10 @@
 //!                                    rules ──▶ language ──▶ graph
 //! ```
 
+pub mod analysis;
 pub mod base;
 pub mod engine;
+pub mod graph;
 pub mod language;
+pub mod report;
 pub mod stream;

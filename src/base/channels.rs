@@ -1,6 +1,7 @@
 //! The vocabulary of channels: what a value per frame can be, and the derived channels that `stream` computes for the rules.
 //! A log carries the raw ones; a rule file declares in `stream { … }` which raw ones it reads.
 
+use super::hands::Side;
 use super::units::Dimension;
 
 /// What one element of a channel is.
@@ -182,4 +183,14 @@ pub const DERIVED: &[Derived] = &[
 /// The derived channel with this name.
 pub fn derived(name: &str) -> Option<&'static Derived> {
     DERIVED.iter().find(|channel| channel.name == name)
+}
+
+/// The hands whose targets a channel of `side` speaks of: what is restarted when such a target changes.
+pub fn reads_target(name: &str, side: Option<Side>) -> Vec<Side> {
+    let of_hand = name == "target" || name.starts_with("target.") || name.starts_with("contacts.");
+    match side {
+        Some(side) if of_hand => vec![side],
+        None if name == "closing" || name == "targets.contact" => Side::BOTH.to_vec(),
+        _ => Vec::new(),
+    }
 }

@@ -1,3 +1,10 @@
 //! The evaluators: frames in, labels out. They read no clock and no file.
 
+pub mod bits;
+pub mod columns;
+pub mod evaluator;
+pub mod machine;
+pub mod open;
+pub mod plan;
+pub mod reference;
 pub mod runs;

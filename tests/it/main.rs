@@ -6,5 +6,6 @@ mod analysis;
 mod engine;
 mod language;
 mod stream;
+mod tidy;
 #[cfg(feature = "world")]
 mod world;

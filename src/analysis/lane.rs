@@ -1,0 +1,57 @@
+//! Segments in the making: runs with a trail of the rules that changed them.
+//!
+//! A lane holds the pieces of one track in one gap-free stretch. Invariants: pieces are in order, none is empty,
+//! neighbours meet and have different labels.
+
+use crate::engine::runs::Run;
+use crate::language::rules::Label;
+use std::ops::Range;
+
+/// A segment in the making.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Piece {
+    /// Frames `[start, end)`.
+    pub frames: Range<usize>,
+    /// The primitive.
+    pub label: Label,
+    /// The rules that changed it, as positions in `Rules::relabels`, in the order in which they did.
+    pub by: Vec<usize>,
+}
+
+/// Appends a piece, joining it to the last one when they meet and have the same label.
+pub(super) fn append(lane: &mut Vec<Piece>, piece: Piece) {
+    match lane.last_mut() {
+        Some(last) if last.label == piece.label && last.frames.end == piece.frames.start => {
+            last.frames.end = piece.frames.end;
+            add(&mut last.by, &piece.by);
+        }
+        _ => lane.push(piece),
+    }
+}
+
+/// Adds rules to a trail, each once.
+pub(super) fn add(trail: &mut Vec<usize>, rules: &[usize]) {
+    for rule in rules {
+        if !trail.contains(rule) {
+            trail.push(*rule);
+        }
+    }
+}
+
+/// The pieces of settled runs; a run without a label (`separate`) leaves a gap.
+pub(super) fn pieces(runs: &[Run]) -> Vec<Piece> {
+    let labelled = runs.iter().filter_map(|run| run.label.map(|label| (run, label)));
+    labelled.map(|(run, label)| Piece { frames: run.start..run.end, label, by: Vec::new() }).collect()
+}
+
+/// The pieces of a lane that share a frame with an interval.
+pub(super) fn within<'a>(lane: &'a [Piece], frames: &Range<usize>) -> &'a [Piece] {
+    let start = lane.partition_point(|piece| piece.frames.end <= frames.start);
+    let end = lane.partition_point(|piece| piece.frames.start < frames.end);
+    lane.get(start..end).unwrap_or(&[])
+}
+
+/// The label of a lane at a frame.
+pub(super) fn label_at(lane: &[Piece], frame: usize) -> Option<Label> {
+    within(lane, &(frame..frame + 1)).first().map(|piece| piece.label)
+}

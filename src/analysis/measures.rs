@@ -1,0 +1,102 @@
+//! What a key asks beyond its primitive: how long, how far, how much turned (`lasting`, `travelling`, `turning`).
+
+use super::lane::Piece;
+use super::stretch::samples;
+use crate::base::hands::Side;
+use crate::language::rules::Key;
+use crate::stream::frames::{ColumnKey, Frames};
+
+/// The derived channels that keys and joined tasks are judged by; a log's frames should be made with them.
+pub const CHANNELS: &[&str] = &[TARGET, POSITION, SPIN];
+
+/// The object that the hand handles.
+pub(super) const TARGET: &str = "target";
+/// Where it is, m, reference frame.
+pub(super) const POSITION: &str = "target.position";
+/// How fast it turns, rad/s.
+pub(super) const SPIN: &str = "target.spin";
+
+/// Whether a key cannot be judged without a channel.
+pub(super) fn asks(key: &Key, channel: &str) -> bool {
+    match channel {
+        POSITION => key.travelling.is_some(),
+        SPIN => key.turning.is_some(),
+        _ => false,
+    }
+}
+
+/// What the log says about the target of one hand.
+pub(super) struct Measures<'a> {
+    rate_hz: f64,
+    target: Option<&'a [f64]>,
+    position: Option<[&'a [f64]; 3]>,
+    spin: Option<&'a [f64]>,
+}
+
+impl<'a> Measures<'a> {
+    /// Finds the columns of a hand.
+    pub fn new(frames: &'a Frames, side: Side) -> Self {
+        let column = |name: &str, component: u32| {
+            let channel = frames.channel(name)?;
+            frames.column(ColumnKey { channel, side: Some(side), slot: 0, component })
+        };
+        let axis = |component| column(POSITION, component);
+        Self {
+            rate_hz: frames.layout.rate_hz,
+            target: column(TARGET, 0),
+            position: axis(0).zip(axis(1)).zip(axis(2)).map(|((x, y), z)| [x, y, z]),
+            spin: column(SPIN, 0),
+        }
+    }
+
+    /// Whether a channel of [`CHANNELS`] is there.
+    pub fn has(&self, channel: &str) -> bool {
+        match channel {
+            TARGET => self.target.is_some(),
+            POSITION => self.position.is_some(),
+            _ => self.spin.is_some(),
+        }
+    }
+
+    /// The target at a frame, as its number among the objects; `None` when the log does not say.
+    pub fn target(&self, frame: usize) -> Option<i64> {
+        // Objects are numbered in column form; the cast cannot lose anything that matters.
+        self.target.and_then(|target| target.get(frame)).map(|target| *target as i64)
+    }
+
+    /// Whether a key is found among pieces: its primitive lasts and travels far enough in one piece,
+    /// and turns far enough over all those pieces. What the log cannot tell does not hold.
+    pub fn found(&self, key: &Key, pieces: &[Piece]) -> bool {
+        let asked = pieces.iter().filter(|piece| {
+            key.label.covers(piece.label)
+                && key.lasting.as_ref().is_none_or(|least| piece.frames.len() >= samples(least.value, self.rate_hz))
+                && key.travelling.as_ref().is_none_or(|least| self.travelled(piece) >= least.value)
+        });
+        let pieces: Vec<&Piece> = asked.collect();
+        !pieces.is_empty() && key.turning.as_ref().is_none_or(|least| self.turned(&pieces) >= least.value)
+    }
+
+    /// The greatest distance of the target from where it was when the piece began, m.
+    fn travelled(&self, piece: &Piece) -> f64 {
+        let Some(axes) = self.position else { return 0.0 };
+        let at = |frame: usize| axes.map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
+        let origin = at(piece.frames.start);
+        let distance = |frame| {
+            let [x, y, z] = at(frame);
+            let [x, y, z] = [x - origin[0], y - origin[1], z - origin[2]];
+            (x * x + y * y + z * z).sqrt()
+        };
+        piece.frames.clone().map(distance).fold(0.0, f64::max)
+    }
+
+    /// The greatest angle by which the target was turned from the beginning of the first piece, within the pieces, rad.
+    fn turned(&self, pieces: &[&Piece]) -> f64 {
+        let Some(spin) = self.spin else { return 0.0 };
+        let frames = pieces.iter().flat_map(|piece| piece.frames.clone());
+        let angles = frames.scan(0.0, |angle, frame| {
+            *angle += spin.get(frame).copied().unwrap_or_default() / self.rate_hz;
+            Some(f64::abs(*angle))
+        });
+        angles.fold(0.0, f64::max)
+    }
+}

@@ -1,0 +1,164 @@
+//! Relabelling: a lane and a rule in, a lane with the same frames out (LANGUAGE.md section 2, row `relabel`).
+//!
+//! Invariants: the frames of a lane never change, only the labels and where they meet; every piece that a rule changes carries the rule;
+//! a rule reads the lane as it was before the rule, and its matches do not overlap.
+
+use super::lane::{Piece, add, append};
+use super::stretch::samples;
+use crate::language::rules::{Constant, Label, Relabel, RelabelKind, Repeat};
+use std::ops::Range;
+
+/// Applies a rule on one lane; `None` when it changes nothing. Rules over both hands change nothing here.
+pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, rate_hz: f64) -> Option<Vec<Piece>> {
+    let (matches, becomes) = match &rule.kind {
+        RelabelKind::Between { what, run, shorter, between, becomes } => {
+            let what =
+                What { labels: what, run: *run, shorter: shorter.as_ref().map(|limit| frames_of(limit, rate_hz)) };
+            (what.between(lane, between), *becomes)
+        }
+        RelabelKind::Become { what, becomes } => {
+            let each = lane.iter().enumerate().filter(|(_, piece)| stands(what, piece.label));
+            (each.map(|(place, _)| place..place + 1).collect(), *becomes)
+        }
+        RelabelKind::Sequence { elements, becomes } => (sequences(lane, elements), *becomes),
+        RelabelKind::BetweenInHands { .. } | RelabelKind::Separate { .. } => return None,
+    };
+    rewrite(lane, &matches, becomes, at)
+}
+
+/// Applies a rule over the lanes of both hands; `None` when it changes nothing.
+///
+/// Which hand is the one and which the other is tried both ways; the two matches must share time.
+pub(super) fn in_hands(lanes: [&[Piece]; 2], at: usize, rule: &Relabel, rate_hz: f64) -> Option<[Vec<Piece>; 2]> {
+    let RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } = &rule.kind else {
+        return None;
+    };
+    let what = What { labels: what, run: *run, shorter: shorter.as_ref().map(|limit| frames_of(limit, rate_hz)) };
+    let [left, right] = lanes;
+    let mut matches = [Vec::new(), Vec::new()];
+    for (ours, theirs) in [(one, other), (other, one)] {
+        let of_right = what.between(right, theirs);
+        for of_left in what.between(left, ours) {
+            let time = span(left, &of_left);
+            let partner = of_right.partition_point(|range| span(right, range).end <= time.start);
+            if let Some(partner) = of_right.get(partner).filter(|range| span(right, range).start < time.end) {
+                matches[0].push(of_left);
+                matches[1].push(partner.clone());
+            }
+        }
+    }
+    for found in &mut matches {
+        found.sort_by_key(|range| range.start);
+        found.dedup();
+    }
+    let rewritten = [rewrite(left, &matches[0], *becomes, at), rewrite(right, &matches[1], *becomes, at)];
+    match rewritten {
+        [None, None] => None,
+        [of_left, of_right] => {
+            Some([of_left.unwrap_or_else(|| left.to_vec()), of_right.unwrap_or_else(|| right.to_vec())])
+        }
+    }
+}
+
+fn frames_of(limit: &Constant, rate_hz: f64) -> usize {
+    samples(limit.value, rate_hz)
+}
+
+fn stands(labels: &[Label], label: Label) -> bool {
+    labels.iter().any(|pattern| pattern.covers(label))
+}
+
+fn span(lane: &[Piece], range: &Range<usize>) -> Range<usize> {
+    let pieces = lane.get(range.clone()).unwrap_or(&[]);
+    pieces.first().map_or(0, |piece| piece.frames.start)..pieces.last().map_or(0, |piece| piece.frames.end)
+}
+
+/// `X`, or `(P or Q)+`, with `shorter than d` in frames.
+struct What<'a> {
+    labels: &'a [Label],
+    run: bool,
+    shorter: Option<usize>,
+}
+
+impl What<'_> {
+    /// Where this stands between two neighbours. A run is as long as it can be: a neighbour that is itself one of the
+    /// labels ends the run only when there is none farther out.
+    fn between(&self, lane: &[Piece], (before, after): &(Vec<Label>, Vec<Label>)) -> Vec<Range<usize>> {
+        let is = |at: Option<usize>, labels: &[Label]| {
+            at.and_then(|at| lane.get(at)).is_some_and(|piece| stands(labels, piece.label))
+        };
+        let mut found = Vec::new();
+        let mut at = 0;
+        while at < lane.len() {
+            if !is(Some(at), self.labels) {
+                at += 1;
+                continue;
+            }
+            let mut end = at + 1;
+            while self.run && is(Some(end), self.labels) {
+                end += 1;
+            }
+            let start = (at..end).find(|start| is(start.checked_sub(1), before));
+            let stop = (at + 1..=end).rev().find(|stop| is(Some(*stop), after));
+            if let (Some(start), Some(stop)) = (start, stop)
+                && start < stop
+                && self.shorter.is_none_or(|limit| span(lane, &(start..stop)).len() < limit)
+            {
+                found.push(start..stop);
+            }
+            at = end;
+        }
+        found
+    }
+}
+
+/// Where the elements of a sequence stand one after the other: the leftmost matches, each as long as it can be.
+fn sequences(lane: &[Piece], elements: &[(Vec<Label>, Repeat)]) -> Vec<Range<usize>> {
+    // longest[at][element]: where the farthest match of the remaining elements ends that begins at this piece.
+    let mut longest = vec![vec![None; elements.len() + 1]; lane.len() + 1];
+    for at in (0..=lane.len()).rev() {
+        longest[at][elements.len()] = Some(at);
+        for (element, (labels, repeat)) in elements.iter().enumerate().rev() {
+            let here = lane.get(at).is_some_and(|piece| stands(labels, piece.label));
+            let done = if here { longest[at + 1][element + 1] } else { None };
+            let again = if here { longest[at + 1][element] } else { None };
+            longest[at][element] = match repeat {
+                Repeat::Once => done,
+                Repeat::Some => done.max(again),
+                Repeat::Any => longest[at][element + 1].max(again),
+            };
+        }
+    }
+    let mut found = Vec::new();
+    let mut at = 0;
+    while at < lane.len() {
+        match longest[at][0] {
+            Some(end) if end > at => {
+                found.push(at..end);
+                at = end;
+            }
+            _ => at += 1,
+        }
+    }
+    found
+}
+
+/// Gives ranges of pieces (in order, apart) a label; `None` when all of them have it.
+fn rewrite(lane: &[Piece], matches: &[Range<usize>], becomes: Label, rule: usize) -> Option<Vec<Piece>> {
+    let mut rewritten = Vec::with_capacity(lane.len());
+    let mut changed = false;
+    let mut next = matches.iter().peekable();
+    for (at, piece) in lane.iter().enumerate() {
+        while next.peek().is_some_and(|range| range.end <= at) {
+            next.next();
+        }
+        let mut piece = piece.clone();
+        if piece.label != becomes && next.peek().is_some_and(|range| range.contains(&at)) {
+            changed = true;
+            piece.label = becomes;
+            add(&mut piece.by, &[rule]);
+        }
+        append(&mut rewritten, piece);
+    }
+    changed.then_some(rewritten)
+}

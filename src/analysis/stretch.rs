@@ -1,0 +1,163 @@
+//! One gap-free stretch on its way from leaves to relabelled lanes.
+//!
+//! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
+//! (LANGUAGE.md section 3, points 4 and 5), and what is left of the coordination after relabelling.
+
+use super::lane::{self, Piece, add, append, label_at, pieces, within};
+use crate::base::hands::Side;
+use crate::engine::runs::{Leaves, Run, cover, settle};
+use crate::language::rules::{Label, Rules, Tree, TreeScope};
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+/// How many frames a leaf must last, by tree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Settling {
+    hand: usize,
+    both: usize,
+}
+
+impl Settling {
+    /// The settling times of the trees at a rate; none for a tree that says none.
+    pub fn new(rules: &Rules, rate_hz: f64) -> Self {
+        let frames = |tree: Option<&Tree>| {
+            tree.and_then(|tree| tree.settle.as_ref()).map_or(0, |settle| samples(settle.value, rate_hz))
+        };
+        Self { hand: frames(rules.tree(TreeScope::EachHand)), both: frames(rules.tree(TreeScope::BothHands)) }
+    }
+}
+
+/// A duration as a number of frames, rounded.
+pub(super) fn samples(duration_s: f64, rate_hz: f64) -> usize {
+    // A cast from f64 saturates; a negative or undefined duration is none.
+    (duration_s * rate_hz).round() as usize
+}
+
+/// The lanes of one stretch.
+#[derive(Clone, Debug)]
+pub(super) struct Stretch<'a> {
+    leaves: &'a Leaves,
+    settling: Settling,
+    /// The settled labels of each hand as the trees gave them.
+    pub raw: BTreeMap<Side, Vec<Piece>>,
+    /// The settled coordination as its tree gave it, with gaps where it is `separate`.
+    pub raw_both: Vec<Piece>,
+    /// The same labels of each hand, to be relabelled.
+    pub hands: BTreeMap<Side, Vec<Piece>>,
+    /// The leaves of coordination that have not been given back to the hands.
+    both: Vec<Run>,
+    /// The rules that gave coordination back.
+    separated_by: Vec<usize>,
+}
+
+impl<'a> Stretch<'a> {
+    /// Covers and settles the leaves of a stretch.
+    pub fn new(leaves: &'a Leaves, settling: Settling) -> Self {
+        let both = leaves.both.clone();
+        let raw_both = pieces(&settle(&both, settling.both));
+        let raw: BTreeMap<_, _> = settled_hands(leaves, &both, settling.hand).collect();
+        Self { leaves, settling, hands: raw.clone(), raw, raw_both, both, separated_by: Vec::new() }
+    }
+
+    /// The frames of the stretch.
+    pub fn frames(&self) -> Range<usize> {
+        self.leaves.frames.clone()
+    }
+
+    /// Puts pieces (in order, apart) in the place of what a hand's lane has there.
+    pub fn put_back<'p>(&mut self, side: Side, pieces: impl Iterator<Item = &'p Piece>) {
+        let Some(lane) = self.hands.get_mut(&side) else { return };
+        let new: Vec<Piece> = pieces.cloned().collect();
+        let kept = lane.iter().filter(|old| within(&new, &old.frames).is_empty()).cloned();
+        let mut all: Vec<Piece> = kept.chain(new.iter().cloned()).collect();
+        all.sort_by_key(|piece| piece.frames.start);
+        lane.clear();
+        all.into_iter().for_each(|piece| append(lane, piece));
+    }
+
+    /// The coordination after relabelling: where both hands have the same label, that one, else what the tree said.
+    pub fn coordination(&self) -> Vec<Piece> {
+        let settled = pieces(&settle(&self.both, self.settling.both));
+        let (Some(left), Some(right)) = (self.hands.get(&Side::Left), self.hands.get(&Side::Right)) else {
+            return settled;
+        };
+        let mut coordination = Vec::new();
+        for piece in &settled {
+            for frames in cuts(&piece.frames, left, right) {
+                let agreed = label_at(left, frames.start).filter(|label| Some(*label) == label_at(right, frames.start));
+                let label = agreed.unwrap_or(piece.label);
+                let mut by = Vec::new();
+                if label != piece.label {
+                    within(left, &frames).iter().chain(within(right, &frames)).for_each(|from| add(&mut by, &from.by));
+                }
+                append(&mut coordination, Piece { frames, label, by });
+            }
+        }
+        coordination
+    }
+
+    /// Gives coordination labelled `what` back to the hands' own trees, wherever it is not in one go with a label of `without`;
+    /// then the hands are covered and settled again, and relabelling starts afresh. False when there is none.
+    pub fn separate(&mut self, rule: usize, what: Label, without: &[Label]) -> bool {
+        let coordination = self.coordination();
+        let given_back: Vec<Range<usize>> = coordination
+            .chunk_by(|one, next| one.frames.end == next.frames.start)
+            .filter(|go| !go.iter().any(|piece| without.iter().any(|label| label.covers(piece.label))))
+            .flatten()
+            .filter(|piece| what.covers(piece.label))
+            .map(|piece| piece.frames.clone())
+            .collect();
+        if given_back.is_empty() {
+            return false;
+        }
+        self.both = without_label(&self.both, &given_back);
+        add(&mut self.separated_by, &[rule]);
+        self.hands = settled_hands(self.leaves, &self.both, self.settling.hand).collect();
+        for (side, own) in &mut self.hands {
+            let raw = self.raw.get(side).map_or(&[][..], Vec::as_slice);
+            for piece in own {
+                if within(raw, &piece.frames).iter().any(|before| before.label != piece.label) {
+                    piece.by.clone_from(&self.separated_by);
+                }
+            }
+        }
+        true
+    }
+}
+
+fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<Item = (Side, Vec<Piece>)> {
+    leaves.hands.iter().map(move |(side, own)| (*side, lane::pieces(&settle(&cover(own, both), frames))))
+}
+
+/// An interval cut wherever one of two lanes changes.
+fn cuts(frames: &Range<usize>, left: &[Piece], right: &[Piece]) -> Vec<Range<usize>> {
+    let inner = within(left, frames).iter().chain(within(right, frames)).map(|piece| piece.frames.start);
+    let mut at: Vec<usize> = inner.filter(|start| frames.contains(start)).chain([frames.start, frames.end]).collect();
+    at.sort_unstable();
+    at.dedup();
+    at.windows(2).filter_map(|pair| Some(*pair.first()?..*pair.last()?)).collect()
+}
+
+/// Runs whose label is taken away in some intervals (in order, apart).
+fn without_label(runs: &[Run], intervals: &[Range<usize>]) -> Vec<Run> {
+    let given_back: Vec<Run> =
+        intervals.iter().map(|frames| Run { start: frames.start, end: frames.end, label: None }).collect();
+    let mut left = Vec::with_capacity(runs.len() + 2 * given_back.len());
+    let mut next = given_back.iter().peekable();
+    for run in runs {
+        let mut start = run.start;
+        while start < run.end {
+            while next.peek().is_some_and(|gone| gone.end <= start) {
+                next.next();
+            }
+            let (end, label) = match next.peek() {
+                Some(gone) if gone.start <= start => (gone.end.min(run.end), None),
+                Some(gone) => (gone.start.min(run.end), run.label),
+                None => (run.end, run.label),
+            };
+            crate::engine::runs::append(&mut left, Run { start, end, label });
+            start = end;
+        }
+    }
+    left
+}

@@ -1,0 +1,376 @@
+//! Opening: the graph and the slots of a log in, the plan out. The only thing that can be wrong here is the log: its rate may not honour
+//! a duration.
+
+mod functions;
+mod memory;
+mod operators;
+
+use super::plan::{BitId, Condition, Memory, MemoryId, Number, NumberId, OpenTest, OpenTree, Plan, Step};
+use crate::base::channels::{Axis, Shape};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::graph::{Exact, Graph, Op, Tree, ValueId};
+use crate::language::rules::{Function, Hand, LatchId, TreeScope};
+use crate::stream::frames::{ColumnKey, Layout};
+use std::collections::HashMap;
+use std::hash::Hash;
+use std::rc::Rc;
+
+/// Opens a graph for the slots of a log.
+///
+/// # Errors
+/// When the rate cannot honour a duration: shorter than one sample.
+pub fn open(graph: &Graph, layout: &Layout) -> Result<Plan, InputError> {
+    let mut opening = Opening {
+        graph,
+        plan: Plan { layout: layout.clone(), ..Plan::default() },
+        numbers: HashMap::new(),
+        conditions: HashMap::new(),
+        memories: HashMap::new(),
+        inputs: HashMap::new(),
+        imports: HashMap::new(),
+        values: HashMap::new(),
+        latches: HashMap::new(),
+        tallies: Vec::new(),
+    };
+    let trees = opening.list_trees();
+    // The trees are known before their tests: `from` names a tree by its position.
+    opening.plan.trees = trees
+        .iter()
+        .map(|(tree, side)| OpenTree { scope: tree.scope, side: *side, tests: Vec::new(), root: tree.decision.root })
+        .collect();
+    for (at, (tree, side)) in trees.into_iter().enumerate() {
+        let mut tests = Vec::with_capacity(tree.decision.tests.len());
+        for test in &tree.decision.tests {
+            let condition = opening.value(test.condition, side)?.single();
+            let condition = opening.memory_of(condition);
+            tests.push(OpenTest { condition, yes: test.yes, no: test.no });
+        }
+        opening.plan.trees[at].tests = tests;
+    }
+    opening.align_imports();
+    Ok(opening.plan)
+}
+
+/// One number or condition.
+#[derive(Clone, Copy, Debug)]
+enum Item {
+    Number(NumberId),
+    Bit(BitId),
+    Memory(MemoryId),
+    /// How many memories are true, by position in `Opening::tallies`: a number that only a comparison with a constant can use.
+    Tally(u32),
+}
+
+/// A value: for each slot its components; a value that is no array has one slot.
+#[derive(Clone, Debug)]
+struct Slots(Vec<Vec<Item>>);
+
+impl Slots {
+    fn single(&self) -> Item {
+        self.0.first().and_then(|slot| slot.first()).copied().unwrap_or(Item::Bit(BitId(0)))
+    }
+}
+
+struct Opening<'a> {
+    graph: &'a Graph,
+    plan: Plan,
+    numbers: HashMap<Number, NumberId>,
+    conditions: HashMap<Condition, BitId>,
+    memories: HashMap<Memory, MemoryId>,
+    inputs: HashMap<ColumnKey, u32>,
+    imports: HashMap<BitId, u32>,
+    values: HashMap<(ValueId, Option<Side>), Rc<Slots>>,
+    latches: HashMap<(LatchId, Option<Side>), Item>,
+    tallies: Vec<Vec<MemoryId>>,
+}
+
+fn share<K: Clone + Eq + Hash, V>(
+    known: &mut HashMap<K, u32>,
+    list: &mut Vec<V>,
+    key: K,
+    make: impl FnOnce(K) -> V,
+) -> u32 {
+    let next = u32::try_from(list.len()).unwrap_or(u32::MAX);
+    let at = *known.entry(key.clone()).or_insert(next);
+    if at == next {
+        list.push(make(key));
+    }
+    at
+}
+
+impl<'a> Opening<'a> {
+    /// The trees to run: the one for each hand for every hand there is, then the one over both when both are there.
+    fn list_trees(&self) -> Vec<(&'a Tree, Option<Side>)> {
+        let mut trees = Vec::new();
+        for tree in &self.graph.trees {
+            if tree.scope == TreeScope::EachHand {
+                trees.extend(self.plan.layout.hands.iter().map(|hand| (tree, Some(hand.side))));
+            }
+        }
+        if self.plan.layout.hands.len() == 2 {
+            trees.extend(self.graph.trees.iter().filter(|tree| tree.scope == TreeScope::BothHands).map(|t| (t, None)));
+        }
+        trees
+    }
+
+    fn side(hand: Hand, this: Option<Side>) -> Option<Side> {
+        match hand {
+            Hand::This => this,
+            Hand::Named(side) => Some(side),
+            Hand::Nobody => None,
+        }
+    }
+
+    /// Whether the value of this hand exists in the log; a value of nobody always does.
+    fn present(&self, side: Option<Side>) -> bool {
+        side.is_none_or(|side| self.plan.layout.hand(side).is_some())
+    }
+
+    fn number(&mut self, number: Number, delay: u32) -> NumberId {
+        let next = NumberId(u32::try_from(self.plan.numbers.len()).unwrap_or(u32::MAX));
+        let id = *self.numbers.entry(number.clone()).or_insert(next);
+        if id == next {
+            self.plan.numbers.push((number, delay));
+            self.plan.steps.push(Step::Number(id));
+        }
+        id
+    }
+
+    fn bit(&mut self, condition: Condition, delay: u32) -> BitId {
+        let next = BitId(u32::try_from(self.plan.conditions.len()).unwrap_or(u32::MAX));
+        let id = *self.conditions.entry(condition.clone()).or_insert(next);
+        if id == next {
+            self.plan.conditions.push((condition, delay));
+            self.plan.steps.push(Step::Condition(id));
+        }
+        id
+    }
+
+    fn memory(&mut self, memory: Memory) -> MemoryId {
+        let next = MemoryId(u32::try_from(self.plan.memories.len()).unwrap_or(u32::MAX));
+        let id = *self.memories.entry(memory.clone()).or_insert(next);
+        if id == next {
+            self.plan.memories.push(memory);
+        }
+        id
+    }
+
+    fn constant(&mut self, number: f64) -> NumberId {
+        self.number(Number::Constant(Exact::new(number)), 0)
+    }
+
+    fn input(&mut self, key: ColumnKey) -> u32 {
+        share(&mut self.inputs, &mut self.plan.inputs, key, |key| key)
+    }
+
+    /// The delay of a number; a constant has any, so it asks for none.
+    fn number_delay(&self, id: NumberId) -> u32 {
+        self.plan.numbers[id.index()].1
+    }
+
+    fn bit_delay(&self, id: BitId) -> u32 {
+        self.plan.conditions[id.index()].1
+    }
+
+    fn late_number(&mut self, id: NumberId, delay: u32) -> NumberId {
+        let (number, own) = &self.plan.numbers[id.index()];
+        match delay.saturating_sub(*own) {
+            0 => id,
+            _ if matches!(number, Number::Constant(_)) => id,
+            more => self.number(Number::Delay(id, more), delay),
+        }
+    }
+
+    fn late_bit(&mut self, id: BitId, delay: u32) -> BitId {
+        let (condition, own) = &self.plan.conditions[id.index()];
+        match delay.saturating_sub(*own) {
+            0 => id,
+            _ if matches!(condition, Condition::Constant(_)) => id,
+            more => self.bit(Condition::Delay(id, more), delay),
+        }
+    }
+
+    /// Two numbers brought to the same delay.
+    fn together(&mut self, a: NumberId, b: NumberId) -> (NumberId, NumberId, u32) {
+        let delay = self.number_delay(a).max(self.number_delay(b));
+        (self.late_number(a, delay), self.late_number(b, delay), delay)
+    }
+
+    fn bits_together(&mut self, bits: &[BitId]) -> (Vec<BitId>, u32) {
+        let delay = bits.iter().map(|bit| self.bit_delay(*bit)).max().unwrap_or(0);
+        (bits.iter().map(|bit| self.late_bit(*bit, delay)).collect(), delay)
+    }
+
+    /// Lifts a condition of the log into the machine.
+    fn memory_of(&mut self, item: Item) -> MemoryId {
+        match item {
+            Item::Memory(memory) => memory,
+            Item::Bit(bit) => {
+                if let Condition::Constant(value) = self.plan.conditions[bit.index()].0 {
+                    return self.memory(Memory::Constant(value));
+                }
+                let import = share(&mut self.imports, &mut self.plan.imports, bit, |bit| bit);
+                self.memory(Memory::Import(import))
+            }
+            // The checker lets no number stand where a condition is wanted.
+            Item::Number(_) | Item::Tally(_) => self.memory(Memory::Constant(false)),
+        }
+    }
+
+    /// Brings everything that the machine reads to one delay.
+    fn align_imports(&mut self) {
+        let (imports, delay) = self.bits_together(&self.plan.imports.clone());
+        self.plan.imports = imports;
+        self.plan.delay = delay;
+    }
+
+    /// A duration in frames.
+    fn frames(&self, duration: Exact) -> Result<u32, InputError> {
+        frames(duration.get(), self.plan.layout.rate_hz)
+    }
+
+    fn value(&mut self, id: ValueId, this: Option<Side>) -> Result<Rc<Slots>, InputError> {
+        if let Some(slots) = self.values.get(&(id, this)) {
+            return Ok(Rc::clone(slots));
+        }
+        let slots = Rc::new(self.make(id, this)?);
+        self.values.insert((id, this), Rc::clone(&slots));
+        Ok(slots)
+    }
+
+    fn make(&mut self, id: ValueId, this: Option<Side>) -> Result<Slots, InputError> {
+        let graph = self.graph;
+        let value = graph.value(id);
+        let single = |item: Item| Slots(vec![vec![item]]);
+        let args = value.args.iter().map(|arg| self.value(*arg, this)).collect::<Result<Vec<_>, _>>()?;
+        Ok(match &value.op {
+            Op::Bool(bool) => single(Item::Bit(self.bit(Condition::Constant(*bool), 0))),
+            Op::Number(number) => single(Item::Number(self.number(Number::Constant(*number), 0))),
+            Op::Channel(channel, hand) => self.channel(channel.0, Self::side(*hand, this)),
+            Op::Latch(latch, hand) => single(self.latch(*latch, Self::side(*hand, this))?),
+            Op::From { tree, labels, none } => {
+                let side = Self::side(*tree, this);
+                let tree = self.plan.trees.iter().position(|tree| tree.side == side);
+                single(match tree.and_then(|at| u32::try_from(at).ok()) {
+                    Some(tree) => Item::Memory(self.memory(Memory::From { tree, labels: labels.clone(), none: *none })),
+                    None => Item::Bit(self.bit(Condition::Constant(false), 0)),
+                })
+            }
+            Op::Pick(pick) => {
+                let hand = match graph.value(value.args[0]).ty.axis {
+                    Some((Axis::Fingers, hand)) => Self::side(hand, this),
+                    _ => None,
+                };
+                let fingers = hand.and_then(|side| self.plan.layout.hand(side)).map_or(&[][..], |hand| &hand.fingers);
+                let picked: Vec<Vec<Item>> = fingers
+                    .iter()
+                    .zip(&args[0].0)
+                    .filter(|(finger, _)| pick.picks(**finger))
+                    .map(|(_, slot)| slot.clone())
+                    .collect();
+                if value.ty.axis.is_none() && picked.is_empty() { self.nothing(value.ty.shape) } else { Slots(picked) }
+            }
+            Op::Component(at) => Slots(args[0].0.iter().map(|slot| vec![slot[usize::from(*at)]]).collect()),
+            Op::Call(function) if value.ty.axis.is_none() && reduces(*function, graph, value) => {
+                self.reduce(*function, &args)
+            }
+            op => {
+                let slots = args.iter().zip(&value.args).filter(|(_, id)| graph.value(**id).ty.axis.is_some());
+                let slots = slots.map(|(arg, _)| arg.0.len()).min().unwrap_or(1);
+                let mut out = Vec::with_capacity(slots);
+                for slot in 0..slots {
+                    let each: Vec<&[Item]> = args
+                        .iter()
+                        .map(|arg| arg.0.get(slot).or_else(|| arg.0.first()).map_or(&[][..], Vec::as_slice))
+                        .collect();
+                    out.push(self.element(op, &each, value.args.first().copied(), this)?);
+                }
+                Slots(out)
+            }
+        })
+    }
+
+    /// A value of something that the log does not have.
+    fn nothing(&mut self, shape: Shape) -> Slots {
+        let components = shape.components().len();
+        let item = match shape {
+            Shape::Bool => Item::Bit(self.bit(Condition::Constant(false), 0)),
+            Shape::Object => Item::Number(self.constant(-1.0)),
+            _ => Item::Number(self.constant(0.0)),
+        };
+        Slots(vec![vec![item; components]])
+    }
+
+    fn channel(&mut self, channel: u32, side: Option<Side>) -> Slots {
+        let spec = &self.graph.channels[channel as usize];
+        let (shape, axis) = (spec.shape, spec.axis);
+        let hand = side.and_then(|side| self.plan.layout.hand(side));
+        let slots = match (axis, hand) {
+            (None, _) => 1,
+            (Some(Axis::Fingers), Some(hand)) => hand.fingers.len(),
+            (Some(Axis::Contacts), Some(hand)) => hand.contacts.len(),
+            (Some(_), None) => 0,
+        };
+        if !self.present(side) {
+            return if axis.is_some() { Slots(Vec::new()) } else { self.nothing(shape) };
+        }
+        let mut out = Vec::with_capacity(slots);
+        for slot in (0..slots).filter_map(|slot| u32::try_from(slot).ok()) {
+            let mut components = Vec::new();
+            for component in (0..shape.components().len()).filter_map(|at| u32::try_from(at).ok()) {
+                let input = self.input(ColumnKey { channel, side, slot, component });
+                components.push(match shape {
+                    Shape::Bool => Item::Bit(self.bit(Condition::Input(input), 0)),
+                    _ => Item::Number(self.number(Number::Input(input), 0)),
+                });
+            }
+            out.push(components);
+        }
+        Slots(out)
+    }
+}
+
+fn tally_misused() -> InputError {
+    InputError::new("rules", "a count of conditions that read `from` or a latch can only be compared with a number")
+}
+
+fn only_bits(items: &[Item]) -> Option<Vec<BitId>> {
+    items.iter().map(|item| if let Item::Bit(bit) = item { Some(*bit) } else { None }).collect()
+}
+
+/// Whether a call makes one value of an array, rather than mapping over it.
+fn reduces(function: Function, graph: &Graph, value: &crate::graph::Value) -> bool {
+    let array = value.args.first().is_some_and(|arg| graph.value(*arg).ty.axis.is_some());
+    match function {
+        Function::Sum | Function::Mean | Function::Count | Function::Any | Function::All | Function::SqueezeOf => true,
+        Function::Min | Function::Max => value.args.len() == 1 && array,
+        Function::Abs | Function::Norm | Function::Dot | Function::Tangential => false,
+    }
+}
+
+/// A duration in frames at a rate.
+///
+/// # Errors
+/// When it is shorter than one sample, or longer than the program can count.
+pub fn frames(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
+    let samples = duration_s * rate_hz;
+    // Half a percent for a rate that is only nearly round.
+    if samples < 0.995 {
+        let (duration, period) = (duration_s * 1e3, 1e3 / rate_hz);
+        let message =
+            format!("a duration of {duration:.3} ms is shorter than one sample ({period:.3} ms at {rate_hz:.1} Hz)");
+        let help = "resample the log to a higher rate in its binding, or override the param that sets the duration";
+        return Err(InputError::new("rules", message).help(help));
+    }
+    if samples > 1e9 {
+        return Err(InputError::new(
+            "rules",
+            format!("a duration of {duration_s} s is too long to be counted in samples"),
+        ));
+    }
+    // In range: checked above.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e9")]
+    let frames = samples.round() as u32;
+    Ok(frames.max(1))
+}

@@ -1,0 +1,278 @@
+//! The plan of a run: the graph opened against the slots of a log, every array taken apart into single numbers and conditions.
+//!
+//! Three kinds of nodes, each list in evaluation order, equal nodes shared:
+//! - *numbers* and *conditions* depend on the log alone; they are evaluated for a block of frames at a time ([`super::columns`]);
+//! - *memories* depend on `from`, or on a latch that does; they are evaluated frame by frame ([`super::machine`]), and only
+//!   on frames on which something changes.
+//!
+//! `within next` looks ahead: its column comes out late. Every column knows its *delay* in frames, columns that meet are brought to
+//! the same delay, and the machine runs [`Plan::delay`] frames behind the input.
+
+use crate::base::hands::Side;
+use crate::graph::{Exact, Target};
+use crate::language::rules::{Arithmetic, Comparison, Label, TreeScope};
+use crate::stream::frames::{ColumnKey, Layout};
+
+/// Position in [`Plan::numbers`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NumberId(pub u32);
+/// Position in [`Plan::conditions`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BitId(pub u32);
+/// Position in [`Plan::memories`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct MemoryId(pub u32);
+
+impl NumberId {
+    /// The position as an index.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+impl BitId {
+    /// The position as an index.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+impl MemoryId {
+    /// The position as an index.
+    pub const fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// A number per frame.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Number {
+    /// A column of the log, by its position in [`Plan::inputs`].
+    Input(u32),
+    /// The same on every frame.
+    Constant(Exact),
+    /// `-a`.
+    Negate(NumberId),
+    /// `|a|`.
+    Abs(NumberId),
+    /// `a op b`.
+    Arithmetic(Arithmetic, NumberId, NumberId),
+    /// `sqrt(x*x + y*y + z*z)`.
+    Norm([NumberId; 3]),
+    /// The smaller; NaN loses.
+    Min(NumberId, NumberId),
+    /// The larger; NaN loses.
+    Max(NumberId, NumberId),
+    /// How many conditions are true.
+    Count(Vec<BitId>),
+    /// `(a - a before n frames) / (n / rate)`; 0 on the first `n` frames and after a restart.
+    Rate {
+        /// a.
+        number: NumberId,
+        /// n.
+        frames: u32,
+        /// Where to begin anew.
+        restart: Option<BitId>,
+    },
+    /// `a`, that many frames later.
+    Delay(NumberId, u32),
+}
+
+/// True or false per frame.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Condition {
+    /// A column of the log that is above one half.
+    Input(u32),
+    /// The same on every frame.
+    Constant(bool),
+    /// Whether this is a frame of the log, rather than one after its end that lets delayed columns come out.
+    Inside,
+    /// Whether this is the first frame of a stretch.
+    First,
+    /// Whether a column of the log differs from the frame before; false on the first frame.
+    Changes(u32),
+    /// `a op b`; false when one is NaN, except `!=`.
+    Compare(Comparison, NumberId, NumberId),
+    /// Not a.
+    Not(BitId),
+    /// All of them; true of none.
+    And(Vec<BitId>),
+    /// At least one of them; false of none.
+    Or(Vec<BitId>),
+    /// A flip-flop: set, else kept.
+    FlipFlop {
+        /// Becomes true.
+        set: BitId,
+        /// Stays as it was on the frame before, unless `set`.
+        keep: BitId,
+    },
+    /// True on each of the last frames.
+    For(BitId, u32, Option<BitId>),
+    /// True on at least one of the last frames.
+    WithinLast(BitId, u32, Option<BitId>),
+    /// True now, false on the frame before; false on a first frame.
+    Rises(BitId, Option<BitId>),
+    /// `a`, that many frames later.
+    Delay(BitId, u32),
+}
+
+/// True or false per frame, known only when the frame before is labelled.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Memory {
+    /// A condition of the log, by its position in [`Plan::imports`].
+    Import(u32),
+    /// The leaf of the frame before in this tree was one of these.
+    From {
+        /// Position in [`Plan::trees`].
+        tree: u32,
+        /// Labels, unsided ones for both sides.
+        labels: Vec<Label>,
+        /// Whether the first frame counts.
+        none: bool,
+    },
+    /// The same on every frame.
+    Constant(bool),
+    /// Not a.
+    Not(MemoryId),
+    /// All of them.
+    And(Vec<MemoryId>),
+    /// At least one of them.
+    Or(Vec<MemoryId>),
+    /// How many are true, compared with a number.
+    Count(Vec<MemoryId>, Comparison, Exact),
+    /// Set, else kept; the flag of memory number.
+    Latch {
+        /// Sets it, unless `clear`.
+        set: MemoryId,
+        /// Clears it.
+        clear: MemoryId,
+        /// Where to begin anew.
+        restart: Option<MemoryId>,
+    },
+    /// True on each of the last frames.
+    For(MemoryId, u32, Option<MemoryId>),
+    /// True on at least one of the last frames.
+    WithinLast(MemoryId, u32, Option<MemoryId>),
+    /// True now, false on the frame before; false on a first frame.
+    Rises(MemoryId, Option<MemoryId>),
+}
+
+/// What is evaluated next.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Step {
+    /// A number.
+    Number(NumberId),
+    /// A condition.
+    Condition(BitId),
+}
+
+/// A tree opened for a hand, or for both.
+#[derive(Clone, Debug)]
+pub struct OpenTree {
+    /// Whom it labels.
+    pub scope: TreeScope,
+    /// The hand, for a tree for each hand.
+    pub side: Option<Side>,
+    /// The tests; the targets of a test stand before it.
+    pub tests: Vec<OpenTest>,
+    /// Where to begin.
+    pub root: Target,
+}
+
+/// A test of an opened tree.
+#[derive(Clone, Copy, Debug)]
+pub struct OpenTest {
+    /// What is asked.
+    pub condition: MemoryId,
+    /// Where to go when it holds.
+    pub yes: Target,
+    /// Where to go when it does not.
+    pub no: Target,
+}
+
+/// The plan.
+#[derive(Clone, Debug, Default)]
+pub struct Plan {
+    /// The slots it was opened for.
+    pub layout: Layout,
+    /// The columns that a block brings, in this order.
+    pub inputs: Vec<ColumnKey>,
+    /// Numbers with their delays.
+    pub numbers: Vec<(Number, u32)>,
+    /// Conditions with their delays.
+    pub conditions: Vec<(Condition, u32)>,
+    /// Numbers and conditions in the order of evaluation.
+    pub steps: Vec<Step>,
+    /// The conditions that the machine reads; all have the delay of the plan.
+    pub imports: Vec<BitId>,
+    /// Memories.
+    pub memories: Vec<Memory>,
+    /// The trees: hands first, then both.
+    pub trees: Vec<OpenTree>,
+    /// How many frames the machine is behind the input.
+    pub delay: u32,
+}
+
+/// What a run costs, known before the first frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cost {
+    /// Numbers computed per frame.
+    pub numbers: usize,
+    /// Conditions computed per frame.
+    pub conditions: usize,
+    /// Conditions with memory of labels, computed on frames on which something changes.
+    pub memories: usize,
+    /// Tests on the longest paths through all trees.
+    pub tests: usize,
+    /// Bytes of memory from one frame to the next.
+    pub state_bytes: usize,
+    /// Frames that the engine looks ahead, before settling.
+    pub look_ahead_frames: u32,
+}
+
+impl Plan {
+    /// What a run costs.
+    pub fn cost(&self) -> Cost {
+        let words = |frames: u32| (frames as usize).div_ceil(64) * 8;
+        let numbers = self.numbers.iter().map(|(number, _)| match number {
+            Number::Rate { frames, .. } => *frames as usize * 8 + 12,
+            Number::Delay(_, frames) => *frames as usize * 8 + 8,
+            _ => 0,
+        });
+        let conditions = self.conditions.iter().map(|(condition, _)| match condition {
+            Condition::Delay(_, frames) => words(*frames) + 8,
+            Condition::For(..) | Condition::WithinLast(..) | Condition::Changes(_) => 8,
+            Condition::FlipFlop { .. } | Condition::Rises(..) => 1,
+            _ => 0,
+        });
+        let memories = self.memories.iter().map(|memory| match memory {
+            Memory::For(..) | Memory::WithinLast(..) => 4,
+            Memory::Latch { .. } | Memory::Rises(..) => 1,
+            _ => 0,
+        });
+        Cost {
+            numbers: self.numbers.len(),
+            conditions: self.conditions.len(),
+            memories: self.memories.len(),
+            tests: self.trees.iter().map(OpenTree::depth).sum(),
+            state_bytes: numbers.sum::<usize>()
+                + conditions.sum::<usize>()
+                + memories.sum::<usize>()
+                + self.trees.len() * std::mem::size_of::<Label>(),
+            look_ahead_frames: self.delay,
+        }
+    }
+}
+
+impl OpenTree {
+    /// The longest path, in tests.
+    pub fn depth(&self) -> usize {
+        let mut depths: Vec<usize> = Vec::with_capacity(self.tests.len());
+        let below = |target: Target, depths: &[usize]| match target {
+            Target::Test(at) => depths.get(at as usize).copied().unwrap_or(0),
+            Target::Leaf(_) => 0,
+        };
+        for test in &self.tests {
+            depths.push(1 + below(test.yes, &depths).max(below(test.no, &depths)));
+        }
+        below(self.root, &depths)
+    }
+}

@@ -1,0 +1,510 @@
+//! The reference evaluator: LANGUAGE.md section 3, literally and slowly, over a whole log.
+//!
+//! It shares nothing with the compiled evaluator but the checked rules and the frames: every operator with memory looks back over the
+//! frames themselves, from the last restart on.
+
+use super::open::frames as samples;
+use super::runs::{Leaves, Run, append};
+use crate::base::channels::{Shape, reads_target};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::language::rules::{
+    Arithmetic, Branch, ChannelId, Comparison, Expr, ExprKind, Function, Hand, Label, LatchId, Rules, SignalId, Then,
+    Tree, TreeScope, Window,
+};
+use crate::stream::frames::{ColumnKey, Frames};
+use std::cell::RefCell;
+use std::collections::{BTreeSet, HashMap};
+use std::ops::Range;
+
+/// Evaluates a whole log, stretch by stretch.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub fn evaluate(rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
+    frames.stretches.iter().map(|stretch| Reference::new(rules, frames, stretch.clone()).run()).collect()
+}
+
+/// The value of an expression on a frame.
+#[derive(Clone, Debug, PartialEq)]
+enum Value {
+    Bool(bool),
+    Number(f64),
+    Vector(Vec<f64>),
+    Array(Vec<Value>),
+}
+
+/// A leaf on a frame; `None` for `separate`.
+type LeafOnFrame = Option<Label>;
+
+type Outcome<T> = Result<T, InputError>;
+
+/// Values by what they are of, whose, and when.
+type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
+
+struct Reference<'a> {
+    rules: &'a Rules,
+    frames: &'a Frames,
+    stretch: Range<usize>,
+    /// The leaves so far of each tree: by side, `None` for the one over both hands.
+    leaves: HashMap<Option<Side>, Vec<LeafOnFrame>>,
+    /// Values of signals and latches that were asked for before.
+    signals: RefCell<Known<SignalId, Value>>,
+    latches: RefCell<Known<LatchId, bool>>,
+}
+
+impl<'a> Reference<'a> {
+    fn new(rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
+        let (signals, latches) = (RefCell::default(), RefCell::default());
+        Self { rules, frames, stretch, leaves: HashMap::new(), signals, latches }
+    }
+
+    fn run(mut self) -> Outcome<Leaves> {
+        let hands: Vec<Side> = self.frames.layout.hands.iter().map(|hand| hand.side).collect();
+        let mut trees: Vec<(&Tree, Option<Side>)> = Vec::new();
+        if let Some(tree) = self.rules.tree(TreeScope::EachHand) {
+            trees.extend(hands.iter().map(|side| (tree, Some(*side))));
+        }
+        if let (Some(tree), 2) = (self.rules.tree(TreeScope::BothHands), hands.len()) {
+            trees.push((tree, None));
+        }
+        for frame in self.stretch.clone() {
+            // Every latch advances on every frame, reached or not.
+            for (latch, id) in self.rules.latches.iter().zip(0..) {
+                let sides = if latch.per_hand { hands.iter().copied().map(Some).collect() } else { vec![None] };
+                for side in sides {
+                    self.latch(LatchId(id), side, frame)?;
+                }
+            }
+            let mut now = Vec::new();
+            for (tree, side) in &trees {
+                now.push((*side, self.decide(&tree.root, *side, frame)?));
+            }
+            for (side, leaf) in now {
+                self.leaves.entry(side).or_default().push(leaf);
+            }
+        }
+        let mut leaves = Leaves { frames: self.stretch.clone(), ..Leaves::default() };
+        for (_, side) in &trees {
+            let runs = match side {
+                Some(side) => leaves.hands.entry(*side).or_default(),
+                None => &mut leaves.both,
+            };
+            for (frame, label) in self.stretch.clone().zip(self.leaves.get(side).into_iter().flatten()) {
+                append(runs, Run { start: frame, end: frame + 1, label: *label });
+            }
+        }
+        Ok(leaves)
+    }
+
+    /// The leaf of the frame before; the outer `None` at the start.
+    fn leaf_before(&self, tree: Option<Side>, frame: usize) -> Option<LeafOnFrame> {
+        let at = frame.checked_sub(self.stretch.start + 1)?;
+        self.leaves.get(&tree).and_then(|leaves| leaves.get(at)).copied()
+    }
+
+    fn decide(&self, branch: &Branch, tree: Option<Side>, frame: usize) -> Outcome<LeafOnFrame> {
+        let last = branch.choices.len().saturating_sub(1);
+        for (at, choice) in branch.choices.iter().enumerate() {
+            // A branch is exhaustive: when nothing before was taken, its last choice is.
+            let taken = match &choice.condition {
+                Some(condition) if at < last => self.truth(condition, tree, frame)?,
+                _ => true,
+            };
+            if taken {
+                return match &choice.then {
+                    Then::Primitive(label) => Ok(Some(*label)),
+                    Then::Separate => Ok(None),
+                    Then::Stay => Ok(self.leaf_before(tree, frame).flatten()),
+                    Then::Branch(inner) => self.decide(inner, tree, frame),
+                };
+            }
+        }
+        Ok(None)
+    }
+
+    fn truth(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<bool> {
+        Ok(self.value(expr, this, frame)? == Value::Bool(true))
+    }
+
+    /// The frame on which the memory of whatever reads these expressions began: the last change of a target that they read, or the
+    /// beginning of the stretch.
+    fn beginning(&self, exprs: &[&Expr], this: Option<Side>, frame: usize) -> usize {
+        let targets = self.targets(exprs, this);
+        let Some(channel) = self.frames.channel("target") else { return self.stretch.start };
+        let changed = |frame: usize| {
+            targets.iter().any(|side| {
+                let key = ColumnKey { channel, side: Some(*side), slot: 0, component: 0 };
+                let column = self.frames.column(key);
+                column.is_some_and(|column| column[frame].to_bits() != column[frame - 1].to_bits())
+            })
+        };
+        (self.stretch.start + 1..=frame).rev().find(|frame| changed(*frame)).unwrap_or(self.stretch.start)
+    }
+
+    /// The hands whose targets these expressions read, also through signals and latches.
+    fn targets(&self, exprs: &[&Expr], this: Option<Side>) -> BTreeSet<Side> {
+        let mut targets = BTreeSet::new();
+        for expr in exprs {
+            match &expr.kind {
+                ExprKind::Channel(channel, hand) => {
+                    let name = &self.rules.channels[channel.index()].name;
+                    targets.extend(reads_target(name, side(*hand, this)));
+                }
+                ExprKind::Signal(signal, hand) => {
+                    let inner = &self.rules.signals[signal.index()].expr;
+                    targets.extend(self.targets(&[inner], side(*hand, this)));
+                }
+                ExprKind::Latch(latch, hand) => {
+                    let latch = &self.rules.latches[latch.index()];
+                    targets.extend(self.targets(&[&latch.set, &latch.clear], side(*hand, this)));
+                }
+                _ => targets.extend(self.targets(&arguments(expr), this)),
+            }
+        }
+        targets
+    }
+
+    fn value(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+        let arg = |expr: &Expr| self.value(expr, this, frame);
+        Ok(match &expr.kind {
+            ExprKind::Bool(bool) => Value::Bool(*bool),
+            ExprKind::Number(number) => Value::Number(*number),
+            ExprKind::Param(param) => Value::Number(self.rules.params[param.index()].value),
+            ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this), frame),
+            ExprKind::Signal(signal, hand) => self.signal(*signal, side(*hand, this), frame)?,
+            ExprKind::Latch(latch, hand) => Value::Bool(self.latch(*latch, side(*hand, this), frame)?),
+            ExprKind::From { labels, none } => Value::Bool(match self.leaf_before(this, frame) {
+                None => *none && self.runs(this),
+                Some(None) => false,
+                Some(Some(label)) => labels.iter().any(|pattern| pattern.covers(label)),
+            }),
+            ExprKind::Pick(array, pick) => {
+                let hand = array.ty.axis.and_then(|(_, hand)| side(hand, this));
+                let hand = hand.and_then(|side| self.frames.layout.hand(side));
+                let fingers = hand.map_or(&[][..], |hand| &hand.fingers);
+                let Value::Array(slots) = arg(array)? else { return Ok(nothing(expr.ty.shape)) };
+                let picked: Vec<Value> = slots
+                    .into_iter()
+                    .zip(fingers)
+                    .filter(|(_, finger)| pick.picks(**finger))
+                    .map(|(slot, _)| slot)
+                    .collect();
+                match expr.ty.axis {
+                    Some(_) => Value::Array(picked),
+                    None => picked.into_iter().next().unwrap_or_else(|| nothing(expr.ty.shape)),
+                }
+            }
+            ExprKind::Component(vector, at) => each(&arg(vector)?, &|vector| match vector {
+                Value::Vector(vector) => Value::Number(vector.get(usize::from(*at)).copied().unwrap_or(0.0)),
+                other => other.clone(),
+            }),
+            ExprKind::Negate(number) => each(&arg(number)?, &|number| numbers(number, |number| -number)),
+            ExprKind::Arithmetic(operation, a, b) => pairs(&arg(a)?, &arg(b)?, &|a, b| arithmetic(*operation, a, b)),
+            ExprKind::Compare(comparison, a, b) if a.ty.shape == Shape::Object => pairs(&arg(a)?, &arg(b)?, &|a, b| {
+                let same = scalar(a) >= 0.0 && scalar(a).to_bits() == scalar(b).to_bits();
+                Value::Bool(same == (*comparison == Comparison::Equal))
+            }),
+            ExprKind::Compare(comparison, a, b) => {
+                pairs(&arg(a)?, &arg(b)?, &|a, b| Value::Bool(comparison.holds(scalar(a), scalar(b))))
+            }
+            ExprKind::Not(condition) => each(&arg(condition)?, &|condition| Value::Bool(!truth(condition))),
+            ExprKind::And(all) => self.fold(all, this, frame, true, |a, b| a && b)?,
+            ExprKind::Or(any) => self.fold(any, this, frame, false, |a, b| a || b)?,
+            ExprKind::Call(function, args) => {
+                let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
+                call(*function, &args, expr)
+            }
+            ExprKind::Hysteresis { .. }
+            | ExprKind::Window(..)
+            | ExprKind::Rate(..)
+            | ExprKind::Rises(_)
+            | ExprKind::Falls(_) => self.remember(expr, this, frame)?,
+        })
+    }
+
+    /// Whether a tree is run at all.
+    fn runs(&self, tree: Option<Side>) -> bool {
+        match tree {
+            Some(side) => self.frames.layout.hand(side).is_some() && self.rules.tree(TreeScope::EachHand).is_some(),
+            None => self.frames.layout.hands.len() == 2 && self.rules.tree(TreeScope::BothHands).is_some(),
+        }
+    }
+
+    fn fold(
+        &self,
+        exprs: &[Expr],
+        this: Option<Side>,
+        frame: usize,
+        start: bool,
+        f: impl Fn(bool, bool) -> bool,
+    ) -> Outcome<Value> {
+        exprs.iter().try_fold(Value::Bool(start), |all, expr| {
+            let one = self.value(expr, this, frame)?;
+            Ok(pairs(&all, &one, &|a, b| Value::Bool(f(truth(a), truth(b)))))
+        })
+    }
+
+    fn channel(&self, channel: ChannelId, side: Option<Side>, frame: usize) -> Value {
+        let spec = &self.rules.channels[channel.index()];
+        let hand = side.and_then(|side| self.frames.layout.hand(side));
+        let slots = spec.axis.map(|axis| match axis {
+            crate::base::channels::Axis::Fingers => hand.map_or(0, |hand| hand.fingers.len()),
+            crate::base::channels::Axis::Contacts => hand.map_or(0, |hand| hand.contacts.len()),
+        });
+        if side.is_some() && hand.is_none() {
+            return if slots.is_some() { Value::Array(Vec::new()) } else { nothing(spec.shape) };
+        }
+        let element = |slot: usize| {
+            let component = |component: usize| {
+                let slot = u32::try_from(slot).unwrap_or(0);
+                let component = u32::try_from(component).unwrap_or(0);
+                let column = self.frames.column(ColumnKey { channel: channel.0, side, slot, component });
+                column.and_then(|column| column.get(frame)).copied().unwrap_or(0.0)
+            };
+            match spec.shape {
+                Shape::Bool => Value::Bool(component(0) > 0.5),
+                Shape::Scalar | Shape::Object => Value::Number(component(0)),
+                Shape::Vec3 => Value::Vector((0..3).map(component).collect()),
+                Shape::Rotation => Value::Vector((0..4).map(component).collect()),
+            }
+        };
+        match slots {
+            Some(slots) => Value::Array((0..slots).map(element).collect()),
+            None => element(0),
+        }
+    }
+
+    fn signal(&self, id: SignalId, side: Option<Side>, frame: usize) -> Outcome<Value> {
+        if let Some(value) = self.signals.borrow().get(&(id, side, frame)) {
+            return Ok(value.clone());
+        }
+        let value = self.value(&self.rules.signals[id.index()].expr, side, frame)?;
+        self.signals.borrow_mut().insert((id, side, frame), value.clone());
+        Ok(value)
+    }
+
+    /// Cleared when `clear` holds, else set when `set` holds, else as it was; off before the beginning.
+    fn latch(&self, id: LatchId, side: Option<Side>, frame: usize) -> Outcome<bool> {
+        if side.is_some_and(|side| self.frames.layout.hand(side).is_none()) {
+            return Ok(false);
+        }
+        if let Some(bit) = self.latches.borrow().get(&(id, side, frame)) {
+            return Ok(*bit);
+        }
+        let latch = &self.rules.latches[id.index()];
+        let bit = if self.truth(&latch.clear, side, frame)? {
+            false
+        } else if self.truth(&latch.set, side, frame)? {
+            true
+        } else {
+            frame > self.beginning(&[&latch.set, &latch.clear], side, frame) && self.latch(id, side, frame - 1)?
+        };
+        self.latches.borrow_mut().insert((id, side, frame), bit);
+        Ok(bit)
+    }
+
+    /// Operators with memory.
+    fn remember(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+        let rate = self.frames.layout.rate_hz;
+        match &expr.kind {
+            ExprKind::Hysteresis { value, on, off, rising } => {
+                let beginning = self.beginning(&[value], this, frame);
+                let now = self.value(value, this, frame)?;
+                let mut state = each(&now, &|_| Value::Bool(false));
+                for past in beginning..=frame {
+                    let value = self.value(value, this, past)?;
+                    let beyond =
+                        |value: f64, threshold: f64| if *rising { value > threshold } else { value < threshold };
+                    let back = |value: f64, threshold: f64| if *rising { value < threshold } else { value > threshold };
+                    state = pairs(&state, &value, &|state, value| {
+                        let value = scalar(value);
+                        Value::Bool(beyond(value, on.value) || truth(state) && !back(value, off.value))
+                    });
+                }
+                Ok(state)
+            }
+            ExprKind::Window(window, condition, duration) => {
+                let n = samples(duration.value, rate)? as usize;
+                let beginning = self.beginning(&[condition], this, frame);
+                let range = match window {
+                    Window::WithinNext => frame..(frame + n).min(self.stretch.end),
+                    Window::For if frame + 1 < beginning + n => {
+                        return Ok(each(&self.value(condition, this, frame)?, &|_| Value::Bool(false)));
+                    }
+                    Window::For | Window::WithinLast => (frame + 1).saturating_sub(n).max(beginning)..frame + 1,
+                };
+                let every = *window == Window::For;
+                let mut result = each(&self.value(condition, this, frame)?, &|_| Value::Bool(every));
+                for at in range {
+                    let then = self.value(condition, this, at)?;
+                    result = pairs(&result, &then, &|a, b| {
+                        Value::Bool(if every { truth(a) && truth(b) } else { truth(a) || truth(b) })
+                    });
+                }
+                Ok(result)
+            }
+            ExprKind::Rate(number, duration) => {
+                let n = samples(duration.value, rate)? as usize;
+                let now = self.value(number, this, frame)?;
+                if frame < self.beginning(&[number], this, frame) + n {
+                    return Ok(each(&now, &|number| numbers(number, |_| 0.0)));
+                }
+                let then = self.value(number, this, frame - n)?;
+                #[allow(clippy::cast_precision_loss, reason = "a window of at most 1e9 frames")]
+                let span = n as f64 / rate;
+                Ok(pairs(&now, &then, &|now, then| Value::Number((scalar(now) - scalar(then)) / span)))
+            }
+            ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
+                let rises = matches!(expr.kind, ExprKind::Rises(_));
+                let now = self.value(condition, this, frame)?;
+                if frame == self.beginning(&[condition], this, frame) {
+                    return Ok(each(&now, &|_| Value::Bool(false)));
+                }
+                let before = self.value(condition, this, frame - 1)?;
+                Ok(pairs(&now, &before, &|now, before| Value::Bool(truth(now) == rises && truth(before) != rises)))
+            }
+            _ => Ok(Value::Bool(false)),
+        }
+    }
+}
+
+const fn side(hand: Hand, this: Option<Side>) -> Option<Side> {
+    match hand {
+        Hand::This => this,
+        Hand::Named(side) => Some(side),
+        Hand::Nobody => None,
+    }
+}
+
+fn arguments(expr: &Expr) -> Vec<&Expr> {
+    match &expr.kind {
+        ExprKind::Pick(a, _)
+        | ExprKind::Component(a, _)
+        | ExprKind::Negate(a)
+        | ExprKind::Not(a)
+        | ExprKind::Hysteresis { value: a, .. }
+        | ExprKind::Window(_, a, _)
+        | ExprKind::Rate(a, _)
+        | ExprKind::Rises(a)
+        | ExprKind::Falls(a) => vec![a],
+        ExprKind::Arithmetic(_, a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+        ExprKind::And(all) | ExprKind::Or(all) | ExprKind::Call(_, all) => all.iter().collect(),
+        _ => Vec::new(),
+    }
+}
+
+fn nothing(shape: Shape) -> Value {
+    match shape {
+        Shape::Bool => Value::Bool(false),
+        Shape::Scalar => Value::Number(0.0),
+        Shape::Object => Value::Number(-1.0),
+        Shape::Vec3 => Value::Vector(vec![0.0; 3]),
+        Shape::Rotation => Value::Vector(vec![0.0; 4]),
+    }
+}
+
+const fn truth(value: &Value) -> bool {
+    matches!(value, Value::Bool(true))
+}
+
+const fn scalar(value: &Value) -> f64 {
+    match value {
+        Value::Number(number) => *number,
+        _ => 0.0,
+    }
+}
+
+fn vector(value: &Value) -> &[f64] {
+    match value {
+        Value::Vector(vector) => vector,
+        _ => &[],
+    }
+}
+
+fn each(value: &Value, f: &dyn Fn(&Value) -> Value) -> Value {
+    match value {
+        Value::Array(slots) => Value::Array(slots.iter().map(f).collect()),
+        one => f(one),
+    }
+}
+
+fn pairs(a: &Value, b: &Value, f: &dyn Fn(&Value, &Value) -> Value) -> Value {
+    match (a, b) {
+        (Value::Array(a), Value::Array(b)) => Value::Array(a.iter().zip(b).map(|(a, b)| f(a, b)).collect()),
+        (Value::Array(a), b) => Value::Array(a.iter().map(|a| f(a, b)).collect()),
+        (a, Value::Array(b)) => Value::Array(b.iter().map(|b| f(a, b)).collect()),
+        (a, b) => f(a, b),
+    }
+}
+
+fn numbers(value: &Value, f: impl Fn(f64) -> f64) -> Value {
+    match value {
+        Value::Vector(vector) => Value::Vector(vector.iter().map(|number| f(*number)).collect()),
+        other => Value::Number(f(scalar(other))),
+    }
+}
+
+fn arithmetic(operation: Arithmetic, a: &Value, b: &Value) -> Value {
+    let f = |a: f64, b: f64| match operation {
+        Arithmetic::Add => a + b,
+        Arithmetic::Subtract => a - b,
+        Arithmetic::Multiply => a * b,
+        Arithmetic::Divide => a / b,
+    };
+    match (a, b) {
+        (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
+        (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
+        (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
+        (a, b) => Value::Number(f(scalar(a), scalar(b))),
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).reduce(|sum, product| sum + product).unwrap_or(0.0)
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    dot(vector, vector).sqrt()
+}
+
+fn sum(slots: &[Value], shape: Shape) -> Value {
+    let mut slots = slots.iter().cloned();
+    let first = slots.next().unwrap_or_else(|| nothing(shape));
+    slots.fold(first, |sum, slot| arithmetic(Arithmetic::Add, &sum, &slot))
+}
+
+fn call(function: Function, args: &[Value], expr: &Expr) -> Value {
+    let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
+    let nowhere = Value::Number(0.0);
+    let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
+    let bools = || slots(0).iter().map(truth);
+    match function {
+        Function::Abs => each(first, &|number| numbers(number, f64::abs)),
+        Function::Norm => each(first, &|value| Value::Number(norm(vector(value)))),
+        Function::Dot => pairs(first, second, &|a, b| Value::Number(dot(vector(a), vector(b)))),
+        Function::Tangential => pairs(first, second, &|v, n| {
+            let along = Value::Number(dot(vector(v), vector(n)));
+            arithmetic(Arithmetic::Subtract, v, &arithmetic(Arithmetic::Multiply, n, &along))
+        }),
+        Function::Sum => sum(slots(0), expr.ty.shape),
+        Function::Mean => {
+            #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
+            let count = slots(0).len().max(1) as f64;
+            arithmetic(Arithmetic::Divide, &sum(slots(0), expr.ty.shape), &Value::Number(count))
+        }
+        Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
+        Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
+        Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
+        Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
+        Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
+        Function::Any => Value::Bool(bools().any(|bool| bool)),
+        Function::All => Value::Bool(bools().all(|bool| bool)),
+        Function::SqueezeOf => {
+            let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
+            let norms: Vec<Value> = forces.iter().map(|force| Value::Number(norm(vector(force)))).collect();
+            let (norms, total) = (sum(&norms, Shape::Scalar), sum(&forces, Shape::Vec3));
+            Value::Number((scalar(&norms) - norm(vector(&total))) / 2.0)
+        }
+    }
+}

@@ -1,0 +1,154 @@
+//! Checked rules in, the graph out.
+
+use super::decision::Builder;
+use super::{Exact, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
+use crate::base::hands::Side;
+use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, SignalId, Then, TreeScope, Type};
+use std::collections::HashMap;
+
+/// Compiles a rule set. Checked rules cannot fail here.
+pub fn lower(rules: &Rules) -> Graph {
+    let mut lowering = Lowering { rules, values: Vec::new(), known: HashMap::new(), signals: HashMap::new() };
+    let latches = rules
+        .latches
+        .iter()
+        .map(|latch| {
+            let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
+            Latch {
+                name: latch.name.clone(),
+                per_hand: latch.per_hand,
+                set: lowering.expr(&latch.set, this),
+                clear: lowering.expr(&latch.clear, this),
+            }
+        })
+        .collect();
+    let trees = rules
+        .trees
+        .iter()
+        .map(|tree| {
+            let this = match tree.scope {
+                TreeScope::EachHand => Hand::This,
+                TreeScope::BothHands => Hand::Nobody,
+            };
+            let mut builder = Builder::default();
+            let root = lowering.branch(&tree.root, this, &mut builder);
+            Tree {
+                name: tree.name.clone(),
+                scope: tree.scope,
+                settle_s: tree.settle.as_ref().map_or(0.0, |settle| settle.value),
+                decision: builder.finish(root),
+            }
+        })
+        .collect();
+    Graph { channels: rules.channels.clone(), values: lowering.values, latches, trees, label_names: label_names(rules) }
+}
+
+fn label_names(rules: &Rules) -> Vec<(Label, String)> {
+    let mut names = Vec::new();
+    for (primitive, at) in rules.primitives.iter().zip(0..) {
+        let primitive_id = crate::language::rules::PrimitiveId(at);
+        let sides = if primitive.sided { Side::BOTH.map(Some).to_vec() } else { vec![None] };
+        for side in std::iter::once(None).chain(sides.into_iter().filter(Option::is_some)) {
+            let label = Label { primitive: primitive_id, side };
+            names.push((label, rules.label_name(label)));
+        }
+    }
+    names
+}
+
+struct Lowering<'a> {
+    rules: &'a Rules,
+    values: Vec<Value>,
+    known: HashMap<Value, ValueId>,
+    signals: HashMap<(SignalId, Hand), ValueId>,
+}
+
+impl Lowering<'_> {
+    fn share(&mut self, op: Op, args: Vec<ValueId>, ty: Type) -> ValueId {
+        let value = Value { op, args, ty };
+        let next = ValueId(u32::try_from(self.values.len()).unwrap_or(u32::MAX));
+        let id = *self.known.entry(value.clone()).or_insert(next);
+        if id == next {
+            self.values.push(value);
+        }
+        id
+    }
+
+    /// A signal as it is for a hand. Signals stand in evaluation order, so this is never deep.
+    fn signal(&mut self, id: SignalId, hand: Hand) -> ValueId {
+        if let Some(value) = self.signals.get(&(id, hand)) {
+            return *value;
+        }
+        let signal = &self.rules.signals[id.index()];
+        let value = self.expr(&signal.expr, hand);
+        self.signals.insert((id, hand), value);
+        value
+    }
+
+    fn expr(&mut self, expr: &Expr, this: Hand) -> ValueId {
+        let whose = |hand: Hand| if hand == Hand::This { this } else { hand };
+        let ty = Type { axis: expr.ty.axis.map(|(axis, hand)| (axis, whose(hand))), ..expr.ty };
+        let (op, args): (Op, Vec<&Expr>) = match &expr.kind {
+            ExprKind::Bool(bool) => (Op::Bool(*bool), vec![]),
+            ExprKind::Number(number) => (Op::Number(Exact::new(*number)), vec![]),
+            ExprKind::Param(param) => (Op::Number(Exact::new(self.rules.params[param.index()].value)), vec![]),
+            ExprKind::Channel(channel, hand) => (Op::Channel(*channel, whose(*hand)), vec![]),
+            ExprKind::Signal(signal, hand) => return self.signal(*signal, whose(*hand)),
+            ExprKind::Latch(latch, hand) => (Op::Latch(*latch, whose(*hand)), vec![]),
+            ExprKind::From { labels, none } => (Op::From { tree: this, labels: labels.clone(), none: *none }, vec![]),
+            ExprKind::Pick(array, pick) => (Op::Pick(*pick), vec![array]),
+            ExprKind::Component(vector, at) => (Op::Component(*at), vec![vector]),
+            ExprKind::Negate(number) => (Op::Negate, vec![number]),
+            ExprKind::Arithmetic(operation, a, b) => (Op::Arithmetic(*operation), vec![a, b]),
+            ExprKind::Compare(comparison, a, b) => (Op::Compare(*comparison), vec![a, b]),
+            ExprKind::Not(condition) => (Op::Not, vec![condition]),
+            ExprKind::And(conditions) => (Op::And, conditions.iter().collect()),
+            ExprKind::Or(conditions) => (Op::Or, conditions.iter().collect()),
+            ExprKind::Hysteresis { value, on, off, rising } => {
+                let (on, off) = (Exact::new(on.value), Exact::new(off.value));
+                (Op::Hysteresis { on, off, rising: *rising }, vec![value])
+            }
+            ExprKind::Window(window, condition, duration) => {
+                (Op::Window(*window, Exact::new(duration.value)), vec![condition])
+            }
+            ExprKind::Rate(number, duration) => (Op::Rate(Exact::new(duration.value)), vec![number]),
+            ExprKind::Rises(condition) => (Op::Rises, vec![condition]),
+            ExprKind::Falls(condition) => (Op::Falls, vec![condition]),
+            ExprKind::Call(function, args) => (Op::Call(*function), args.iter().collect()),
+        };
+        let args = args.into_iter().map(|arg| self.expr(arg, this)).collect();
+        self.share(op, args, ty)
+    }
+
+    fn branch(&mut self, branch: &Branch, this: Hand, builder: &mut Builder) -> Target {
+        // From the last choice to the first, since a test needs to know where `no` leads. A branch is exhaustive, so its
+        // last choice needs no test; a branch without any choice cannot be written.
+        let mut otherwise = None;
+        for choice in branch.choices.iter().rev() {
+            let taken = match &choice.then {
+                Then::Primitive(label) => Target::Leaf(Leaf::Primitive(*label)),
+                Then::Stay => Target::Leaf(Leaf::Stay),
+                Then::Separate => Target::Leaf(Leaf::Separate),
+                Then::Branch(inner) => self.branch(inner, this, builder),
+            };
+            otherwise = Some(match (&choice.condition, otherwise) {
+                (Some(condition), Some(otherwise)) => self.test(condition, taken, otherwise, this, builder),
+                _ => taken,
+            });
+        }
+        otherwise.unwrap_or(Target::Leaf(Leaf::Stay))
+    }
+
+    /// Takes a condition apart at its single-valued `and`, `or` and `not`; each operand is lowered once.
+    fn test(&mut self, condition: &Expr, yes: Target, no: Target, this: Hand, builder: &mut Builder) -> Target {
+        match &condition.kind {
+            ExprKind::Not(inner) => self.test(inner, no, yes, this, builder),
+            ExprKind::And(all) => all.iter().rev().fold(yes, |yes, one| self.test(one, yes, no, this, builder)),
+            ExprKind::Or(any) => any.iter().rev().fold(no, |no, one| self.test(one, yes, no, this, builder)),
+            _ => {
+                let condition = self.expr(condition, this);
+                builder.test(condition, yes, no)
+            }
+        }
+    }
+}

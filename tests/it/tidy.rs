@@ -1,0 +1,117 @@
+//! The house rules: which floor may name which, and what stays in one place.
+
+use std::path::{Path, PathBuf};
+
+/// Each floor with the floors that it may name; `base` is named by all. What is not listed must not be.
+const FLOORS: &[(&str, &[&str])] = &[
+    ("base", &[]),
+    ("language", &[]),
+    ("graph", &["language"]),
+    ("world", &[]),
+    ("stream", &[]),
+    ("engine", &["language", "graph", "stream"]),
+    ("analysis", &["language", "stream", "engine"]),
+    ("report", &["language", "stream", "engine", "analysis"]),
+    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "report"]),
+];
+
+/// Names of libraries with the only places that may use them.
+const ONE_PLACE: &[(&str, &[&str])] = &[
+    ("pest", &["src/language/"]),
+    ("serde_yaml", &["src/base/yaml.rs"]),
+    ("rapier3d", &["src/world/"]),
+    ("parry3d", &["src/world/"]),
+    ("rand", &["src/world/"]),
+    ("clap", &["src/cli/"]),
+    ("indicatif", &["src/cli/"]),
+    ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
+    ("csv", &["src/stream/", "src/analysis/"]),
+];
+
+/// Floors that open files.
+const OPENS_FILES: &[&str] = &["src/cli/", "src/stream/", "src/language/"];
+
+fn sources(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(sources(&path));
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The lines of all sources: place, text without comments.
+fn lines() -> Vec<(String, String, String)> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut lines = Vec::new();
+    for path in sources(&root.join("src")) {
+        let file = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
+        for (line, at) in std::fs::read_to_string(&path).unwrap().lines().zip(1..) {
+            let code = line.split("//").next().unwrap_or("").to_string();
+            lines.push((file.clone(), format!("{file}:{at}"), code));
+        }
+    }
+    lines
+}
+
+#[test]
+fn no_floor_names_one_above_it() {
+    let mut wrong = Vec::new();
+    for (file, place, code) in lines() {
+        let Some(floor) = file.split('/').nth(1).filter(|_| file.matches('/').count() > 1) else { continue };
+        let (_, below) =
+            FLOORS.iter().find(|(name, _)| *name == floor).unwrap_or_else(|| panic!("{file}: no such floor"));
+        for named in code
+            .split("crate::")
+            .skip(1)
+            .filter_map(|rest| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next())
+        {
+            let known = FLOORS.iter().any(|(name, _)| *name == named);
+            if known && named != "base" && named != floor && !below.contains(&named) {
+                wrong.push(format!("{place}: `{floor}` must not name `{named}`"));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn libraries_stay_in_their_places() {
+    let mut wrong = Vec::new();
+    for (file, place, code) in lines() {
+        for (library, places) in ONE_PLACE {
+            let names = code.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == *library);
+            let used = names && (code.contains(&format!("{library}::")) || code.contains(&format!("use {library}")));
+            if used
+                && !code.contains(&format!("crate::{library}"))
+                && !code.contains(&format!("::{library}::"))
+                && !places.iter().any(|place| file.starts_with(place))
+            {
+                wrong.push(format!("{place}: {library} belongs in {}", places.join(", ")));
+            }
+        }
+        let opens = ["std::fs", "File::open", "File::create"].iter().any(|word| code.contains(word));
+        if opens && !OPENS_FILES.iter().any(|place| file.starts_with(place)) {
+            wrong.push(format!("{place}: files are opened in {}", OPENS_FILES.join(", ")));
+        }
+        if ["Instant::now", "SystemTime::now"].iter().any(|word| code.contains(word)) {
+            wrong.push(format!("{place}: no floor reads a clock"));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_file_is_one_idea() {
+    let mut counts = std::collections::BTreeMap::new();
+    for (file, _, _) in lines() {
+        *counts.entry(file).or_insert(0) += 1;
+    }
+    let long: Vec<_> = counts.into_iter().filter(|(_, lines)| *lines > 600).collect();
+    assert!(long.is_empty(), "over 600 lines: {long:?}");
+}
