@@ -38,15 +38,15 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         .collect();
     let mut issues = vec![];
     // All are judged before the first is silenced: each is a witness against the others.
-    let found: Vec<(String, Vec<Range<usize>>)> = channels
+    let found: Vec<(String, Vec<Stuck>)> = channels
         .iter()
         .map(|channel| (channel.clone(), stuck(time, columns, channel, &channels)))
-        .filter(|(_, rows)| !rows.is_empty())
+        .filter(|(_, intervals)| !intervals.is_empty())
         .collect();
     for (channel, intervals) in found {
-        for rows in &intervals {
+        for Stuck { rows, value_at } in &intervals {
             let value: Vec<String> = components(columns, &channel)
-                .map(|values| values.get(rows.start).map_or_else(String::new, f64::to_string))
+                .map(|values| values.get(*value_at).map_or_else(String::new, f64::to_string))
                 .collect();
             let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
             issues.push(Issue {
@@ -63,7 +63,7 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         for component in ["x", "y", "z"] {
             if let Some((_, values)) = columns.get_mut(format!("{channel}.{component}").as_str()) {
                 let values = values.to_mut();
-                for rows in &intervals {
+                for Stuck { rows, .. } in &intervals {
                     if let Some(values) = values.get_mut(rows.clone()) {
                         values.fill(0.0);
                     }
@@ -81,8 +81,14 @@ fn components<'a>(columns: &'a Columns, channel: &str) -> impl Iterator<Item = &
         .map(|(_, values)| values.as_ref())
 }
 
+/// An interval in which a sensor is dead, and a row that shows the value it keeps.
+struct Stuck {
+    rows: Range<usize>,
+    value_at: usize,
+}
+
 /// The rows in which the sensor behind a channel is dead; all rows, when it is dead in more than half of them.
-fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Range<usize>> {
+fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Stuck> {
     let parts: Vec<&[f64]> = components(columns, channel).collect();
     let [x, y, z] = parts.as_slice() else { return vec![] };
     let position = channel.strip_suffix(".force").map(|finger| format!("{finger}.position")).unwrap_or_default();
@@ -100,17 +106,18 @@ fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> V
         found.extend(repeats(time, [values], STUCK_SECS).into_iter().filter(alone));
     }
     found.sort_by_key(|rows| rows.start);
-    let mut joined: Vec<Range<usize>> = vec![];
+    let longest = found.iter().max_by_key(|rows| rows.len()).map_or(0, |rows| rows.start);
+    let mut joined: Vec<Stuck> = vec![];
     for rows in found {
         match joined.last_mut() {
-            Some(last) if rows.start <= last.end => last.end = last.end.max(rows.end),
-            _ => joined.push(rows),
+            Some(last) if rows.start <= last.rows.end => last.rows.end = last.rows.end.max(rows.end),
+            _ => joined.push(Stuck { value_at: rows.start, rows }),
         }
     }
-    let samples = |runs: &[Range<usize>]| runs.iter().map(Range::len).sum::<usize>();
-    let repeated = samples(&joined).max(samples(&repeats(time, [x, y, z], LAZY_SECS)));
-    if !joined.is_empty() && repeated * 2 > time.len() {
-        joined = std::iter::once(0..time.len()).collect();
+    let stuck: usize = joined.iter().map(|stuck| stuck.rows.len()).sum();
+    let lazy: usize = repeats(time, [x, y, z], LAZY_SECS).iter().map(Range::len).sum();
+    if !joined.is_empty() && stuck.max(lazy) * 2 > time.len() {
+        joined = vec![Stuck { rows: 0..time.len(), value_at: longest }];
     }
     joined
 }

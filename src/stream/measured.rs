@@ -12,8 +12,11 @@ use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+
+/// A value beyond this, in SI, was not measured: nothing that a hand does is so large, and what is computed from it would overflow.
+const LARGEST: f64 = 1e12;
 
 /// A log that can be trusted frame by frame: no NaN, an even step within each stretch.
 pub struct Measured<'a> {
@@ -37,7 +40,7 @@ impl<'a> Measured<'a> {
     /// When a column is not as long as the time, a vector lacks a component, or the time base is unusable.
     pub fn new(recording: &'a Recording, asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let rows = recording.time.len();
-        let (mut issues, mut strangers) = (vec![], vec![]);
+        let (mut issues, mut strangers, mut never) = (vec![], vec![], BTreeSet::new());
         let mut columns: BTreeMap<&str, (Dimension, Cow<[f64]>)> = BTreeMap::new();
         for (name, column) in &recording.columns {
             if column.values.len() != rows {
@@ -49,17 +52,14 @@ impl<'a> Measured<'a> {
             {
                 strangers.push((name, stranger));
             } else if rows > 0 && column.values.iter().all(|value| value.is_nan()) {
-                issues.push(over_all(
-                    &recording.time,
-                    "not_a_number",
-                    name,
-                    "no sample was measured; the channel counts as absent".into(),
-                ));
+                never.insert(channel_of(name));
             } else {
                 columns.insert(name, (column.dimension, Cow::Borrowed(&column.values)));
             }
         }
         issues.extend(unknown_channels(recording, &strangers));
+        let absent = "no sample was measured; the channel counts as absent";
+        issues.extend(never.iter().map(|channel| over_all(&recording.time, "not_a_number", channel, absent.into())));
         whole_vectors(&columns)?;
         issues.extend(dead::silence(&recording.time, &mut columns));
         let keep = measured_rows(&recording.time, &columns, &mut issues);
@@ -114,11 +114,15 @@ impl<'a> Measured<'a> {
 
     /// The names of the channels, without components, in order.
     pub fn channels(&self) -> Vec<&str> {
-        let mut channels: Vec<&str> =
-            self.columns.keys().map(|name| names::meaning(name).map_or(*name, |meaning| meaning.channel)).collect();
+        let mut channels: Vec<&str> = self.columns.keys().map(|name| channel_of(name)).collect();
         channels.dedup();
         channels
     }
+}
+
+/// The channel that a column is a component of; the column itself when its name is not canonical.
+fn channel_of(column: &str) -> &str {
+    names::meaning(column).map_or(column, |meaning| meaning.channel)
 }
 
 fn over_all(time: &[f64], kind: &str, channel: &str, message: String) -> Issue {
@@ -218,10 +222,14 @@ fn measured_rows(
     /// Intervals told one by one for a channel; more are summed up.
     const TOLD: usize = 20;
     let mut keep = vec![true; time.len()];
+    let mut channels: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for (name, (_, values)) in columns {
+        channels.entry(channel_of(name)).or_default().push(values);
+    }
+    for (name, components) in channels {
         let mut intervals: Vec<Range<usize>> = vec![];
-        for (row, (value, keep)) in values.iter().zip(&mut keep).enumerate() {
-            if value.is_nan() {
+        for (row, keep) in keep.iter_mut().enumerate() {
+            if !components.iter().all(|values| values.get(row).is_some_and(|value| value.abs() <= LARGEST)) {
                 *keep = false;
                 match intervals.last_mut() {
                     Some(last) if last.end == row => last.end = row + 1,

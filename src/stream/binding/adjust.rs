@@ -3,10 +3,11 @@
 use super::BindingFile;
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
-use crate::base::scene::Role;
+use crate::base::scene::{Body, Role};
 use crate::base::units::Dimension;
+use crate::stream::geometry::{face_normal, pose};
 use crate::stream::names;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
 /// Subtracts from channels what they read while they should read zero.
 pub fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
@@ -44,10 +45,10 @@ pub fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputEr
     Ok(())
 }
 
-/// Gives contacts with supports and walls a normal, where none is logged: the direction of a force with friction says too little.
+/// Gives contacts a normal where none is logged, since the direction of a force with friction says too little: upwards from a support, level from a
+/// wall, out of the face of a body whose shape is known, and along the force otherwise.
 pub fn normals_by_role(recording: &mut Recording) {
-    let role = |name: &str| recording.scene.bodies.get(name).map(|body| body.role);
-    let mut normals: Vec<(String, [Vec<f64>; 3])> = vec![];
+    let mut normals: Vec<(String, Vec<Vector3<f64>>)> = vec![];
     for name in recording.columns.keys() {
         let Some(meaning) =
             names::meaning(name).filter(|meaning| meaning.dimension == Dimension::FORCE && meaning.component == 0)
@@ -57,29 +58,87 @@ pub fn normals_by_role(recording: &mut Recording) {
         let ([Some(a), Some(b)], Some(contact)) = (meaning.bodies, meaning.channel.strip_suffix(".force")) else {
             continue;
         };
-        let normal = format!("{contact}.normal");
-        let force = ["x", "y", "z"].map(|component| {
-            recording.columns.get(&format!("{}.{component}", meaning.channel)).map(|column| column.values.as_slice())
-        });
-        let [Some(x), Some(y), Some(z)] = force else { continue };
-        let of_force: fn(Vector3<f64>) -> Vector3<f64> = match (role(a), role(b)) {
-            (_, Some(Role::Support)) => |_| Vector3::z(),
-            (Some(Role::Support), _) => |_| -Vector3::z(),
-            (_, Some(Role::Wall)) | (Some(Role::Wall), _) => {
-                |force| Vector3::new(force.x, force.y, 0.0).try_normalize(1e-9).unwrap_or_else(Vector3::zeros)
-            }
-            _ => continue,
+        let (Some(force), None) = (
+            columns(recording, meaning.channel, ["x", "y", "z"]),
+            recording.columns.get(&format!("{contact}.normal.x")),
+        ) else {
+            continue;
         };
-        if !recording.columns.contains_key(&format!("{normal}.x")) {
-            let forces = x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z));
-            let rows: Vec<Vector3<f64>> =
-                forces.map(|force| if force.norm() > 0.0 { of_force(force) } else { Vector3::zeros() }).collect();
-            normals.push((normal, [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).collect())));
+        let (one, other) = (Placed::new(recording, a), Placed::new(recording, b));
+        let normal = |row: usize| {
+            let force_on_a = vector(&force, row);
+            let touching = force_on_a.norm() > 0.0;
+            let normal = || {
+                other
+                    .normal_towards(&one, row, force_on_a)
+                    .or_else(|| Some(-one.normal_towards(&other, row, -force_on_a)?))
+            };
+            touching.then(normal).flatten().or_else(|| force_on_a.try_normalize(0.0)).unwrap_or_else(Vector3::zeros)
+        };
+        normals.push((format!("{contact}.normal"), (0..recording.time.len()).map(normal).collect()));
+    }
+    for (channel, rows) in normals {
+        for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
+            let values = rows.iter().map(|normal| normal[axis]).collect();
+            recording.columns.insert(format!("{channel}.{component}"), Column { dimension: Dimension::NONE, values });
         }
     }
-    for (normal, columns) in normals {
-        for (component, values) in ["x", "y", "z"].into_iter().zip(columns) {
-            recording.columns.insert(format!("{normal}.{component}"), Column { dimension: Dimension::NONE, values });
+}
+
+/// A body with where it is.
+struct Placed<'a> {
+    body: Option<&'a Body>,
+    position: Option<[&'a [f64]; 3]>,
+    rotation: Option<[&'a [f64]; 4]>,
+}
+
+impl<'a> Placed<'a> {
+    fn new(recording: &'a Recording, name: &str) -> Self {
+        Self {
+            body: recording.scene.bodies.get(name),
+            position: columns(recording, &format!("{name}.position"), ["x", "y", "z"]),
+            rotation: columns(recording, &format!("{name}.rotation"), ["w", "x", "y", "z"]),
         }
     }
+
+    /// The normal of a contact on this body, towards the other one, as far as role and shape tell; `force` is what the other body feels.
+    fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
+        let body = self.body?;
+        match body.role {
+            Role::Support => Some(Vector3::z()),
+            Role::Wall => Vector3::new(force.x, force.y, 0.0).try_normalize(1e-9),
+            Role::Object | Role::Socket => {
+                let reference_from_body = self.pose(row)?;
+                let point_in_body =
+                    reference_from_body.inverse_transform_point(&other.pose(row)?.translation.vector.into());
+                Some(reference_from_body.rotation * face_normal(body, &point_in_body)?)
+            }
+        }
+    }
+
+    /// Where the body is; `None` where it was not measured, or is not known at all.
+    fn pose(&self, row: usize) -> Option<Isometry3<f64>> {
+        let body = self.body?;
+        let at = |column: &[f64]| column.get(row).copied().unwrap_or(f64::NAN);
+        let position = self.position.map_or(body.position.map(|length| length.0), |columns| columns.map(at));
+        let rotation = self.rotation.map_or(body.rotation, |columns| columns.map(at));
+        let measured = position.iter().chain(&rotation).all(|value| value.is_finite());
+        measured.then(|| pose(position, rotation))
+    }
+}
+
+/// The columns of a channel, if they are all there.
+fn columns<'a, const N: usize>(
+    recording: &'a Recording,
+    channel: &str,
+    components: [&str; N],
+) -> Option<[&'a [f64]; N]> {
+    let columns = components.map(|component| {
+        recording.columns.get(&format!("{channel}.{component}")).map(|column| column.values.as_slice())
+    });
+    columns.iter().all(Option::is_some).then(|| columns.map(Option::unwrap_or_default))
+}
+
+fn vector(columns: &[&[f64]; 3], row: usize) -> Vector3<f64> {
+    Vector3::from(columns.map(|column| column.get(row).copied().unwrap_or_default()))
 }

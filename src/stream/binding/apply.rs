@@ -78,9 +78,10 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, In
             *want = Want::Number(1.0);
         }
     }
-    for column in labels.values() {
-        if let Some(want) = wants.get_mut(*column) {
-            *want = Want::Text;
+    for (key, column) in &labels {
+        match wants.get_mut(*column) {
+            Some(want) if *want == Want::Nothing => *want = Want::Text,
+            _ => return Err(file.error(key, "its column is bound as numbers too".into())),
         }
     }
     if let Some(want) = wants.get_mut(time.column) {

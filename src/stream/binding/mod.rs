@@ -15,6 +15,7 @@ use crate::base::scene::Scene;
 use crate::base::yaml;
 use indexmap::IndexMap;
 use serde::{Deserialize, Deserializer, de};
+use std::fmt;
 use std::path::Path;
 
 /// The most rule parameters that a binding may override.
@@ -68,7 +69,7 @@ pub enum Normals {
     /// The direction of the force.
     #[default]
     ByForce,
-    /// Upwards from a support, the horizontal direction of the force from a wall, the direction of the force from anything else.
+    /// Upwards from a support, level from a wall, out of the face of a body whose shape is known, along the force otherwise.
     ByRole,
 }
 
@@ -152,23 +153,51 @@ const fn bridge() -> Time {
 
 /// Reads parameter overrides, numbers or texts, at most [`MAX_PARAMS`].
 fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged)]
-    enum Value {
-        Text(String),
-        Number(f64),
+    /// A value as its text.
+    struct Value(String);
+    impl<'de> Deserialize<'de> for Value {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            struct Visitor;
+            impl de::Visitor<'_> for Visitor {
+                type Value = Value;
+                fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                    f.write_str("a value with its unit, such as `15 mm/s`")
+                }
+                fn visit_str<E: de::Error>(self, text: &str) -> Result<Value, E> {
+                    Ok(Value(text.to_string()))
+                }
+                fn visit_u64<E: de::Error>(self, number: u64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_i64<E: de::Error>(self, number: i64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_f64<E: de::Error>(self, number: f64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+            }
+            deserializer.deserialize_any(Visitor)
+        }
     }
-    let params = IndexMap::<String, Value>::deserialize(deserializer)?;
-    if params.len() > MAX_PARAMS {
-        let message = format!(
-            "found {} parameters, a binding may override at most {MAX_PARAMS}: what more logs need belongs into the rules",
-            params.len()
-        );
-        return Err(de::Error::custom(message));
+    struct Few;
+    impl<'de> de::Visitor<'de> for Few {
+        type Value = IndexMap<String, String>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("parameters with their values")
+        }
+        fn visit_map<A: de::MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut params = IndexMap::new();
+            while let Some((name, Value(value))) = entries.next_entry()? {
+                if params.len() == MAX_PARAMS {
+                    let message = format!(
+                        "`{name}` is one parameter too many, a binding overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
+                    );
+                    return Err(de::Error::custom(message));
+                }
+                params.insert(name, value);
+            }
+            Ok(params)
+        }
     }
-    let text = |value| match value {
-        Value::Text(text) => text,
-        Value::Number(number) => number.to_string(),
-    };
-    Ok(params.into_iter().map(|(name, value)| (name, text(value))).collect())
+    deserializer.deserialize_map(Few)
 }

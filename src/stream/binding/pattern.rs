@@ -35,7 +35,7 @@ enum Piece {
     Object,
     /// `<other>`: another object.
     Other,
-    /// `<xyz>`, `<wxyz>`, with the texts that stand for the components; `<xyz: 0 1 2>` says them.
+    /// `<xyz>`, `<wxyz>`, with the texts that stand for the components; `<xyz=0 1 2>` says them.
     Component(Shape, Vec<String>),
 }
 
@@ -82,7 +82,7 @@ impl Template {
     }
 
     fn placeholder(text: &str) -> Result<Piece, String> {
-        let (name, texts) = text.split_once(':').map_or((text, None), |(name, texts)| (name, Some(texts)));
+        let (name, texts) = text.split_once('=').map_or((text, None), |(name, texts)| (name, Some(texts)));
         let shape = match name.trim() {
             "object" => return Ok(Piece::Object),
             "other" => return Ok(Piece::Other),
@@ -91,7 +91,7 @@ impl Template {
             other => return Err(format!("`<{other}>` is no placeholder, wanted <object>, <other>, <xyz> or <wxyz>")),
         };
         let letters: Vec<String> = match texts {
-            // The placeholder says the order in which the texts are given, `<xyzw: 3 4 5 6>`.
+            // The placeholder says the order in which the texts are given, `<xyzw=3 4 5 6>`.
             Some(texts) => {
                 let texts: Vec<&str> = texts.split([' ', ',']).filter(|text| !text.is_empty()).collect();
                 if texts.len() != shape.components().len() {

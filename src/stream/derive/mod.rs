@@ -13,7 +13,7 @@ use super::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 use super::measured::Measured;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
 use crate::base::error::InputError;
-use crate::base::hands::Side;
+use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
@@ -109,9 +109,9 @@ fn asks(channels: &[ChannelSpec], column: &str) -> bool {
                     name.strip_suffix(component).and_then(|name| name.strip_suffix('.'))
                 };
                 name.is_some_and(|name| match (channel.axis, channel.name.strip_prefix("fingers.")) {
-                    (Some(Axis::Fingers), Some(quantity)) => {
-                        name.split_once('.').is_some_and(|(_, rest)| rest == quantity)
-                    }
+                    (Some(Axis::Fingers), Some(quantity)) => name
+                        .split_once('.')
+                        .is_some_and(|(finger, rest)| Finger::from_name(finger).is_some() && rest == quantity),
                     _ => name == channel.name,
                 })
             })
