@@ -51,7 +51,7 @@ pub(super) fn within<'a>(lane: &'a [Piece], frames: &Range<usize>) -> &'a [Piece
     lane.get(start..end).unwrap_or(&[])
 }
 
-/// The label of a lane at a frame.
-pub(super) fn label_at(lane: &[Piece], frame: usize) -> Option<Label> {
-    within(lane, &(frame..frame + 1)).first().map(|piece| piece.label)
+/// The piece of a lane at a frame.
+pub(super) fn at(lane: &[Piece], frame: usize) -> Option<&Piece> {
+    within(lane, &(frame..frame + 1)).first()
 }

@@ -2,12 +2,27 @@
 
 use super::lane::Piece;
 use super::stretch::samples;
+use crate::base::channels::{ChannelSpec, Derived, derived};
 use crate::base::hands::Side;
-use crate::language::rules::Key;
+use crate::language::rules::{Key, Rules};
 use crate::stream::frames::{ColumnKey, Frames};
 
-/// The derived channels that keys and joined tasks are judged by; a log's frames should be made with them.
-pub const CHANNELS: &[&str] = &[TARGET, POSITION, SPIN];
+/// The channels to make frames with, so that the keys of the tasks can be judged: those of the rules first, in their order.
+pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
+    let mut channels = rules.channels.clone();
+    let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
+    let asked = [
+        (TARGET, rules.tasks.iter().any(|task| task.joined)),
+        (POSITION, keys().any(|key| asks(key, POSITION))),
+        (SPIN, keys().any(|key| asks(key, SPIN))),
+    ];
+    for (name, _) in asked.into_iter().filter(|(_, asked)| *asked) {
+        if !channels.iter().any(|channel| channel.name == name) {
+            channels.extend(derived(name).map(Derived::spec));
+        }
+    }
+    channels
+}
 
 /// The object that the hand handles.
 pub(super) const TARGET: &str = "target";

@@ -4,6 +4,9 @@
 //! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
 //! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
+//!
+//! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
+//! can be shown as they close; relabelling needs a whole stretch, because its rules look at what comes after.
 
 pub mod csv;
 pub mod json;
@@ -12,19 +15,21 @@ mod measures;
 pub mod number;
 mod relabel;
 mod rounds;
+mod show;
 mod spans;
 mod stretch;
 mod tasks;
 
-pub use measures::CHANNELS;
+pub use measures::channels;
 pub use rounds::MAX_ROUNDS;
 
 use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
-use crate::language::rules::{Rules, TaskId};
+use crate::language::rules::Rules;
 use crate::stream::frames::{Frames, Issue};
-use lane::{Piece, within};
+use lane::Piece;
 use measures::Measures;
+use show::Show;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
@@ -157,12 +162,10 @@ pub fn analyse(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
             stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
             let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
             let relabelled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
-            let show = |piece: &Piece| show.segment(piece, raw, &stretch.frames());
-            track.segments.extend(raw.iter().map(show));
-            track.relabelled.extend(relabelled.iter().map(show));
-            track
-                .tasks
-                .extend(tasks.iter().map(|task| self::task(rules, task, task.pieces.iter().map(show).collect())));
+            let segment = |piece: &Piece| show.segment(piece, raw, &stretch.frames());
+            track.segments.extend(raw.iter().map(segment));
+            track.relabelled.extend(relabelled.iter().map(segment));
+            track.tasks.extend(tasks.iter().map(|task| show.task(task, raw, &stretch.frames())));
         }
         let segment = |piece: &Piece| show.segment(piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
@@ -172,110 +175,11 @@ pub fn analyse(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
     if leaves.iter().any(|leaves| !leaves.both.is_empty()) {
         tracks.push(both);
     }
-    Analysis {
-        frames: frames.len,
-        rate_hz,
-        start_s: frames.time.first().copied().unwrap_or_default(),
-        end_s: show.end_s(),
-        tracks,
-        issues,
-    }
+    Analysis { frames: frames.len, rate_hz, start_s: show.start_s(), end_s: show.end_s(), tracks, issues }
 }
 
 impl Track {
     fn new(who: Who) -> Self {
         Self { who, segments: Vec::new(), relabelled: Vec::new(), tasks: Vec::new() }
-    }
-}
-
-fn task(rules: &Rules, named: &Named, segments: Vec<Segment>) -> TaskSpan {
-    let name = |id: TaskId| rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
-    let (first, last) = (segments.first(), segments.last());
-    TaskSpan {
-        task: named.task.map_or_else(|| UNKNOWN.to_string(), name),
-        frames: first.map_or(0, |first| first.frames.start)..last.map_or(0, |last| last.frames.end),
-        start_s: first.map_or(0.0, |first| first.start_s),
-        end_s: last.map_or(0.0, |last| last.end_s),
-        secondary: named.secondary.iter().map(|id| name(*id)).collect(),
-        open_start: named.span.open_start,
-        open_end: named.span.open_end,
-        segments,
-    }
-}
-
-/// Turns frames and ids into times and names.
-struct Show<'a> {
-    rules: &'a Rules,
-    frames: &'a Frames,
-}
-
-impl Show<'_> {
-    fn end_s(&self) -> f64 {
-        self.frames.len.checked_sub(1).map_or(0.0, |last| self.frames.end_of(last))
-    }
-
-    /// When a frame of a stretch starts; for the end of the stretch, when its last frame ends.
-    fn time_s(&self, frame: usize, stretch: &Range<usize>) -> f64 {
-        match self.frames.time.get(frame) {
-            Some(time) if frame < stretch.end => *time,
-            _ => frame.checked_sub(1).map_or(0.0, |last| self.frames.end_of(last)),
-        }
-    }
-
-    fn segment(&self, piece: &Piece, raw: &[Piece], stretch: &Range<usize>) -> Segment {
-        let name = |piece: &Piece| self.rules.label_name(piece.label);
-        let by = piece.by.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| rule.text.clone());
-        let was = if piece.by.is_empty() { &[][..] } else { within(raw, &piece.frames) };
-        Segment {
-            primitive: name(piece),
-            frames: piece.frames.clone(),
-            start_s: self.time_s(piece.frames.start, stretch),
-            end_s: self.time_s(piece.frames.end, stretch),
-            was: was.iter().map(name).collect(),
-            by: by.collect(),
-        }
-    }
-
-    /// Keys that ask for more than the recording can tell, by hand and channel.
-    fn what_keys_lack(&self, measures: &BTreeMap<Side, Measures>) -> Vec<Issue> {
-        let mut issues = Vec::new();
-        for (side, measures) in measures {
-            for channel in [measures::POSITION, measures::SPIN] {
-                let tasks: Vec<&str> = (self.rules.tasks.iter())
-                    .filter(|task| task.keys.iter().any(|key| measures::asks(key, channel)))
-                    .map(|task| task.name.as_str())
-                    .collect();
-                if !tasks.is_empty() && !measures.has(channel) {
-                    issues.push(Issue {
-                        kind: "missing_channel".into(),
-                        start_s: self.frames.time.first().copied().unwrap_or_default(),
-                        end_s: self.end_s(),
-                        channel: format!("{side}.{channel}"),
-                        message: format!(
-                            "the recording has no `{channel}`, so a key that asks how far the target went or turned does not hold: {}",
-                            tasks.join(", ")
-                        ),
-                    });
-                }
-            }
-        }
-        issues
-    }
-
-    /// Rules that were still changing labels when relabelling was stopped.
-    fn undone(&self, rules: &[usize], stretch: &Range<usize>) -> Option<Issue> {
-        let texts =
-            rules.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| format!("`{}`", rule.text));
-        let texts: Vec<String> = texts.collect();
-        (!texts.is_empty()).then(|| Issue {
-            kind: "relabelling_stopped".into(),
-            start_s: self.time_s(stretch.start, stretch),
-            end_s: self.time_s(stretch.end, stretch),
-            channel: String::new(),
-            message: format!(
-                "relabelling was stopped after {MAX_ROUNDS} rounds, when these rules still changed labels: {}",
-                texts.join(", ")
-            ),
-        })
     }
 }

@@ -56,16 +56,15 @@ pub(super) fn of_tasks(rules: &Rules, named: &mut BTreeMap<Side, Vec<Named>>, ra
     to_fixpoint(|| {
         let mut changing = Vec::new();
         for (at, rule) in rules.relabels.iter().enumerate().filter(|(_, rule)| rule.task.is_some()) {
-            let spans = named.values_mut().flatten().filter(|named| named.task == rule.task);
-            let mut changed = apply_in_lanes(spans.map(|named| &mut named.pieces), at, rule, rate_hz);
-            let mut hands = named.values_mut();
-            if let (Some(left), Some(right)) = (hands.next(), hands.next()) {
-                for left in left.iter_mut().filter(|named| named.task == rule.task) {
-                    for right in right.iter_mut().filter(|named| named.task == rule.task) {
-                        changed |= apply_in_hands([&mut left.pieces, &mut right.pieces], at, rule, rate_hz);
-                    }
-                }
-            }
+            let changed = if matches!(rule.kind, RelabelKind::BetweenInHands { .. }) {
+                let mut hands =
+                    named.values_mut().map(|spans| spans.iter_mut().filter(|named| named.task == rule.task));
+                let (left, right) = (hands.next().into_iter().flatten(), hands.next().into_iter().flatten());
+                apply_in_tasks(left.collect(), right.collect(), at, rule, rate_hz)
+            } else {
+                let spans = named.values_mut().flatten().filter(|named| named.task == rule.task);
+                apply_in_lanes(spans.map(|named| &mut named.pieces), at, rule, rate_hz)
+            };
             changing.extend(changed.then_some(at));
         }
         changing
@@ -87,6 +86,23 @@ fn apply_in_lanes<'a>(
         if let Some(rewritten) = in_lane(lane, at, rule, rate_hz) {
             *lane = rewritten;
             changed = true;
+        }
+    }
+    changed
+}
+
+/// Applies a rule over both hands to all pairs of their tasks.
+fn apply_in_tasks(
+    mut left: Vec<&mut Named>,
+    mut right: Vec<&mut Named>,
+    at: usize,
+    rule: &Relabel,
+    rate_hz: f64,
+) -> bool {
+    let mut changed = false;
+    for one in &mut left {
+        for other in &mut right {
+            changed |= apply_in_hands([&mut one.pieces, &mut other.pieces], at, rule, rate_hz);
         }
     }
     changed

@@ -3,7 +3,7 @@
 //! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
 //! (LANGUAGE.md section 3, points 4 and 5), and what is left of the coordination after relabelling.
 
-use super::lane::{self, Piece, add, append, label_at, pieces, within};
+use super::lane::{self, Piece, add, append, at, pieces, within};
 use crate::base::hands::Side;
 use crate::engine::runs::{Leaves, Run, cover, settle};
 use crate::language::rules::{Label, Rules, Tree, TreeScope};
@@ -75,20 +75,26 @@ impl<'a> Stretch<'a> {
         all.into_iter().for_each(|piece| append(lane, piece));
     }
 
-    /// The coordination after relabelling: where both hands have the same label, that one, else what the tree said.
+    /// The coordination after relabelling: where rules gave both hands the same label, that one, else what the tree said.
     pub fn coordination(&self) -> Vec<Piece> {
-        let settled = pieces(&settle(&self.both, self.settling.both));
+        let mut settled = pieces(&settle(&self.both, self.settling.both));
+        mark(&mut settled, &self.raw_both, &self.separated_by);
         let (Some(left), Some(right)) = (self.hands.get(&Side::Left), self.hands.get(&Side::Right)) else {
             return settled;
         };
         let mut coordination = Vec::new();
         for piece in &settled {
             for frames in cuts(&piece.frames, left, right) {
-                let agreed = label_at(left, frames.start).filter(|label| Some(*label) == label_at(right, frames.start));
-                let label = agreed.unwrap_or(piece.label);
-                let mut by = Vec::new();
-                if label != piece.label {
-                    within(left, &frames).iter().chain(within(right, &frames)).for_each(|from| add(&mut by, &from.by));
+                let mut label = piece.label;
+                let mut by = piece.by.clone();
+                if let (Some(one), Some(other)) = (at(left, frames.start), at(right, frames.start))
+                    && one.label == other.label
+                    && one.label != label
+                    && !(one.by.is_empty() && other.by.is_empty())
+                {
+                    label = one.label;
+                    add(&mut by, &one.by);
+                    add(&mut by, &other.by);
                 }
                 append(&mut coordination, Piece { frames, label, by });
             }
@@ -113,13 +119,8 @@ impl<'a> Stretch<'a> {
         self.both = without_label(&self.both, &given_back);
         add(&mut self.separated_by, &[rule]);
         self.hands = settled_hands(self.leaves, &self.both, self.settling.hand).collect();
-        for (side, own) in &mut self.hands {
-            let raw = self.raw.get(side).map_or(&[][..], Vec::as_slice);
-            for piece in own {
-                if within(raw, &piece.frames).iter().any(|before| before.label != piece.label) {
-                    piece.by.clone_from(&self.separated_by);
-                }
-            }
+        for (side, lane) in &mut self.hands {
+            mark(lane, self.raw.get(side).map_or(&[], Vec::as_slice), &self.separated_by);
         }
         true
     }
@@ -127,6 +128,15 @@ impl<'a> Stretch<'a> {
 
 fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<Item = (Side, Vec<Piece>)> {
     leaves.hands.iter().map(move |(side, own)| (*side, lane::pieces(&settle(&cover(own, both), frames))))
+}
+
+/// Names the rules that gave coordination back on every piece that is not what the trees gave.
+fn mark(lane: &mut [Piece], raw: &[Piece], rules: &[usize]) {
+    for piece in lane {
+        if within(raw, &piece.frames).iter().any(|before| before.label != piece.label) {
+            add(&mut piece.by, rules);
+        }
+    }
 }
 
 /// An interval cut wherever one of two lanes changes.

@@ -8,7 +8,6 @@ use super::lane::Piece;
 use super::measures::Measures;
 use super::spans::{Span, Spans, join};
 use crate::language::rules::{Label, Rules, Task, TaskId};
-use std::ops::Range;
 
 /// A span with its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,26 +34,31 @@ pub(super) fn recognise(rules: &Rules, lane: &[Piece], measures: &Measures) -> V
     }
     claims.sort_by_key(|(vague, id, span)| (*vague, *id, span.pieces.start));
 
+    let mut taken = vec![false; lane.pieces.len()];
+    let mut take = |span: &Span| {
+        let pieces = taken.get_mut(span.pieces.clone()).unwrap_or_default();
+        let free = !pieces.contains(&true);
+        if free {
+            pieces.fill(true);
+        }
+        free
+    };
     let mut named: Vec<Named> = Vec::new();
     for (_, id, span) in claims {
-        if free(&named, &span.pieces) {
+        if take(&span) {
             let secondary = lane.matching(&span).filter(|other| *other != id).collect();
             named.push(Named { task: Some(id), secondary, pieces: lane.of(&span).to_vec(), span });
         }
     }
     for (first, last) in ends(rules) {
         for span in Spans::of(lane.pieces, first, last) {
-            if span.has_last && free(&named, &span.pieces) && lane.matching(&span).next().is_none() {
+            if span.has_last && lane.matching(&span).next().is_none() && take(&span) {
                 named.push(Named { task: None, secondary: Vec::new(), pieces: lane.of(&span).to_vec(), span });
             }
         }
     }
     named.sort_by_key(|named| named.span.pieces.start);
     named
-}
-
-fn free(named: &[Named], pieces: &Range<usize>) -> bool {
-    named.iter().all(|taken| taken.span.pieces.end <= pieces.start || pieces.end <= taken.span.pieces.start)
 }
 
 /// From what to what tasks run, each pair once, by priority.

@@ -92,6 +92,20 @@ pub struct Derived {
     pub doc: &'static str,
 }
 
+impl Derived {
+    /// The channel as rules ask for it.
+    pub fn spec(&self) -> ChannelSpec {
+        ChannelSpec {
+            name: self.name.into(),
+            per_hand: self.per_hand,
+            axis: self.axis,
+            shape: self.shape,
+            dimension: self.dimension,
+            absent: Absent::Derived,
+        }
+    }
+}
+
 const fn hand(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
     Derived { name, per_hand: true, axis: None, shape, dimension, doc }
 }

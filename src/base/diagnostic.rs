@@ -1,5 +1,9 @@
 //! Diagnostics about rule files: what was found, where, and what to do. Passes return them; nothing here prints.
 
+mod render;
+
+pub use render::render;
+
 /// A place in a source file, in bytes: `[start, end)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Span {
@@ -25,6 +29,14 @@ pub struct Source {
 pub struct Sources {
     /// The files; a span's `file` is an index here.
     pub files: Vec<Source>,
+}
+
+impl Span {
+    /// The smallest span that holds both; both are of one file.
+    #[must_use]
+    pub fn to(self, other: Self) -> Self {
+        Self { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
+    }
 }
 
 impl Sources {
@@ -93,4 +105,51 @@ pub struct Fix {
     pub span: Span,
     /// By what.
     pub replacement: String,
+}
+
+impl Diagnostic {
+    /// An error without a place yet.
+    pub fn error(code: &'static str, message: impl Into<String>) -> Self {
+        let (labels, notes, help) = (Vec::new(), Vec::new(), Vec::new());
+        Self { code, severity: Severity::Error, message: message.into(), labels, notes, help, fix: None }
+    }
+
+    /// A warning without a place yet.
+    pub fn warning(code: &'static str, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(code, message) }
+    }
+
+    /// Adds a place; the first one added is the primary one.
+    #[must_use]
+    pub fn at(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.labels.push(Label { span, text: text.into() });
+        self
+    }
+
+    /// Says why.
+    #[must_use]
+    pub fn note(mut self, note: impl Into<String>) -> Self {
+        self.notes.push(note.into());
+        self
+    }
+
+    /// Says what to do.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help.push(help.into());
+        self
+    }
+
+    /// Says what to do, with the edit that does it.
+    #[must_use]
+    pub fn fix(mut self, help: impl Into<String>, span: Span, replacement: impl Into<String>) -> Self {
+        self.help.insert(0, help.into());
+        self.fix = Some(Fix { span, replacement: replacement.into() });
+        self
+    }
+
+    /// Where it is, for sorting: the primary place; findings without a place come first.
+    pub fn place(&self) -> Option<Span> {
+        self.labels.first().map(|label| label.span)
+    }
 }

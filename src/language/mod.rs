@@ -1,5 +1,105 @@
 //! The rule language: text in, a checked rule set and diagnostics out. It knows no log and no robot.
+//!
+//! The passes in their order: [`source`] reads files, [`parse`] makes syntax trees, [`resolve`] gives names their meaning and drives
+//! [`types`], [`tree`], [`tasks`], [`relabels`] and [`lints`]. Each pass returns what it made and what it found, and goes on after a mistake.
 
+pub mod codes;
+mod lints;
+mod parse;
+mod relabels;
+mod resolve;
 pub mod rules;
+mod source;
+pub mod syntax;
+mod tasks;
+mod tree;
+mod types;
 
 pub use rules::Rules;
+pub use source::SHIPPED;
+
+use crate::base::diagnostic::{Diagnostic, Severity, Sources};
+use source::Loader;
+use std::path::{Path, PathBuf};
+
+/// The rules that are loaded when none are named.
+const DEFAULT_RULES: &str = "rules/contact.rules";
+/// The hand file that keeps the promises when none is named.
+const DEFAULT_HAND: &str = "rules/hand_force.rules";
+/// Reports that are listed; the rest is counted.
+const MAX_REPORTS: usize = 200;
+
+/// What to load.
+#[derive(Clone, Debug, Default)]
+pub struct Request {
+    /// Rule files: paths, or names of shipped files; none for the shipped `contact.rules`.
+    pub files: Vec<PathBuf>,
+    /// The hand file that keeps promised signals; none for the shipped `hand_force.rules`. Loaded only when promises are not kept.
+    pub hand_file: Option<String>,
+    /// Params to override, as `(name, value with unit)`.
+    pub overrides: Vec<(String, String)>,
+}
+
+/// What came of it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The rule set, when there is no error.
+    pub rules: Option<Rules>,
+    /// The texts that were read.
+    pub sources: Sources,
+    /// What was found, by file and place.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// Loads rule files with all that they use.
+pub fn load(request: &Request) -> Loaded {
+    let mut loader = Loader::default();
+    if request.files.is_empty() {
+        loader.load_named(Path::new(DEFAULT_RULES));
+    }
+    for file in &request.files {
+        loader.load_named(file);
+    }
+    finish(loader, request)
+}
+
+/// Loads a text; what it uses is looked up among the shipped files.
+pub fn load_text(name: &str, text: &str) -> Loaded {
+    let mut loader = Loader::default();
+    loader.load_text(name, text);
+    finish(loader, &Request::default())
+}
+
+/// Parses a text alone: its syntax tree and what is wrong with its syntax.
+pub fn parse_text(name: &str, text: &str) -> (syntax::File, Loaded) {
+    let (file, diagnostics) = parse::parse(text, 0);
+    let source = crate::base::diagnostic::Source { name: name.to_string(), text: text.to_string() };
+    let sources = Sources { files: vec![source] };
+    (file, Loaded { rules: None, sources, diagnostics: sorted(diagnostics) })
+}
+
+fn finish(mut loader: Loader, request: &Request) -> Loaded {
+    if !loader.unkept().is_empty() {
+        let rules = request.files.first().map(PathBuf::as_path);
+        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND), rules);
+    }
+    let Loader { sources, files, mut findings, incomplete, .. } = loader;
+    let input =
+        resolve::Input { files: files.iter().collect(), sources: &sources, overrides: &request.overrides, incomplete };
+    let (rules, more) = resolve::resolve(&input);
+    findings.extend(more);
+    let diagnostics = sorted(findings);
+    let wrong = diagnostics.iter().any(|finding| finding.severity == Severity::Error);
+    Loaded { rules: (!wrong).then_some(rules), sources, diagnostics }
+}
+
+/// The findings by file and place; those beyond the bound are only counted.
+fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    findings.sort_by_key(Diagnostic::place);
+    if findings.len() > MAX_REPORTS {
+        let rest = findings.len() - MAX_REPORTS;
+        findings.truncate(MAX_REPORTS);
+        findings.push(Diagnostic::error(codes::TOO_MANY_REPORTS, format!("there are {rest} more findings")));
+    }
+    findings
+}

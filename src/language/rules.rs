@@ -543,4 +543,16 @@ impl Rules {
     pub fn tree(&self, scope: TreeScope) -> Option<&Tree> {
         self.trees.iter().find(|tree| tree.scope == scope)
     }
+
+    /// A stable hash of all texts and of all values of params, as 16 hexadecimal digits (FNV-1a, 64 bits).
+    ///
+    /// It does not depend on where the files lie.
+    pub fn digest(&self) -> String {
+        let texts = self.sources.files.iter().flat_map(|source| source.text.bytes().chain([0]));
+        let params = self.params.iter().flat_map(|param| param.name.bytes().chain(param.value.to_bits().to_le_bytes()));
+        let hash = texts
+            .chain(params)
+            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
+        format!("{hash:016x}")
+    }
 }

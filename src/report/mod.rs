@@ -1,7 +1,17 @@
 //! What people see of an analysis: a timeline for terminals, a page for browsers. Writers return text; they open no file and print nothing.
 
+mod figure;
+pub mod html;
 pub mod palette;
+mod signals;
+mod svg;
 pub mod text;
+
+pub use html::html;
+pub use signals::{CHANNELS, channels};
+pub use text::{Style, text};
+
+use crate::analysis::TaskSpan;
 
 /// A step of 1, 2 or 5 times a power of ten, at least as long as asked; 1 when asked for what is not a positive number.
 fn round_step(at_least: f64) -> f64 {
@@ -10,4 +20,19 @@ fn round_step(at_least: f64) -> f64 {
     }
     let power = 10.0_f64.powf(at_least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power).find(|step| *step >= at_least).unwrap_or(10.0 * power)
+}
+
+/// What is to be said of a task beside its name and time.
+fn remarks(task: &TaskSpan) -> String {
+    let mut remarks = Vec::new();
+    match (task.open_start, task.open_end) {
+        (true, true) => remarks.push("cut off at both ends".to_string()),
+        (true, false) => remarks.push("cut off at the start".to_string()),
+        (false, true) => remarks.push("cut off at the end".to_string()),
+        (false, false) => {}
+    }
+    if !task.secondary.is_empty() {
+        remarks.push(format!("also {}", task.secondary.join(", ")));
+    }
+    remarks.join("; ")
 }

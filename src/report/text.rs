@@ -5,9 +5,10 @@
 //! and bars; without Unicode everything is ASCII. No line of the timeline is longer than the width.
 
 use super::palette::{self, Color, INK};
+use super::{remarks, round_step};
 use crate::analysis::json::Meta;
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, TaskSpan, Track};
+use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,7 +111,7 @@ impl Page<'_> {
     /// Marks at round times, ten columns apart or more.
     fn axis(&self) -> String {
         let Analysis { start_s, end_s, .. } = self.analysis;
-        let step = super::round_step((end_s - start_s) * 10.0 / self.columns() as f64);
+        let step = round_step((end_s - start_s) * 10.0 / self.columns() as f64);
         let mut axis = String::new();
         let mut tick = (start_s / step).ceil() * step;
         // The width bounds the marks; the comparison also ends on what is not a number.
@@ -196,7 +197,7 @@ impl Page<'_> {
             lines.extend(self.task(task));
         }
         if track.tasks.is_empty() {
-            if matches!(track.who, crate::analysis::Who::Hand(_)) {
+            if matches!(track.who, Who::Hand(_)) {
                 lines.push("  no task".into());
             } else if track.relabelled.is_empty() {
                 lines.push("  no coordination".into());
@@ -207,19 +208,9 @@ impl Page<'_> {
     }
 
     fn task(&self, task: &TaskSpan) -> Vec<String> {
-        let mut remarks = Vec::new();
-        match (task.open_start, task.open_end) {
-            (true, true) => remarks.push("cut off at both ends".to_string()),
-            (true, false) => remarks.push("cut off at the start".to_string()),
-            (false, true) => remarks.push("cut off at the end".to_string()),
-            (false, false) => {}
-        }
-        if !task.secondary.is_empty() {
-            remarks.push(format!("also {}", task.secondary.join(", ")));
-        }
         let times = self.times(task.start_s, task.end_s);
         let name = self.bold(&format!("{:24}", task.task));
-        let mut lines = vec![format!("  {name}{times}   {}", remarks.join("; "))];
+        let mut lines = vec![format!("  {name}{times}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
     }

@@ -1,7 +1,8 @@
 //! Tests of `analysis`: leaves in, named tasks and what people see of them out.
 
 mod both_hands;
-mod build;
+pub mod build;
 mod one_hand;
+mod property;
 mod relabelling;
 mod written;

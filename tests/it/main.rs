@@ -5,6 +5,7 @@
 mod analysis;
 mod engine;
 mod language;
+mod report;
 mod stream;
 mod tidy;
 #[cfg(feature = "world")]

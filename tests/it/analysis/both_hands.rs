@@ -3,6 +3,7 @@
 use super::build::*;
 use teachtree::analysis::{Segment, Who};
 use teachtree::base::hands::Side;
+use teachtree::language::rules::{RelabelKind, TaskId};
 
 fn both(
     analysis: &teachtree::analysis::Analysis,
@@ -128,4 +129,20 @@ fn a_flicker_of_coordination_is_settled_away() {
     let analysis = run(&chapter(), &[("left", own), ("right", own), ("both", "- 40 Fit 4 - 66")]);
     assert!(both(&analysis, |track| &track.segments).is_empty());
     assert_eq!(names(&analysis.tracks[0].segments), "Move Approach Grasp Translate Release");
+}
+
+#[test]
+fn a_rule_over_both_hands_may_be_for_one_task() {
+    let mut rules = chapter();
+    let at = |name: &str| rules.tasks.iter().position(|task| task.name == name).unwrap();
+    let (carry, place) = (at("carry_together"), at("pick_and_place"));
+    let pass = rules.relabels.iter().position(|rule| matches!(rule.kind, RelabelKind::BetweenInHands { .. })).unwrap();
+    rules.relabels[pass].task = Some(TaskId(u32::try_from(place).unwrap()));
+    // Without the Pass, both hands have carried together; so it is looked for in no task of the right name.
+    let found = Side::BOTH.map(|side| tasks(&run(&rules, &HAND_OVER), side)[0].clone());
+    assert!(found.iter().all(|task| task.contains("carry_together") && !task.contains("Pass")), "{found:?}");
+    rules.tasks[carry].without = labels(&rules, "Translate");
+    let found = Side::BOTH.map(|side| tasks(&run(&rules, &HAND_OVER), side)[0].clone());
+    assert_eq!(found[0], "0.00–1.10 pick_and_place: Move Approach Grasp Translate Pass Release");
+    assert_eq!(found[1], "0.00–1.50 pick_and_place: Move Approach Pass Translate Place Release");
 }

@@ -229,13 +229,13 @@ pub fn column(frames: &mut Frames, name: &str, value: impl Fn(usize, u32) -> f64
 /// Analyses one stretch of tracks without columns.
 pub fn run(rules: &Rules, tracks: &[(&str, &str)]) -> Analysis {
     let leaves = leaves(rules, 0, tracks);
-    analyse(rules, &frames(&[leaves.frames.clone()]), &[leaves])
+    analyse(rules, &frames(std::slice::from_ref(&leaves.frames)), &[leaves])
 }
 
 /// Analyses one hand; the target goes 1 mm and turns 0.01 rad in each frame.
 pub fn one_hand(rules: &Rules, text: &str) -> Analysis {
     let leaves = leaves(rules, 0, &[("right", text)]);
-    analyse(rules, &moving(&[leaves.frames.clone()]), &[leaves])
+    analyse(rules, &moving(std::slice::from_ref(&leaves.frames)), &[leaves])
 }
 
 /// Frames in which the target goes 1 mm and turns 0.01 rad in each frame.

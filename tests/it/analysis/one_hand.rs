@@ -143,7 +143,7 @@ fn strokes_of_turn_are_one_task_on_one_target_only() {
 
     // From frame 80 on another target.
     let leaves = leaves(&rules, 0, &[("right", text)]);
-    let mut frames = moving(&[leaves.frames.clone()]);
+    let mut frames = moving(std::slice::from_ref(&leaves.frames));
     frames.channels.clear();
     frames.columns.clear();
     column(&mut frames, "target", |frame, _| if frame < 80 { 0.0 } else { 1.0 });

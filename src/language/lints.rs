@@ -1,0 +1,129 @@
+//! Warnings about rule sets that are right but hardly as meant. They are given only when nothing is wrong.
+
+use super::codes;
+use super::resolve::{Resolver, What};
+use super::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Then, TreeScope, Window};
+use crate::base::diagnostic::{Diagnostic, Severity};
+use std::collections::BTreeSet;
+
+impl Resolver {
+    /// Adds the warnings.
+    pub(super) fn lints(&mut self) {
+        if self.findings.iter().any(|finding| finding.severity == Severity::Error) || self.names.incomplete {
+            return;
+        }
+        // A file without a tree is a part for others.
+        if !self.rules.trees.is_empty() {
+            self.unused_values();
+            self.unused_primitives();
+        }
+        self.racing_latches();
+    }
+
+    fn unused_values(&mut self) {
+        let unused: Vec<Diagnostic> = self
+            .names
+            .values
+            .iter()
+            .filter(|(name, _)| !self.used.contains(*name))
+            .map(|(name, value)| {
+                let kind = match value.what {
+                    What::Param => "param",
+                    What::Signal => "signal",
+                    What::Latch => "latch",
+                };
+                Diagnostic::warning(codes::UNUSED, format!("the {kind} `{name}` is never used"))
+                    .at(value.span, "nothing reads it")
+            })
+            .collect();
+        self.findings.extend(unused);
+    }
+
+    /// A primitive that no leaf gives and no rule rewrites to. (Patterns that name it never match.)
+    fn unused_primitives(&mut self) {
+        let mut given = BTreeSet::new();
+        for tree in &self.rules.trees {
+            leaves(&tree.root, &mut given);
+        }
+        for rule in &self.rules.relabels {
+            given.extend(match &rule.kind {
+                RelabelKind::Between { becomes, .. }
+                | RelabelKind::BetweenInHands { becomes, .. }
+                | RelabelKind::Become { becomes, .. }
+                | RelabelKind::Sequence { becomes, .. } => Some(becomes.primitive.index()),
+                RelabelKind::Separate { .. } => None,
+            });
+        }
+        let unused: Vec<Diagnostic> = self
+            .rules
+            .primitives
+            .iter()
+            .enumerate()
+            .filter(|(at, _)| !given.contains(at))
+            .map(|(_, primitive)| {
+                Diagnostic::warning(codes::UNUSED, format!("the primitive `{}` never occurs", primitive.name))
+                    .at(primitive.span, "no leaf gives it and no rule rewrites to it")
+            })
+            .collect();
+        self.findings.extend(unused);
+    }
+
+    /// A latch that `from` sets after a time that does not outlast the settling: the leaf that sets it may never settle.
+    fn racing_latches(&mut self) {
+        let mut findings = Vec::new();
+        for latch in &self.rules.latches {
+            let scope = if latch.per_hand { TreeScope::EachHand } else { TreeScope::BothHands };
+            let Some(settle) = self.rules.tree(scope).and_then(|tree| tree.settle.as_ref()) else { continue };
+            let Some((place, lasting)) = waits_for_from(&latch.set) else { continue };
+            if lasting.is_some_and(|lasting| lasting.value > settle.value) {
+                continue;
+            }
+            let told = lasting.map_or("at once".to_string(), |lasting| format!("after {} s", lasting.value));
+            findings.push(
+                Diagnostic::warning(
+                    codes::LATCH_RACES_SETTLING,
+                    format!("the latch `{}` may be set before its leaf settles", latch.name),
+                )
+                .at(place.span, format!("it is set {told}"))
+                .at(settle.span, format!("a leaf settles after {} s", settle.value))
+                .note("a leaf that ends when it sets the latch vanishes when it did not last as long as the settling")
+                .help("let `for` take longer than the settling"),
+            );
+        }
+        self.findings.extend(findings);
+    }
+}
+
+/// The primitives of the leaves.
+fn leaves(branch: &Branch, given: &mut BTreeSet<usize>) {
+    for choice in &branch.choices {
+        match &choice.then {
+            Then::Primitive(label) => {
+                given.insert(label.primitive.index());
+            }
+            Then::Branch(below) => leaves(below, given),
+            Then::Stay | Then::Separate => {}
+        }
+    }
+}
+
+/// The part of a set condition that waits for a leaf: all of it when it is `from(…)` alone, else `(… from(…) …) for d` with its duration.
+fn waits_for_from(set: &Expr) -> Option<(&Expr, Option<&Constant>)> {
+    fn window(expr: &Expr) -> Option<(&Expr, Option<&Constant>)> {
+        match &expr.kind {
+            ExprKind::Window(Window::For, inner, duration) if reads_from(inner) => Some((expr, Some(duration))),
+            ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().find_map(window),
+            _ => None,
+        }
+    }
+    if matches!(set.kind, ExprKind::From { .. }) { Some((set, None)) } else { window(set) }
+}
+
+fn reads_from(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::From { .. } => true,
+        ExprKind::Not(inner) => reads_from(inner),
+        ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().any(reads_from),
+        _ => false,
+    }
+}

@@ -1,0 +1,164 @@
+//! Signals, latches, params, primitives and the channels of `stream`.
+
+use super::Parser;
+use super::expressions::{Builder, P};
+use super::grammar::Rule;
+use crate::base::channels::{Axis, Shape};
+use crate::base::units::Dimension;
+use crate::language::syntax::{Channel, ItemKind, Latch, Param, Primitive, Signal, ValueType};
+use std::ops::Range;
+
+impl Builder<'_, '_, '_> {
+    /// A declaration without braces.
+    pub fn item(&mut self, pair: P<'_>) -> Option<ItemKind> {
+        match pair.as_rule() {
+            Rule::use_file => {
+                let quoted = pair.into_inner().find(|part| part.as_rule() == Rule::text)?;
+                let mut name = self.name(&quoted);
+                name.text = name.text.trim_matches('"').to_string();
+                Some(ItemKind::Use(name))
+            }
+            Rule::param => self.param(pair).map(ItemKind::Param),
+            Rule::signal => self.signal(pair).map(ItemKind::Signal),
+            Rule::latch => self.latch(pair).map(ItemKind::Latch),
+            Rule::primitives => {
+                let declared = pair.into_inner().filter(|part| part.as_rule() == Rule::declared_primitive);
+                let primitives = declared.map(|declared| {
+                    let mut parts = declared.into_inner();
+                    let name = self.name(&parts.next()?);
+                    Some(Primitive { name, sided: parts.next().is_some() })
+                });
+                primitives.collect::<Option<_>>().map(ItemKind::Primitives)
+            }
+            Rule::task => self.task(pair).map(ItemKind::Task),
+            Rule::extend_task => self.extend_task(pair).map(ItemKind::ExtendTask),
+            _ => None,
+        }
+    }
+
+    fn param(&mut self, pair: P<'_>) -> Option<Param> {
+        let mut name = None;
+        let mut values = Vec::new();
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => name = Some(self.name(&part)),
+                Rule::sum => values.push(self.expression(part)),
+                _ => {}
+            }
+        }
+        let mut values = values.into_iter();
+        let value = values.next()??;
+        let range = match (values.next(), values.next()) {
+            (Some(low), Some(high)) => Some((low?, high?)),
+            _ => None,
+        };
+        Some(Param { name: name?, value, range })
+    }
+
+    fn signal(&mut self, pair: P<'_>) -> Option<Signal> {
+        let (mut name, mut ty, mut value) = (None, None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => name = Some(self.name(&part)),
+                Rule::promised_type => {
+                    let written = part.into_inner().find(|part| part.as_rule() == Rule::value_type)?;
+                    ty = Some(self.value_type(written)?);
+                }
+                Rule::expression => value = Some(self.expression(part)?),
+                _ => {}
+            }
+        }
+        Some(Signal { name: name?, ty, value })
+    }
+
+    fn latch(&mut self, pair: P<'_>) -> Option<Latch> {
+        let mut name = None;
+        let mut conditions = Vec::new();
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => name = Some(self.name(&part)),
+                Rule::expression => conditions.push(self.expression(part)),
+                _ => {}
+            }
+        }
+        let mut conditions = conditions.into_iter();
+        Some(Latch { name: name?, set: conditions.next()??, clear: conditions.next()?? })
+    }
+
+    fn channel(&mut self, pair: P<'_>, per_hand: bool) -> Option<Channel> {
+        let span = self.piece.span(&pair);
+        let (mut name, mut ty, mut default) = (None, None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::path => name = Some(self.path(&part)),
+                Rule::value_type => ty = Some(self.value_type(part)?),
+                Rule::expression => default = Some(self.expression(part)?),
+                _ => {}
+            }
+        }
+        Some(Channel { per_hand, name: name?, ty: ty?, default, span })
+    }
+
+    /// `vec3 m/s per finger`
+    fn value_type(&mut self, pair: P<'_>) -> Option<ValueType> {
+        let span = self.piece.span(&pair);
+        let (mut shape, mut dimension, mut axis) = (Shape::Scalar, Dimension::NONE, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::kind => {
+                    shape = match part.as_str() {
+                        "bool" => Shape::Bool,
+                        "vec3" => Shape::Vec3,
+                        "rotation" => Shape::Rotation,
+                        "object" => Shape::Object,
+                        _ => Shape::Scalar,
+                    };
+                }
+                Rule::unit | Rule::unknown_unit => dimension = self.unit(&part)?.1,
+                Rule::axis => axis = Some(if part.as_str() == "finger" { Axis::Fingers } else { Axis::Contacts }),
+                _ => {}
+            }
+        }
+        Some(ValueType { shape, dimension, axis, span })
+    }
+}
+
+impl Parser<'_> {
+    /// The body of `stream { … }`: a channel begins with `optional`, or with a name and a colon.
+    pub(super) fn channels(&mut self, tokens: Range<usize>, per_hand: bool) -> Vec<Channel> {
+        let mut channels = Vec::new();
+        let mut at = tokens.start;
+        while at < tokens.end {
+            if self.scan.word(at) == "for" && self.scan.word(at + 1) == "each" && !per_hand {
+                let open = (at..tokens.end).find(|at| self.scan.word(*at) == "{");
+                let head = at..open.map_or(tokens.end, |open| open + 1);
+                let partner = open.and_then(|open| self.scan.tokens.get(open)).map_or(tokens.end, |open| open.partner);
+                at = open.map_or(tokens.end, |open| self.scan.behind(open));
+                self.head(head.clone(), Rule::only_hands_head, |_, _| Some(()));
+                channels.extend(self.channels(head.end..partner.min(tokens.end), true));
+                continue;
+            }
+            let next = (at + 1..tokens.end).find(|next| self.begins_channel(*next)).unwrap_or(tokens.end);
+            let channel = self.piece(at..next, Rule::only_channel, |builder, pair| builder.channel(pair, per_hand));
+            if channel.is_none() {
+                let name_at = if self.scan.word(at) == "optional" { at + 1 } else { at };
+                self.broken.push(self.scan.word(name_at).to_string());
+            }
+            channels.extend(channel);
+            at = next;
+        }
+        channels
+    }
+
+    /// Whether a channel, or the block of the hands, begins at a line of its own here.
+    fn begins_channel(&self, at: usize) -> bool {
+        let head = self.scan.word(at);
+        let mut behind = at + 1;
+        while self.scan.word(behind) == "." {
+            behind += 2;
+        }
+        let named = self.scan.word(behind) == ":"
+            && at.checked_sub(1).is_none_or(|before| !matches!(self.scan.word(before), "." | "optional"));
+        head == "optional" || named || head == "for" && self.scan.word(at + 1) == "each"
+    }
+}

@@ -1,0 +1,135 @@
+//! From syntax trees to a checked rule set. The passes run in this order: names, channels, params, signals, latches, trees, tasks,
+//! relabelling rules, warnings. Each goes on after a mistake; what a mistake leaves undefined is remembered, so that one mistake is
+//! one report.
+
+mod channels;
+mod names;
+mod nearest;
+mod params;
+mod signals;
+
+pub use names::{Names, State, Value, What};
+pub use nearest::nearest;
+
+use super::codes;
+use super::rules::{Label, PrimitiveId, Rules};
+use super::syntax;
+use crate::base::diagnostic::{Diagnostic, Sources, Span};
+use crate::base::hands::FingerPick;
+use names::Declared;
+use std::collections::BTreeSet;
+
+/// What a rule set is made from.
+pub struct Input<'a> {
+    /// The files in order of evaluation: a used file before the one that uses it.
+    pub files: Vec<&'a syntax::File>,
+    /// All texts.
+    pub sources: &'a Sources,
+    /// `--set name=value`
+    pub overrides: &'a [(String, String)],
+    /// Whether a file is missing: then unknown names are not reported, they may be in it.
+    pub incomplete: bool,
+}
+
+/// Builds the rule set; it is complete only when no finding is an error.
+pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
+    let mut resolver = Resolver {
+        rules: Rules { sources: input.sources.clone(), ..Rules::default() },
+        names: Names::default(),
+        findings: Vec::new(),
+        used: BTreeSet::new(),
+        signal_picks: Vec::new(),
+    };
+    resolver.names.incomplete = input.incomplete;
+    let declared = Declared::collect(&input.files);
+    resolver.names.broken.extend(input.files.iter().flat_map(|file| file.broken.iter().cloned()));
+    resolver.declare_channels(&declared);
+    resolver.declare_names(&declared);
+    resolver.params(&declared, input.overrides);
+    resolver.channel_defaults(&declared);
+    resolver.signals(&declared);
+    resolver.latches(&declared);
+    resolver.trees(&declared.trees, &declared.extends);
+    resolver.tasks(&declared.tasks, &declared.task_extensions);
+    resolver.relabels(&declared.relabels);
+    resolver.keep_channels_for_analysis();
+    resolver.lints();
+    (resolver.rules, resolver.findings)
+}
+
+/// What the passes share.
+pub struct Resolver {
+    /// The rule set so far.
+    pub rules: Rules,
+    /// What the names mean.
+    pub names: Names,
+    /// What is wrong.
+    pub findings: Vec<Diagnostic>,
+    /// Values and primitives that something reads.
+    pub used: BTreeSet<String>,
+    /// For each signal that is an array over picked fingers, which ones.
+    pub signal_picks: Vec<Option<FingerPick>>,
+}
+
+impl Resolver {
+    /// Reports.
+    pub fn report(&mut self, finding: Diagnostic) {
+        self.findings.push(finding);
+    }
+
+    /// Reports a name that means nothing, with the nearest one that means something.
+    pub fn unknown<'n>(&mut self, kind: &str, word: &str, place: Span, known: impl Iterator<Item = &'n str> + Clone) {
+        let head = word.split('.').find(|part| *part != "left" && *part != "right").unwrap_or(word);
+        if self.names.incomplete || self.names.broken.contains(word) || self.names.broken.contains(head) {
+            return;
+        }
+        let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no {kind} `{word}`"))
+            .at(place, "nothing has this name");
+        let known_count = known.clone().count();
+        let finding = match nearest(word, known.clone()) {
+            Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
+            None if (1..=12).contains(&known_count) => {
+                finding.help(format!("there are {}", known.collect::<Vec<_>>().join(", ")))
+            }
+            None => finding,
+        };
+        self.report(finding);
+    }
+
+    /// The primitive that a label names. In a leaf and behind `becomes` (`exact`) a sided primitive needs its side.
+    pub fn label(&mut self, label: &syntax::Label, exact: bool) -> Option<Label> {
+        let Some(primitive) = self.rules.primitive(&label.name.text) else {
+            let known: Vec<String> = self.rules.primitives.iter().map(|primitive| primitive.name.clone()).collect();
+            self.unknown("primitive", &label.name.text, label.name.span, known.iter().map(String::as_str));
+            return None;
+        };
+        self.used.insert(label.name.text.clone());
+        let declared = self.rules.primitives.get(primitive.index())?;
+        let (sided, declaration) = (declared.sided, declared.span);
+        let name = &label.name.text;
+        let finding = match (sided, label.side) {
+            (true, None) if exact => Diagnostic::error(codes::WRONG_SIDE, format!("`{name}` needs a side"))
+                .at(label.span, "which hand?")
+                .at(declaration, "declared with a side")
+                .help(format!("write `{name}(left)` or `{name}(right)`")),
+            (false, Some(_)) => Diagnostic::error(codes::WRONG_SIDE, format!("`{name}` has no side"))
+                .at(label.span, "a side is given")
+                .at(declaration, "declared without a side")
+                .fix(format!("declare `{name}(side)`, or leave the side out"), label.span, name.clone()),
+            _ => return Some(Label { primitive, side: label.side }),
+        };
+        self.report(finding);
+        None
+    }
+
+    /// Alternatives of a pattern.
+    pub fn labels(&mut self, labels: &[syntax::Label]) -> Option<Vec<Label>> {
+        let read: Vec<Option<Label>> = labels.iter().map(|label| self.label(label, false)).collect();
+        read.into_iter().collect()
+    }
+
+    /// The name of a primitive.
+    pub fn primitive_name(&self, primitive: PrimitiveId) -> &str {
+        self.rules.primitives.get(primitive.index()).map_or("", |primitive| primitive.name.as_str())
+    }
+}

@@ -1,0 +1,213 @@
+//! What the files declare, and what each name means.
+
+use super::Resolver;
+use crate::base::channels::{ChannelSpec, DERIVED};
+use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::hands::Side;
+use crate::base::units;
+use crate::language::codes;
+use crate::language::rules::Primitive;
+use crate::language::source::SHIPPED;
+use crate::language::syntax::{self, File, Item, ItemKind};
+use crate::language::types::FUNCTIONS;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// All declarations in order of evaluation, by kind.
+#[derive(Default)]
+pub struct Declared<'a> {
+    pub channels: Vec<&'a syntax::Channel>,
+    pub params: Vec<&'a syntax::Param>,
+    pub signals: Vec<(&'a syntax::Signal, bool)>,
+    pub latches: Vec<(&'a syntax::Latch, bool)>,
+    pub primitives: Vec<&'a syntax::Primitive>,
+    pub trees: Vec<&'a syntax::Tree>,
+    pub extends: Vec<&'a syntax::Extend>,
+    pub tasks: Vec<(&'a syntax::Task, Span)>,
+    pub task_extensions: Vec<&'a syntax::ExtendTask>,
+    pub relabels: Vec<&'a syntax::RelabelBlock>,
+}
+
+impl<'a> Declared<'a> {
+    /// Sorts the declarations of the files by kind.
+    pub fn collect(files: &[&'a File]) -> Self {
+        let mut declared = Self::default();
+        for item in files.iter().flat_map(|file| &file.items) {
+            declared.item(item, false);
+        }
+        declared
+    }
+
+    fn item(&mut self, item: &'a Item, per_hand: bool) {
+        match &item.kind {
+            ItemKind::Use(_) => {}
+            ItemKind::Stream(channels) => self.channels.extend(channels),
+            ItemKind::Param(param) => self.params.push(param),
+            ItemKind::Signal(signal) => self.signals.push((signal, per_hand)),
+            ItemKind::Latch(latch) => self.latches.push((latch, per_hand)),
+            ItemKind::ForEachHand(items) => items.iter().for_each(|item| self.item(item, true)),
+            ItemKind::Primitives(primitives) => self.primitives.extend(primitives),
+            ItemKind::Tree(tree) => self.trees.push(tree),
+            ItemKind::Extend(extend) => self.extends.push(extend),
+            ItemKind::Task(task) => self.tasks.push((task, item.span)),
+            ItemKind::ExtendTask(extension) => self.task_extensions.push(extension),
+            ItemKind::Relabel(block) => self.relabels.push(block),
+        }
+    }
+}
+
+/// What the names of a rule set mean.
+#[derive(Default)]
+pub struct Names {
+    /// Params, signals and latches.
+    pub values: BTreeMap<String, Value>,
+    /// Every channel that may be read: declared in `stream`, or derived.
+    pub channels: Vec<ChannelSpec>,
+    /// Names whose declarations could not be read.
+    pub broken: BTreeSet<String>,
+    /// Whether a used file is missing.
+    pub incomplete: bool,
+}
+
+/// A param, signal or latch.
+#[derive(Clone, Copy, Debug)]
+pub struct Value {
+    /// Which of them.
+    pub what: What,
+    /// Whether every hand has its own.
+    pub per_hand: bool,
+    /// The name in its declaration.
+    pub span: Span,
+    /// Whether it is known yet.
+    pub state: State,
+}
+
+/// A kind of value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum What {
+    /// A param.
+    Param,
+    /// A signal.
+    Signal,
+    /// A latch.
+    Latch,
+}
+
+/// How far a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum State {
+    /// It comes later.
+    Waiting,
+    /// Its position in the list of its kind.
+    Known(u32),
+    /// It is wrong, which was reported.
+    Broken,
+}
+
+impl Names {
+    /// The channel with this name.
+    pub fn channel(&self, name: &str) -> Option<&ChannelSpec> {
+        self.channels.iter().find(|channel| channel.name == name)
+    }
+
+    /// Sets how far a value is.
+    pub fn set_state(&mut self, name: &str, state: State) {
+        if let Some(value) = self.values.get_mut(name) {
+            value.state = state;
+        }
+    }
+}
+
+impl Resolver {
+    /// Gives every param, signal, latch and primitive its name; channels are declared already.
+    pub(super) fn declare_names(&mut self, declared: &Declared<'_>) {
+        for param in &declared.params {
+            self.declare(&param.name, What::Param, false);
+        }
+        // A promise gives way to the declaration that keeps it.
+        let kept: BTreeMap<&str, Span> = declared
+            .signals
+            .iter()
+            .filter(|(signal, _)| signal.value.is_some())
+            .map(|(signal, _)| (signal.name.text.as_str(), signal.name.span))
+            .collect();
+        let mut promised: BTreeSet<&str> = BTreeSet::new();
+        for (signal, per_hand) in &declared.signals {
+            let name = signal.name.text.as_str();
+            if signal.value.is_some() {
+                self.declare(&signal.name, What::Signal, *per_hand);
+            } else if !kept.contains_key(name) && promised.insert(name) {
+                self.declare(&signal.name, What::Signal, *per_hand);
+                self.promise_not_kept(&signal.name);
+            }
+        }
+        for (latch, per_hand) in &declared.latches {
+            self.declare(&latch.name, What::Latch, *per_hand);
+        }
+        for primitive in &declared.primitives {
+            let name = &primitive.name;
+            if let Some(first) =
+                self.rules.primitives.iter().find(|known| known.name == name.text).map(|known| known.span)
+            {
+                self.declared_twice("primitive", name, first);
+            } else {
+                let (name, span) = (name.text.clone(), name.span);
+                self.rules.primitives.push(Primitive { name, sided: primitive.sided, span });
+            }
+        }
+    }
+
+    fn declare(&mut self, name: &syntax::Name, what: What, per_hand: bool) {
+        let word = name.text.as_str();
+        let meaning = if units::unit(word).is_some() {
+            Some("a unit")
+        } else if Side::from_name(word).is_some() {
+            Some("a hand")
+        } else if FUNCTIONS.contains(&word) {
+            Some("a function")
+        } else if self.names.channels.iter().any(|channel| channel.name.split('.').next() == Some(word)) {
+            Some("a channel")
+        } else {
+            None
+        };
+        if let Some(meaning) = meaning {
+            let mut finding = Diagnostic::error(codes::NAME_TAKEN, format!("`{word}` is {meaning} already"))
+                .at(name.span, "choose another name");
+            if let Some(derived) = DERIVED.iter().find(|derived| derived.name == word) {
+                finding = finding.note(format!("`{word}` is {}", derived.doc));
+            }
+            self.report(finding);
+            return;
+        }
+        if let Some(first) = self.names.values.get(word) {
+            let span = first.span;
+            self.declared_twice("value", name, span);
+            return;
+        }
+        let value = Value { what, per_hand, span: name.span, state: State::Waiting };
+        self.names.values.insert(name.text.clone(), value);
+    }
+
+    /// Reports a name that is declared twice.
+    pub fn declared_twice(&mut self, kind: &str, name: &syntax::Name, first: Span) {
+        let finding = Diagnostic::error(codes::DECLARED_TWICE, format!("there is a {kind} `{}` already", name.text))
+            .at(name.span, "declared again here")
+            .at(first, "first declared here");
+        self.report(finding);
+    }
+
+    fn promise_not_kept(&mut self, name: &syntax::Name) {
+        self.names.set_state(&name.text, State::Broken);
+        if self.names.incomplete || self.names.broken.contains(&name.text) {
+            return;
+        }
+        let hands: Vec<String> = SHIPPED
+            .iter()
+            .filter(|(file, _)| file.starts_with("hand_"))
+            .map(|(file, _)| format!("`rules/{file}`"))
+            .collect();
+        let finding = Diagnostic::error(codes::PROMISE_NOT_KEPT, format!("no file keeps the promise `{}`", name.text))
+            .at(name.span, "promised here")
+            .help(format!("load a hand file that declares `signal {} = …`: {}", name.text, hands.join(", ")));
+        self.report(finding);
+    }
+}

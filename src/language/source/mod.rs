@@ -1,0 +1,269 @@
+//! Rule files and what they use: `use "x.rules"` is looked up beside the using file, else among the shipped files.
+//!
+//! INVARIANTS: each file is read once; no file outside the folder of the one that uses it is touched; size, count and depth are bounded.
+
+mod shipped;
+
+pub use shipped::SHIPPED;
+
+use super::syntax::{self, ItemKind};
+use super::{codes, parse};
+use crate::base::diagnostic::{Diagnostic, Source, Sources, Span};
+use shipped::shipped;
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read as _;
+use std::path::{Component, Path, PathBuf};
+
+/// The largest file, in bytes.
+pub const MAX_BYTES: u64 = 1 << 20;
+/// The most files of a rule set.
+pub const MAX_FILES: usize = 32;
+/// How many files may use each other in a row.
+pub const MAX_DEPTH: usize = 16;
+
+/// Which file is meant.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Place {
+    /// A file that comes with the program, by its name.
+    Shipped(&'static str),
+    /// A file on disk; a canonical path.
+    Disk(PathBuf),
+    /// A text that was handed over.
+    Text,
+}
+
+/// What is known of a file that was asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Progress {
+    /// It is being read: whoever uses it now closes a circle.
+    Open,
+    /// It is read.
+    Done,
+}
+
+/// Reads files.
+#[derive(Default)]
+pub struct Loader {
+    /// The texts in order of reading.
+    pub sources: Sources,
+    /// The files in order of evaluation: a used file before the one that uses it.
+    pub files: Vec<syntax::File>,
+    /// What is wrong with them.
+    pub findings: Vec<Diagnostic>,
+    /// Whether a file is missing.
+    pub incomplete: bool,
+    progress: BTreeMap<Place, Progress>,
+}
+
+impl Loader {
+    /// Reads a file that the user named: a path, else a shipped file such as `rules/contact.rules` or `contact.rules`.
+    pub fn load_named(&mut self, name: &Path) {
+        let on_disk = if name.exists() { std::fs::canonicalize(name).map(Place::Disk).ok() } else { None };
+        self.load_first(name, [on_disk, name.to_str().and_then(|name| self.by_name(name))]);
+    }
+
+    /// Reads the hand file: the one of this name beside `rules` if there is one, else the shipped one, else a path.
+    pub fn load_hand(&mut self, name: &str, rules: Option<&Path>) {
+        let path = Path::new(name);
+        let beside = rules
+            .and_then(|rules| Some(rules.parent()?.join(path.file_name()?)))
+            .filter(|beside| rules.is_some_and(Path::exists) && beside.exists())
+            .and_then(|beside| std::fs::canonicalize(beside).ok());
+        let on_disk = std::fs::canonicalize(path).ok();
+        self.load_first(path, [beside.map(Place::Disk), self.by_name(name), on_disk.map(Place::Disk)]);
+    }
+
+    fn load_first<const N: usize>(&mut self, name: &Path, places: [Option<Place>; N]) {
+        if let Some(place) = places.into_iter().flatten().next() {
+            self.load(place, &name.display().to_string(), None, 0);
+            return;
+        }
+        self.incomplete = true;
+        let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        self.findings.push(
+            Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display()))
+                .help(format!("these come with the program: {}", known.join(", "))),
+        );
+    }
+
+    /// The shipped file of this name, or the file on disk that was read in its place: a file beside yours replaces the shipped one.
+    fn by_name(&self, name: &str) -> Option<Place> {
+        let (name, _) = shipped(name)?;
+        let replaced = self
+            .progress
+            .keys()
+            .find(|place| matches!(place, Place::Disk(path) if path.file_name().is_some_and(|file| file == name)));
+        Some(replaced.cloned().unwrap_or(Place::Shipped(name)))
+    }
+
+    /// Reads a text under a name.
+    pub fn load_text(&mut self, name: &str, text: &str) {
+        self.progress.insert(Place::Text, Progress::Open);
+        self.parse(Place::Text, name.to_string(), text.to_string(), 0);
+    }
+
+    /// The signals that are promised and not declared.
+    pub fn unkept(&self) -> BTreeSet<&str> {
+        let mut promised = BTreeSet::new();
+        let mut kept = BTreeSet::new();
+        let items = self.files.iter().flat_map(|file| &file.items).flat_map(|item| match &item.kind {
+            ItemKind::ForEachHand(items) => items.as_slice(),
+            _ => std::slice::from_ref(item),
+        });
+        for item in items {
+            if let ItemKind::Signal(signal) = &item.kind {
+                if signal.value.is_some() { &mut kept } else { &mut promised }.insert(signal.name.text.as_str());
+            }
+        }
+        &promised - &kept
+    }
+
+    fn load(&mut self, mut place: Place, shown: &str, user: Option<Span>, depth: usize) {
+        match self.progress.get(&place) {
+            Some(Progress::Done) => return,
+            Some(Progress::Open) => {
+                let finding = Diagnostic::error(
+                    codes::CIRCULAR_USE,
+                    format!("`{shown}` uses itself, directly or through others"),
+                );
+                self.findings.push(match user {
+                    Some(user) => {
+                        finding.at(user, "this closes the circle").help("move what both need into a third file")
+                    }
+                    None => finding,
+                });
+                return;
+            }
+            None => {}
+        }
+        if self.progress.len() >= MAX_FILES || depth > MAX_DEPTH {
+            self.incomplete = true;
+            let message = if depth > MAX_DEPTH {
+                format!("more than {MAX_DEPTH} files use each other in a row")
+            } else {
+                format!("a rule set has at most {MAX_FILES} files")
+            };
+            let finding = Diagnostic::error(codes::TOO_MANY_FILES, message);
+            self.findings.push(match user {
+                Some(user) => finding.at(user, "this one is too much"),
+                None => finding,
+            });
+            return;
+        }
+        let read = match &place {
+            Place::Shipped(name) => {
+                Ok((format!("rules/{name}"), shipped(name).map_or("", |(_, text)| text).to_string()))
+            }
+            Place::Disk(path) => read(path).map(|text| (shown.to_string(), text)),
+            Place::Text => return,
+        };
+        match read {
+            Ok((name, text)) => {
+                // A copy of a shipped file is that file.
+                let copied =
+                    SHIPPED.iter().find(|(file, shipped)| Path::new(&name).ends_with(file) && *shipped == text);
+                if let Some((file, _)) = copied.filter(|_| matches!(place, Place::Disk(_))) {
+                    self.progress.insert(place, Progress::Done);
+                    place = Place::Shipped(file);
+                    if self.progress.contains_key(&place) {
+                        return;
+                    }
+                }
+                self.progress.insert(place.clone(), Progress::Open);
+                self.parse(place, name, text, depth);
+            }
+            Err((code, reason)) => {
+                self.incomplete = true;
+                self.progress.insert(place, Progress::Done);
+                let finding = Diagnostic::error(code, format!("cannot read `{shown}`: {reason}"));
+                self.findings.push(match user {
+                    Some(user) => finding.at(user, "used here"),
+                    None => finding,
+                });
+            }
+        }
+    }
+
+    /// Parses a text, loads what it uses, and puts it behind that.
+    fn parse(&mut self, place: Place, name: String, text: String, depth: usize) {
+        let Ok(id) = u32::try_from(self.sources.files.len()) else { return };
+        let (file, findings) = parse::parse(&text, id);
+        self.sources.files.push(Source { name: name.clone(), text });
+        self.findings.extend(findings);
+        for used in file.items.iter().filter_map(|item| match &item.kind {
+            ItemKind::Use(used) => Some(used),
+            _ => None,
+        }) {
+            self.use_file(&place, &name, used, depth + 1);
+        }
+        self.progress.insert(place, Progress::Done);
+        self.files.push(file);
+    }
+
+    fn use_file(&mut self, user: &Place, user_name: &str, used: &syntax::Name, depth: usize) {
+        let path = Path::new(&used.text);
+        let inside = !used.text.contains('\\') && path.components().all(|part| matches!(part, Component::Normal(_)));
+        if !inside || used.text.is_empty() {
+            self.incomplete = true;
+            self.findings.push(
+                Diagnostic::error(codes::OUTSIDE_FOLDER, "a file uses only files in its own folder")
+                    .at(used.span, "this leads elsewhere")
+                    .help("copy the file beside this one, and use it by its name"),
+            );
+            return;
+        }
+        if let Place::Disk(user_path) = user {
+            let folder = user_path.parent().unwrap_or(Path::new(""));
+            let beside = folder.join(path);
+            if beside.exists() {
+                let shown = Path::new(user_name).parent().unwrap_or(Path::new("")).join(path);
+                match std::fs::canonicalize(&beside) {
+                    Ok(real) if real.starts_with(folder) => {
+                        self.load(Place::Disk(real), &shown.display().to_string(), Some(used.span), depth);
+                    }
+                    _ => {
+                        self.incomplete = true;
+                        self.findings.push(
+                            Diagnostic::error(codes::OUTSIDE_FOLDER, "a file uses only files in its own folder")
+                                .at(used.span, "this is a link that leads elsewhere"),
+                        );
+                    }
+                }
+                return;
+            }
+        }
+        match self.by_name(&used.text) {
+            Some(place) => self.load(place, &used.text, Some(used.span), depth),
+            None => {
+                self.incomplete = true;
+                let finding = Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", used.text))
+                    .at(used.span, "neither beside this file nor among those that come with the program");
+                let known = SHIPPED.iter().map(|(name, _)| *name);
+                self.findings.push(match super::resolve::nearest(&used.text, known.clone()) {
+                    Some(near) => finding.fix(format!("did you mean `{near}`?"), used.span, format!("\"{near}\"")),
+                    None => {
+                        finding.help(format!("these come with the program: {}", known.collect::<Vec<_>>().join(", ")))
+                    }
+                });
+            }
+        }
+    }
+}
+
+/// The text of a file on disk, or the code and reason why there is none.
+fn read(path: &Path) -> Result<String, (&'static str, String)> {
+    let unreadable = |error: std::io::Error| (codes::UNREADABLE, error.kind().to_string());
+    if path.is_dir() {
+        return Err((codes::UNREADABLE, "it is a folder".to_string()));
+    }
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(unreadable)?;
+    file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err((codes::TOO_LARGE, format!("it has more than {MAX_BYTES} bytes")));
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        (codes::UNREADABLE, format!("byte {at} is no UTF-8 text"))
+    })
+}

@@ -1,0 +1,24 @@
+//! The rule files that come with the program.
+
+macro_rules! shipped {
+    ($($name:literal),+ $(,)?) => {
+        /// Name and text of each file of `rules/`.
+        pub const SHIPPED: &[(&str, &str)] =
+            &[$(($name, include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/rules/", $name)))),+];
+    };
+}
+
+shipped![
+    "stream.rules",
+    "single_hand.rules",
+    "contact.rules",
+    "bimanual.rules",
+    "hand_force.rules",
+    "hand_flags.rules"
+];
+
+/// The shipped file that is meant by `contact.rules` or `rules/contact.rules`.
+pub fn shipped(name: &str) -> Option<(&'static str, &'static str)> {
+    let name = name.strip_prefix("rules/").unwrap_or(name);
+    SHIPPED.iter().copied().find(|(shipped, _)| *shipped == name)
+}

@@ -1,0 +1,221 @@
+//! `extend tree.branch … { … }`: choices of one file spliced into a branch of another.
+
+use super::{Draft, conditions};
+use crate::base::diagnostic::{Diagnostic, Span};
+use crate::language::codes;
+use crate::language::resolve::Resolver;
+use crate::language::rules::{Branch, Choice, Then, TreeScope};
+use crate::language::syntax::{self, Anchor, Extend};
+use crate::language::types::Scope;
+use std::collections::BTreeMap;
+
+/// Pairs of choices that are compared when two files extend at one place.
+const MAX_PAIRS: usize = 1024;
+
+/// All extensions at one place, in order of evaluation.
+struct Group<'a> {
+    first: &'a Extend,
+    parts: Vec<(&'a Extend, Vec<Choice>)>,
+}
+
+impl Resolver {
+    /// Splices the extensions in. Those at one place stay together; places are filled in the order in which they are first named, so
+    /// that an extension may build on an earlier one.
+    pub(super) fn extend_trees(&mut self, drafts: &mut [Draft], extends: &[&Extend]) {
+        let mut order: Vec<Group<'_>> = Vec::new();
+        let mut at: BTreeMap<(String, u8, String), usize> = BTreeMap::new();
+        for extend in extends {
+            let choices = self.extension(drafts, extend);
+            let (kind, name) = match &extend.anchor {
+                Anchor::First => (0, ""),
+                Anchor::Last => (1, ""),
+                Anchor::Before(name) => (2, name.text.as_str()),
+                Anchor::After(name) => (3, name.text.as_str()),
+            };
+            let place = *at.entry((extend.place.text(), kind, name.to_string())).or_insert(order.len());
+            if place == order.len() {
+                order.push(Group { first: extend, parts: Vec::new() });
+            }
+            if let Some(group) = order.get_mut(place) {
+                group.parts.push((extend, choices));
+            }
+        }
+        for group in order {
+            self.splice(drafts, group);
+        }
+    }
+
+    /// The choices of an extension.
+    fn extension(&mut self, drafts: &mut [Draft], extend: &Extend) -> Vec<Choice> {
+        let tree = extend.place.parts.first().map_or("", |tree| tree.text.as_str());
+        let draft = drafts.iter_mut().find(|draft| draft.tree.name == tree);
+        let hands = draft.as_ref().map(|draft| draft.tree.scope);
+        let scope = if hands == Some(TreeScope::BothHands) { Scope::NOBODY } else { Scope::HAND };
+        let mut whole = true;
+        let mut choices = self.tree_choices(&extend.choices, scope.with_memory(), &mut whole);
+        if let Some(draft) = draft {
+            draft.whole &= whole;
+        }
+        choices.retain(|choice| {
+            if choice.condition.is_none() {
+                self.report(
+                    Diagnostic::error(codes::EXTENDED_ELSE, "an extension brings an `else`")
+                        .at(choice.span, "it would take every frame from the branch")
+                        .help("write a condition"),
+                );
+            }
+            choice.condition.is_some()
+        });
+        choices
+    }
+
+    fn splice(&mut self, drafts: &mut [Draft], group: Group<'_>) {
+        let [tree, rest @ ..] = group.first.place.parts.as_slice() else { return };
+        let Some(draft) = drafts.iter_mut().find(|draft| draft.tree.name == tree.text) else {
+            let known: Vec<String> = drafts.iter().map(|draft| draft.tree.name.clone()).collect();
+            self.unknown("tree", &tree.text, tree.span, known.iter().map(String::as_str));
+            return;
+        };
+        let whole = draft.whole;
+        let branch = match rest {
+            [] => &mut draft.tree.root,
+            [name] => match self.branch(draft, name) {
+                Some(branch) => branch,
+                None => return,
+            },
+            [_, more, ..] => {
+                self.report(
+                    Diagnostic::error(codes::NO_ANCHOR, "a branch is named by its tree and its own name")
+                        .at(more.span, "this is too much")
+                        .help("names are unique in a tree: leave the branches between out"),
+                );
+                return;
+            }
+        };
+        let Some(position) = self.position(branch, &group.first.anchor, &group.first.place, whole) else { return };
+        self.check_clash(&group);
+        let added: Vec<Choice> = group.parts.into_iter().flat_map(|(_, choices)| choices).collect();
+        let position = position.min(branch.choices.len());
+        branch.choices.splice(position..position, added);
+    }
+
+    /// The branch with this name. Reports when there is none.
+    fn branch<'d>(&mut self, draft: &'d mut Draft, name: &syntax::Name) -> Option<&'d mut Branch> {
+        let mut branches = Vec::new();
+        let mut leaf: Option<Span> = None;
+        name_choices(&draft.tree.root, &mut |choice, named| match choice.then {
+            Then::Branch(_) => branches.push(named.to_string()),
+            _ if named == name.text => leaf = Some(choice.span),
+            _ => {}
+        });
+        if !branches.contains(&name.text) {
+            match leaf {
+                Some(leaf) => self.report(
+                    Diagnostic::error(codes::NO_ANCHOR, format!("`{}` is a leaf", name.text))
+                        .at(name.span, "only branches are extended")
+                        .at(leaf, "this is the leaf"),
+                ),
+                None if draft.whole => {
+                    let kind = format!("branch in `{}` named", draft.tree.name);
+                    self.unknown(&kind, &name.text, name.span, branches.iter().map(String::as_str));
+                }
+                // The branch may be one that could not be read.
+                None => {}
+            }
+            return None;
+        }
+        find_branch(&mut draft.tree.root, &name.text)
+    }
+
+    /// Where in the branch the anchor is. When the tree is not `whole`, the anchor may be a choice that could not be read.
+    fn position(&mut self, branch: &Branch, anchor: &Anchor, place: &syntax::Path, whole: bool) -> Option<usize> {
+        let (name, behind) = match anchor {
+            Anchor::First => return Some(0),
+            Anchor::Last => {
+                let ends = branch.choices.last().is_some_and(|last| last.condition.is_none());
+                return Some(branch.choices.len() - usize::from(ends));
+            }
+            Anchor::Before(name) => (name, 0),
+            Anchor::After(name) => (name, 1),
+        };
+        let found: Vec<usize> = branch
+            .choices
+            .iter()
+            .enumerate()
+            .filter(|(_, choice)| {
+                let leads_there =
+                    matches!(choice.then, Then::Primitive(label) if self.primitive_name(label.primitive) == name.text);
+                choice.name.as_deref() == Some(name.text.as_str()) || leads_there
+            })
+            .map(|(at, _)| at)
+            .collect();
+        if let [at] = found.as_slice() {
+            return Some(at + behind);
+        }
+        let finding = if found.is_empty() {
+            if !whole {
+                return None;
+            }
+            Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has no choice `{}`", place.text(), name.text))
+                .at(name.span, "neither the name of a choice there nor a primitive of one of its leaves")
+        } else {
+            let mut finding =
+                Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has several choices `{}`", place.text(), name.text))
+                    .at(name.span, "which one is meant?")
+                    .help("give the choice a name");
+            for choice in found.iter().filter_map(|at| branch.choices.get(*at)) {
+                finding = finding.at(choice.span, "one of them");
+            }
+            finding
+        };
+        self.report(finding);
+        None
+    }
+
+    /// Two files at one place: their order would depend on the order of loading, unless no frame can meet the conditions of both.
+    fn check_clash(&mut self, group: &Group<'_>) {
+        for (place, (later, added)) in group.parts.iter().enumerate() {
+            let earlier =
+                group.parts.iter().take(place).filter(|(other, _)| other.anchor_span.file != later.anchor_span.file);
+            for (other, theirs) in earlier {
+                let pairs = || added.iter().flat_map(|one| theirs.iter().map(move |two| (one, two)));
+                let exclusive = added.len().saturating_mul(theirs.len()) <= MAX_PAIRS
+                    && pairs().all(|(one, two)| match (&one.condition, &two.condition) {
+                        (Some(one), Some(two)) => conditions::exclusive(one, two),
+                        _ => false,
+                    });
+                if !exclusive {
+                    self.report(
+                        Diagnostic::error(
+                            codes::EXTENSION_CLASH,
+                            format!("two files extend `{}` at the same place", later.place.text()),
+                        )
+                        .at(later.anchor_span, "which one comes first is not said")
+                        .at(other.anchor_span, "the other file")
+                        .help("name one of the other file's choices with `before` or `after`"),
+                    );
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Calls `visit` for every choice that has a name.
+fn name_choices(branch: &Branch, visit: &mut dyn FnMut(&Choice, &str)) {
+    for choice in &branch.choices {
+        if let Some(name) = &choice.name {
+            visit(choice, name);
+        }
+        if let Then::Branch(below) = &choice.then {
+            name_choices(below, visit);
+        }
+    }
+}
+
+fn find_branch<'b>(branch: &'b mut Branch, name: &str) -> Option<&'b mut Branch> {
+    branch.choices.iter_mut().find_map(|choice| {
+        let Then::Branch(below) = &mut choice.then else { return None };
+        if choice.name.as_deref() == Some(name) { Some(below) } else { find_branch(below, name) }
+    })
+}

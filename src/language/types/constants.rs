@@ -1,0 +1,117 @@
+//! Constants: thresholds and durations, computed from numbers and params.
+
+use super::{Scope, describe};
+use crate::base::channels::Shape;
+use crate::base::diagnostic::Diagnostic;
+use crate::base::units::Dimension;
+use crate::language::codes;
+use crate::language::resolve::Resolver;
+use crate::language::rules::{Arithmetic, Constant, Expr, ExprKind, ParamId};
+use crate::language::syntax;
+
+impl Resolver {
+    /// A constant scalar, of this dimension when one is wanted.
+    pub fn constant(&mut self, expr: &syntax::Expr, wanted: Option<Dimension>, scope: Scope) -> Option<Constant> {
+        let checked = self.expr(expr, scope)?;
+        if checked.ty.shape != Shape::Scalar || checked.ty.axis.is_some() {
+            self.report(
+                Diagnostic::error(codes::NOT_CONSTANT, "a constant number is wanted here")
+                    .at(checked.span, format!("this is {}", describe(checked.ty))),
+            );
+            return None;
+        }
+        if let Some(wanted) = wanted.filter(|wanted| *wanted != checked.ty.dimension) {
+            let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is wanted here"))
+                .at(checked.span, format!("this is {}", describe(checked.ty)));
+            let bare = matches!(expr.bare().kind, syntax::ExprKind::Number { bare: true, .. });
+            self.report(if bare { self.with_unit(finding, &checked, wanted) } else { finding });
+            return None;
+        }
+        let mut params = Vec::new();
+        let value = self.value(&checked, &mut params)?;
+        if !value.is_finite() {
+            self.report(
+                Diagnostic::error(codes::OUT_OF_RANGE, "this constant is not finite")
+                    .at(checked.span, "it is divided by zero, or too large"),
+            );
+            return None;
+        }
+        params.sort_unstable();
+        params.dedup();
+        Some(Constant { value, dimension: checked.ty.dimension, params, span: expr.span })
+    }
+
+    /// A threshold for `value`.
+    pub(super) fn threshold(&mut self, value: &Expr, expr: &syntax::Expr, scope: Scope) -> Option<Constant> {
+        let constant = self.constant(expr, None, scope)?;
+        if constant.dimension == value.ty.dimension {
+            return Some(constant);
+        }
+        let (one, two) = (super::element(value.ty), super::element(super::scalar(constant.dimension)));
+        let finding = Diagnostic::error(codes::COMPARED_KINDS, format!("cannot compare {one} with {two}"))
+            .at(expr.span, format!("this is {}", constant.dimension))
+            .at(value.span, format!("this is {}", describe(value.ty)));
+        let bare = matches!(expr.bare().kind, syntax::ExprKind::Number { bare: true, .. });
+        let number =
+            Expr { kind: ExprKind::Number(constant.value), ty: super::scalar(constant.dimension), span: expr.span };
+        self.report(if bare { self.with_unit(finding, &number, value.ty.dimension) } else { finding });
+        None
+    }
+
+    /// Reports thresholds of a hysteresis that leave no band, or one the wrong way round.
+    pub fn threshold_order(&mut self, on: &Constant, off: &Constant, rising: bool) -> Option<()> {
+        let in_order = if rising { off.value <= on.value } else { off.value >= on.value };
+        if in_order {
+            return Some(());
+        }
+        let (begin, until) = if rising { ("above", "below") } else { ("below", "above") };
+        let told = if rising { "at least" } else { "at most" };
+        self.report(
+            Diagnostic::error(codes::THRESHOLD_ORDER, "the thresholds stand in the wrong order")
+                .at(off.span, format!("it ends {until} this, {} {}", off.value, off.dimension.si_unit()))
+                .at(on.span, format!("it begins {begin} this, {} {}", on.value, on.dimension.si_unit()))
+                .help(format!("in `{begin} a until {until} b`, `a` is {told} `b`")),
+        );
+        None
+    }
+
+    /// Reports a duration that is no time ahead.
+    pub fn want_positive(&mut self, duration: &Constant) -> Option<()> {
+        if duration.value > 0.0 {
+            return Some(());
+        }
+        self.report(
+            Diagnostic::error(codes::OUT_OF_RANGE, "a duration is longer than nothing")
+                .at(duration.span, format!("this is {} s", duration.value)),
+        );
+        None
+    }
+
+    fn value(&mut self, expr: &Expr, params: &mut Vec<ParamId>) -> Option<f64> {
+        Some(match &expr.kind {
+            ExprKind::Number(value) => *value,
+            ExprKind::Param(id) => {
+                params.push(*id);
+                self.param_value(*id)?.value
+            }
+            ExprKind::Negate(inner) => -self.value(inner, params)?,
+            ExprKind::Arithmetic(operation, left, right) => {
+                let (left, right) = (self.value(left, params)?, self.value(right, params)?);
+                match operation {
+                    Arithmetic::Add => left + right,
+                    Arithmetic::Subtract => left - right,
+                    Arithmetic::Multiply => left * right,
+                    Arithmetic::Divide => left / right,
+                }
+            }
+            _ => {
+                self.report(
+                    Diagnostic::error(codes::NOT_CONSTANT, "a constant is wanted here")
+                        .at(expr.span, "this changes from frame to frame")
+                        .help("only numbers and params are constant"),
+                );
+                return None;
+            }
+        })
+    }
+}

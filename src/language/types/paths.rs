@@ -1,0 +1,142 @@
+//! Names in expressions: params, signals, latches, channels and their components, of a hand or of nobody.
+
+use super::{Scope, scalar};
+use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::hands::Side;
+use crate::language::codes;
+use crate::language::resolve::{Resolver, State, Value, What};
+use crate::language::rules::{Expr, ExprKind, Hand, LatchId, ParamId, SignalId, Type};
+use crate::language::syntax::{Name, Path, join};
+
+impl Resolver {
+    /// `left.target.velocity.z`, `touching`, `moves`
+    pub(super) fn path(&mut self, path: &Path, scope: Scope) -> Option<Expr> {
+        let side = path.parts.first().and_then(|first| Side::from_name(&first.text));
+        let parts = path.parts.get(usize::from(side.is_some())..).unwrap_or_default();
+        let Some(head) = parts.first() else {
+            self.report(
+                Diagnostic::error(codes::NO_HAND, format!("`{}` is a hand, not a value", path.text()))
+                    .at(path.span, "a value of this hand belongs here")
+                    .help(format!("write `{}.touching`", path.text())),
+            );
+            return None;
+        };
+        let whole = |length: usize| {
+            let last = parts.get(length.saturating_sub(1)).unwrap_or(head);
+            Span { end: last.span.end, ..path.span }
+        };
+        if let Some(value) = self.names.values.get(&head.text).copied() {
+            let expr = self.value_of(head, value, side, whole(1), scope)?;
+            return self.components(expr, parts.get(1..).unwrap_or_default());
+        }
+        // The longest channel name that the path begins with.
+        for length in (1..=parts.len()).rev() {
+            let name = join(parts.get(..length).unwrap_or_default());
+            if self.names.channel(&name).is_some() {
+                let expr = self.channel_of(&name, side, whole(length), scope)?;
+                return self.components(expr, parts.get(length..).unwrap_or_default());
+            }
+        }
+        self.unknown_path(path, side, parts);
+        None
+    }
+
+    fn components(&mut self, expr: Expr, components: &[Name]) -> Option<Expr> {
+        components.iter().try_fold(expr, |expr, component| {
+            let span = expr.span.to(component.span);
+            self.component(expr, component, span)
+        })
+    }
+
+    fn unknown_path(&mut self, path: &Path, side: Option<Side>, parts: &[Name]) {
+        let prefix = side.map_or(String::new(), |side| format!("{side}."));
+        let values = self.names.values.iter().map(|(name, value)| (name.clone(), value.per_hand));
+        let channels = self.names.channels.iter().map(|channel| (channel.name.clone(), channel.per_hand));
+        let known: Vec<String> = values
+            .chain(channels)
+            .filter(|(_, per_hand)| side.is_none() || *per_hand)
+            .map(|(name, _)| format!("{prefix}{name}"))
+            .collect();
+        let kind = if parts.len() > 1 { "channel" } else { "value" };
+        self.unknown(kind, &path.text(), path.span, known.iter().map(String::as_str));
+    }
+
+    fn value_of(&mut self, name: &Name, value: Value, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {
+        self.used.insert(name.text.clone());
+        let text = &name.text;
+        let hand = self.whose(text, value.per_hand, side, span, scope, Some(value.span))?;
+        if value.what == What::Latch {
+            self.memory_allowed(&format!("the latch `{text}`"), span, Some(value.span), scope)?;
+        }
+        let id = match value.state {
+            State::Known(id) => id,
+            State::Broken => return None,
+            State::Waiting => {
+                let finding =
+                    Diagnostic::error(codes::READ_TOO_EARLY, format!("`{text}` is read before it is declared"))
+                        .at(span, "read here")
+                        .at(value.span, "declared here");
+                self.report(match value.what {
+                    What::Latch => finding.help("latches are updated in order: a latch reads only those above it"),
+                    What::Param | What::Signal => finding.help("move its declaration up"),
+                });
+                return None;
+            }
+        };
+        let (kind, ty) = match value.what {
+            What::Param => {
+                let id = ParamId(id);
+                (ExprKind::Param(id), scalar(self.param_value(id)?.dimension))
+            }
+            What::Signal => {
+                let id = SignalId(id);
+                let ty = self.rules.signals.get(id.index())?.ty;
+                (ExprKind::Signal(id, hand), of_hand(ty, hand))
+            }
+            What::Latch => (ExprKind::Latch(LatchId(id), hand), Type::BOOL),
+        };
+        Some(Expr { kind, ty, span })
+    }
+
+    pub(super) fn channel_of(&mut self, name: &str, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {
+        let spec = self.names.channel(name)?.clone();
+        let hand = self.whose(name, spec.per_hand, side, span, scope, None)?;
+        let id = self.read_channel(name)?;
+        let ty = Type { shape: spec.shape, dimension: spec.dimension, axis: spec.axis.map(|axis| (axis, hand)) };
+        Some(Expr { kind: ExprKind::Channel(id, hand), ty, span })
+    }
+
+    /// Whose value is meant: a side that is written, else the hand at hand. Reports a side too little or too much.
+    fn whose(
+        &mut self,
+        name: &str,
+        per_hand: bool,
+        side: Option<Side>,
+        span: Span,
+        scope: Scope,
+        declared: Option<Span>,
+    ) -> Option<Hand> {
+        let finding = match (per_hand, side) {
+            (true, Some(side)) => return Some(Hand::Named(side)),
+            (true, None) if scope.hand == Hand::This => return Some(Hand::This),
+            (false, None) => return Some(Hand::Nobody),
+            (true, None) => Diagnostic::error(codes::WHOSE_HAND, format!("each hand has its own `{name}`"))
+                .at(span, "whose is meant?")
+                .help(format!("write `left.{name}` or `right.{name}`")),
+            (false, Some(side)) => Diagnostic::error(codes::NO_HAND, format!("`{name}` belongs to no hand"))
+                .at(span, format!("asked of the {side} hand"))
+                .fix("leave the hand out", span, name),
+        };
+        self.report(match declared {
+            Some(declared) => finding.at(declared, "declared here"),
+            None => finding,
+        });
+        None
+    }
+}
+
+/// The type of a hand's value seen through whose it is: an array over this hand's fingers is one over the left hand's when it is `left.…`.
+fn of_hand(ty: Type, hand: Hand) -> Type {
+    let axis = ty.axis.map(|(axis, own)| (axis, if own == Hand::This { hand } else { own }));
+    Type { axis, ..ty }
+}

@@ -1,0 +1,162 @@
+//! The page for browsers: an analysis and its frames in, one file out that needs no network.
+//!
+//! For each hand the lanes of raw segments, relabelled segments and tasks, and below them the signals of the chapter's Figure 5 with the
+//! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
+
+use super::figure::figure;
+use super::svg::escape;
+use super::{palette, remarks};
+use crate::analysis::json::Meta;
+use crate::analysis::number::{decimals, number};
+use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use crate::stream::frames::Frames;
+
+/// Writes the page. The frames are those that were analysed, made with [`channels`](super::channels).
+pub fn html(analysis: &Analysis, frames: &Frames, meta: &Meta) -> String {
+    let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    page.push_str(&format!("<title>{} – teachtree</title>\n", escape(&meta.log)));
+    page.push_str(&format!("<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
+    page.push_str(&header(analysis, meta));
+    page.push_str(&tasks(analysis));
+    for track in &analysis.tracks {
+        page.push_str(&section(track, analysis, frames));
+    }
+    page.push_str(&issues(analysis));
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+/// What is said of a segment where it is pointed at.
+pub(super) fn describe(segment: &Segment) -> String {
+    let mut text = format!("{}\n{}", segment.primitive, times(segment.start_s, segment.end_s));
+    if !segment.by.is_empty() {
+        text.push_str(&format!("\nwas {}\nby {}", segment.was.join(", "), segment.by.join("; ")));
+    }
+    text
+}
+
+/// What is said of a task where it is pointed at.
+pub(super) fn describe_task(task: &TaskSpan) -> String {
+    let remarks = remarks(task);
+    let rest = if remarks.is_empty() { String::new() } else { format!("\n{remarks}") };
+    format!("{}\n{}{rest}", task.task, times(task.start_s, task.end_s))
+}
+
+fn times(start_s: f64, end_s: f64) -> String {
+    format!("{start_s:.3} – {end_s:.3} s, {} ms", decimals((end_s - start_s) * 1e3, 3))
+}
+
+fn header(analysis: &Analysis, meta: &Meta) -> String {
+    let Analysis { frames, rate_hz, start_s, end_s, .. } = analysis;
+    let mut facts = vec![format!("{} s, {frames} frames at {} Hz", decimals(end_s - start_s, 3), number(*rate_hz))];
+    facts.extend(meta.binding.iter().map(|binding| format!("binding <code>{}</code>", escape(binding))));
+    let files: Vec<String> = meta.rules.iter().map(|file| format!("<code>{}</code>", escape(file))).collect();
+    let mut rules = format!("rules {}", files.join(", "));
+    if !meta.digest.is_empty() {
+        rules.push_str(&format!(", digest <code>{}</code>", escape(&meta.digest)));
+    }
+    let params: Vec<String> =
+        meta.params.iter().map(|(name, value)| format!("<code>{} = {}</code>", escape(name), escape(value))).collect();
+    if !params.is_empty() {
+        rules.push_str(&format!(", with {}", params.join(", ")));
+    }
+    format!(
+        "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n</header>\n",
+        escape(&meta.log),
+        facts.join("; ")
+    )
+}
+
+fn tasks(analysis: &Analysis) -> String {
+    let rows: Vec<String> = (analysis.tracks.iter())
+        .flat_map(|track| track.tasks.iter().map(move |task| (track, task)))
+        .map(|(track, task)| {
+            let chips: String = task.segments.iter().map(chip).collect();
+            format!(
+                "<tr><td><strong>{}</strong></td><td>{}</td>{}<td>{chips}</td><td>{}</td></tr>\n",
+                escape(&task.task),
+                track.who,
+                time_cells(task.start_s, task.end_s),
+                escape(&remarks(task))
+            )
+        })
+        .collect();
+    if rows.is_empty() {
+        return "<h2>Tasks</h2>\n<p>No task was found.</p>\n".into();
+    }
+    format!(
+        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>start s</th><th>end s</th><th>segments</th><th></th></tr>\n{}</table></div>\n",
+        rows.concat()
+    )
+}
+
+fn time_cells(start_s: f64, end_s: f64) -> String {
+    format!("<td class=\"number\">{start_s:.3}</td><td class=\"number\">{end_s:.3}</td>")
+}
+
+fn chip(segment: &Segment) -> String {
+    let color = palette::color(&segment.primitive).hex();
+    format!("<span class=\"chip\" style=\"background:{color}\">{}</span>", escape(&segment.primitive))
+}
+
+fn section(track: &Track, analysis: &Analysis, frames: &Frames) -> String {
+    let heading = match track.who {
+        Who::Hand(side) => format!("{} hand", capital(side.name())),
+        Who::Both => "Both hands".into(),
+    };
+    let (drawing, lacking) = figure(track, analysis, frames, &heading);
+    let mut section = format!("<h2>{heading}</h2>\n<div class=\"scroll\">{drawing}</div>\n");
+    for (plot, channels) in lacking {
+        section.push_str(&format!("<p class=\"warn\">No {plot}: the recording has no {channels}.</p>\n"));
+    }
+    section.push_str(&segments(track));
+    section
+}
+
+fn capital(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+fn segments(track: &Track) -> String {
+    let rows: String = (track.relabelled.iter())
+        .map(|segment| {
+            format!(
+                "<tr><td>{}</td>{}<td>{}</td><td>{}</td></tr>\n",
+                chip(segment),
+                time_cells(segment.start_s, segment.end_s),
+                escape(&segment.was.join(", ")),
+                escape(&segment.by.join("; "))
+            )
+        })
+        .collect();
+    if rows.is_empty() {
+        return "<p class=\"quiet\">No segments.</p>\n".into();
+    }
+    format!(
+        "<details><summary>Segments after relabelling: {}</summary><div class=\"scroll\"><table>\n\
+         <tr><th>primitive</th><th>start s</th><th>end s</th><th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
+        track.relabelled.len()
+    )
+}
+
+fn issues(analysis: &Analysis) -> String {
+    if analysis.issues.is_empty() {
+        return String::new();
+    }
+    let rows: String = (analysis.issues.iter())
+        .map(|issue| {
+            format!(
+                "<tr><td>{}</td>{}<td>{}</td><td>{}</td></tr>\n",
+                escape(&issue.kind),
+                time_cells(issue.start_s, issue.end_s),
+                escape(&issue.channel),
+                escape(&issue.message)
+            )
+        })
+        .collect();
+    format!(
+        "<h2>Issues</h2>\n<div class=\"scroll\"><table>\n<tr><th>kind</th><th>start s</th><th>end s</th><th>channel</th><th>what</th></tr>\n{rows}</table></div>\n"
+    )
+}
