@@ -1,7 +1,7 @@
 //! Numbers with a unit as they stand in YAML files: `120 mm`, `50 g`, `0.4`.
 
 use super::units::{Dimension, compound};
-use serde::{Deserialize, Deserializer, de::Error as _};
+use serde::{Deserialize, Deserializer};
 
 /// A number in SI that was written with a unit of the dimension `M K S R` (exponents of metre, kilogram, second, radian).
 ///
@@ -79,7 +79,7 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> f
                 self.visit_str(&number.to_string())
             }
         }
-        deserializer.deserialize_any(Visitor).map_err(D::Error::custom)
+        deserializer.deserialize_any(Visitor)
     }
 }
 

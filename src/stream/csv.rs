@@ -29,27 +29,28 @@ pub struct Read {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
-    let scene = match scene
-        .map(Path::to_path_buf)
-        .or_else(|| beside(path, "scene.yaml").into_iter().find(|file| file.is_file()))
-    {
-        Some(file) => read_scene(&file)?,
-        None => {
-            let wanted: Vec<String> =
-                beside(path, "scene.yaml").iter().map(|file| file.display().to_string()).collect();
-            return Err(InputError::new(
-                path.display().to_string(),
-                format!("the log has no scene beside it: found neither {}", wanted.join(" nor ")),
-            )
-            .help("name the scene with --scene, or a binding with --binding"));
-        }
-    };
+    let scene = scene.map_or_else(|| scene_beside(path), read_scene)?;
     let mut read = columns(table::open(path)?)?;
     read.recording.scene = scene;
     if let Some(file) = beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
         read.recording.events = read_events(&file)?;
     }
     Ok(read)
+}
+
+/// Reads the scene that a log carries.
+///
+/// # Errors
+/// When there is none beside the log, or it is wrong.
+pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
+    let places = beside(log, "scene.yaml");
+    if let Some(file) = places.iter().find(|file| file.is_file()) {
+        return read_scene(file);
+    }
+    let wanted = places.map(|file| file.display().to_string());
+    let message = format!("the log has no scene beside it: found neither {}", wanted.join(" nor "));
+    Err(InputError::new(log.display().to_string(), message)
+        .help("name the scene with --scene, or a binding with --binding"))
 }
 
 /// Reads a scene file.

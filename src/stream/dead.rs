@@ -1,8 +1,8 @@
 //! Dead force sensors: a finger's force that keeps exactly one value while the hand moves is no contact.
 //!
-//! A working sensor has noise, and a contact force changes when the hand moves. A value that is repeated bit by bit for
-//! [`STUCK_SECS`] while the fingertip moves, or while another force changes, was not measured. The whole vector then reads zero, so that a
-//! dead sensor is never one long contact.
+//! A working sensor has noise, and a contact force changes when the hand moves. A force that is repeated bit by bit for
+//! [`STUCK_SECS`] while the fingertip moves, or while another force changes, was not measured; nor was a single component
+//! that is repeated while the others change. The whole vector then reads zero, so that a dead sensor is never one long contact.
 
 use super::frames::Issue;
 use super::names;
@@ -13,12 +13,16 @@ use std::ops::Range;
 
 /// How long a value must be repeated, s.
 const STUCK_SECS: f64 = 1.0;
+/// A channel with such a run is dead all along when most of its samples are repeated for this long, s: a sensor that updates now and then.
+const LAZY_SECS: f64 = 0.25;
 /// Repeated values nearer to zero than this are left alone: a sensor that rounds reads small constants. N.
 const STUCK_ABOVE: f64 = 0.05;
 /// How far a fingertip must get in that time, m.
 const MOVED: f64 = 0.010;
 /// Or how much another force must change, N.
 const CHANGED: f64 = 0.1;
+/// How much the other components must change for one to be stuck alone, as a share of its value: a steady grip, rounded, repeats itself too.
+const CHANGED_SHARE: f64 = 0.05;
 
 type Columns<'a> = BTreeMap<&'a str, (Dimension, Cow<'a, [f64]>)>;
 
@@ -34,15 +38,15 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         .collect();
     let mut issues = vec![];
     // All are judged before the first is silenced: each is a witness against the others.
-    let found: Vec<(String, Vec<Range<usize>>)> = channels
+    let found: Vec<(String, Vec<Stuck>)> = channels
         .iter()
         .map(|channel| (channel.clone(), stuck(time, columns, channel, &channels)))
-        .filter(|(_, rows)| !rows.is_empty())
+        .filter(|(_, intervals)| !intervals.is_empty())
         .collect();
     for (channel, intervals) in found {
-        for rows in &intervals {
+        for Stuck { rows, value_at } in &intervals {
             let value: Vec<String> = components(columns, &channel)
-                .map(|values| values.get(rows.start).map_or_else(String::new, f64::to_string))
+                .map(|values| values.get(*value_at).map_or_else(String::new, f64::to_string))
                 .collect();
             let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
             issues.push(Issue {
@@ -59,7 +63,7 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         for component in ["x", "y", "z"] {
             if let Some((_, values)) = columns.get_mut(format!("{channel}.{component}").as_str()) {
                 let values = values.to_mut();
-                for rows in &intervals {
+                for Stuck { rows, .. } in &intervals {
                     if let Some(values) = values.get_mut(rows.clone()) {
                         values.fill(0.0);
                     }
@@ -77,58 +81,76 @@ fn components<'a>(columns: &'a Columns, channel: &str) -> impl Iterator<Item = &
         .map(|(_, values)| values.as_ref())
 }
 
+/// An interval in which a sensor is dead, and a row that shows the value it keeps.
+struct Stuck {
+    rows: Range<usize>,
+    value_at: usize,
+}
+
 /// The rows in which the sensor behind a channel is dead; all rows, when it is dead in more than half of them.
-fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Range<usize>> {
+fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Stuck> {
+    let parts: Vec<&[f64]> = components(columns, channel).collect();
+    let [x, y, z] = parts.as_slice() else { return vec![] };
     let position = channel.strip_suffix(".force").map(|finger| format!("{finger}.position")).unwrap_or_default();
-    let range = |values: &[f64], rows: &Range<usize>| {
-        let values = values.get(rows.clone()).unwrap_or_default();
-        let (low, high) = values
-            .iter()
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
-        high - low
-    };
-    let witnessed = |rows: &Range<usize>| {
+    let others = || forces.iter().filter(|other| *other != channel).flat_map(|other| components(columns, other));
+    let moves = |rows: &Range<usize>| {
         components(columns, &position).any(|values| range(values, rows) > MOVED)
-            || forces
-                .iter()
-                .filter(|other| *other != channel)
-                .any(|other| components(columns, other).any(|values| range(values, rows) > CHANGED))
+            || others().any(|values| range(values, rows) > CHANGED)
     };
-    let mut rows: Vec<Range<usize>> =
-        components(columns, channel).flat_map(|values| repeats(time, values)).filter(|rows| witnessed(rows)).collect();
-    rows.sort_by_key(|rows| rows.start);
-    let mut joined: Vec<Range<usize>> = vec![];
-    for rows in rows {
+    let mut found: Vec<Range<usize>> = repeats(time, [x, y, z], STUCK_SECS).into_iter().filter(moves).collect();
+    for values in [x, y, z] {
+        let alone = |rows: &Range<usize>| {
+            let value = values.get(rows.start).map_or(0.0, |value| value.abs());
+            parts.iter().any(|part| range(part, rows) > CHANGED.max(CHANGED_SHARE * value))
+        };
+        found.extend(repeats(time, [values], STUCK_SECS).into_iter().filter(alone));
+    }
+    found.sort_by_key(|rows| rows.start);
+    let longest = found.iter().max_by_key(|rows| rows.len()).map_or(0, |rows| rows.start);
+    let mut joined: Vec<Stuck> = vec![];
+    for rows in found {
         match joined.last_mut() {
-            Some(last) if rows.start <= last.end => last.end = last.end.max(rows.end),
-            _ => joined.push(rows),
+            Some(last) if rows.start <= last.rows.end => last.rows.end = last.rows.end.max(rows.end),
+            _ => joined.push(Stuck { value_at: rows.start, rows }),
         }
     }
-    let dead: usize = joined.iter().map(Range::len).sum();
-    if dead * 2 > time.len() {
-        joined = Vec::from([0..time.len()]);
+    let stuck: usize = joined.iter().map(|stuck| stuck.rows.len()).sum();
+    let lazy: usize = repeats(time, [x, y, z], LAZY_SECS).iter().map(Range::len).sum();
+    if !joined.is_empty() && stuck.max(lazy) * 2 > time.len() {
+        joined = vec![Stuck { rows: 0..time.len(), value_at: longest }];
     }
     joined
 }
 
-/// Runs of rows with exactly the same value, long enough and far enough from zero.
+/// How far values are apart within some rows.
+fn range(values: &[f64], rows: &Range<usize>) -> f64 {
+    let values = values.get(rows.clone()).unwrap_or_default();
+    let (low, high) = values
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    high - low
+}
+
+/// Runs of rows in which all the columns keep exactly one value, for at least `secs` and far enough from zero.
 ///
-/// A value that comes out of an exact zero and returns to one was switched on and off, as a script does: no sensor dies so neatly.
-fn repeats(time: &[f64], values: &[f64]) -> Vec<Range<usize>> {
+/// A force that comes out of an exact zero and returns to one was switched on and off, as a script does: no sensor dies so neatly.
+fn repeats<const N: usize>(time: &[f64], columns: [&[f64]; N], secs: f64) -> Vec<Range<usize>> {
+    let at = |row: usize| columns.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
+    let norm = |row: usize| at(row).iter().map(|value| value * value).sum::<f64>().sqrt();
     let mut runs = vec![];
     let mut start = 0;
-    for run in values.chunk_by(|value, next| value.to_bits() == next.to_bits()) {
-        let rows = start..start + run.len();
-        start = rows.end;
-        let value = run.first().map_or(0.0, |value| value.abs());
-        let lasted = time.get(rows.end - 1).zip(time.get(rows.start)).map_or(0.0, |(to, from)| to - from);
-        let zero = |row: Option<usize>| {
-            row.and_then(|row| values.get(row)).is_some_and(|value| value.abs() < f64::MIN_POSITIVE)
-        };
-        let switched = zero(rows.start.checked_sub(1)) && zero(Some(rows.end));
-        if lasted >= STUCK_SECS && value >= STUCK_ABOVE && !switched {
-            runs.push(rows);
+    for row in 0..time.len() {
+        let next = row + 1;
+        if next < time.len() && at(row).map(f64::to_bits) == at(next).map(f64::to_bits) {
+            continue;
         }
+        let lasted = time.get(row).zip(time.get(start)).map_or(0.0, |(to, from)| to - from);
+        let switched =
+            start > 0 && next < time.len() && norm(start - 1) < f64::MIN_POSITIVE && norm(next) < f64::MIN_POSITIVE;
+        if lasted >= secs && norm(start) >= STUCK_ABOVE && !switched {
+            runs.push(start..next);
+        }
+        start = next;
     }
     runs
 }

@@ -1,7 +1,7 @@
 //! Distances to the shapes of a scene, without a physics library: box, cylinder and ball have closed forms.
 
 use crate::base::scene::{Body, Part, Shape};
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 /// A pose from a position and a quaternion w x y z; a quaternion without direction is no rotation.
 pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
@@ -52,4 +52,25 @@ fn beyond(over: &[f64]) -> f64 {
     let outside = over.iter().map(|over| over.max(0.0).powi(2)).sum::<f64>().sqrt();
     let inside = over.iter().copied().fold(f64::NEG_INFINITY, f64::max).min(0.0);
     outside + inside
+}
+
+/// The outward normal, body frame, of the face that a point is in front of: the face that it is farthest beyond, of the part it is nearest to.
+/// `None` for a body without shape, and where no direction is to be had.
+pub fn face_normal(body: &Body, point_in_body: &Point3<f64>) -> Option<Vector3<f64>> {
+    let distance = |part: &&Part| part_distance(part, point_in_body);
+    let part = body.parts.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+    let body_from_part = pose(part.at.map(|length| length.0), part.turned);
+    let p = body_from_part.inverse_transform_point(point_in_body).coords;
+    let (radial, axial) = (Vector3::new(p.x, p.y, 0.0), Vector3::new(0.0, 0.0, p.z));
+    let out = match part.shape {
+        Shape::Ball(_) => p,
+        Shape::Cylinder([radius, height]) if p.x.hypot(p.y) - radius.0 > p.z.abs() - height.0 / 2.0 => radial,
+        Shape::Cylinder(_) => axial,
+        Shape::Box(edges) => {
+            let over = Vector3::from_iterator(p.iter().zip(edges).map(|(p, edge)| p.abs() - edge.0 / 2.0));
+            let axis = over.imax();
+            Vector3::from_fn(|row, _| if row == axis { p[axis] } else { 0.0 })
+        }
+    };
+    out.try_normalize(1e-9).map(|out| body_from_part.rotation * out)
 }

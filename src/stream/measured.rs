@@ -12,8 +12,11 @@ use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
+
+/// A value beyond this, in SI, was not measured: nothing that a hand does is so large, and what is computed from it would overflow.
+const LARGEST: f64 = 1e12;
 
 /// A log that can be trusted frame by frame: no NaN, an even step within each stretch.
 pub struct Measured<'a> {
@@ -37,26 +40,26 @@ impl<'a> Measured<'a> {
     /// When a column is not as long as the time, a vector lacks a component, or the time base is unusable.
     pub fn new(recording: &'a Recording, asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let rows = recording.time.len();
-        let mut issues = vec![];
+        let (mut issues, mut strangers, mut never) = (vec![], vec![], BTreeSet::new());
         let mut columns: BTreeMap<&str, (Dimension, Cow<[f64]>)> = BTreeMap::new();
         for (name, column) in &recording.columns {
             if column.values.len() != rows {
                 let message = format!("the column has {} values, the time has {rows}", column.values.len());
                 return Err(InputError::new(format!("channel {name}"), message));
             }
-            if let Some(problem) = unknown(name, recording).filter(|_| !asked(name)) {
-                issues.push(over_all(recording, "unknown_channel", name, problem));
+            if !asked(name)
+                && let Some(stranger) = stranger(name, recording)
+            {
+                strangers.push((name, stranger));
             } else if rows > 0 && column.values.iter().all(|value| value.is_nan()) {
-                issues.push(over_all(
-                    recording,
-                    "not_a_number",
-                    name,
-                    "no sample was measured; the channel counts as absent".into(),
-                ));
+                never.insert(channel_of(name));
             } else {
                 columns.insert(name, (column.dimension, Cow::Borrowed(&column.values)));
             }
         }
+        issues.extend(unknown_channels(recording, &strangers));
+        let absent = "no sample was measured; the channel counts as absent";
+        issues.extend(never.iter().map(|channel| over_all(&recording.time, "not_a_number", channel, absent.into())));
         whole_vectors(&columns)?;
         issues.extend(dead::silence(&recording.time, &mut columns));
         let keep = measured_rows(&recording.time, &columns, &mut issues);
@@ -104,46 +107,68 @@ impl<'a> Measured<'a> {
         self.scalar(&format!("{name}.{component}"))
     }
 
+    /// An issue over the whole log.
+    pub fn over_all(&self, kind: &str, channel: &str, message: String) -> Issue {
+        over_all(&self.time, kind, channel, message)
+    }
+
     /// The names of the channels, without components, in order.
     pub fn channels(&self) -> Vec<&str> {
-        let mut channels: Vec<&str> =
-            self.columns.keys().map(|name| names::meaning(name).map_or(*name, |meaning| meaning.channel)).collect();
+        let mut channels: Vec<&str> = self.columns.keys().map(|name| channel_of(name)).collect();
         channels.dedup();
         channels
     }
 }
 
-/// An issue over the whole log.
-fn over_all(recording: &Recording, kind: &str, channel: &str, message: String) -> Issue {
-    let (start_s, end_s) = (recording.time.first(), recording.time.last());
-    Issue {
-        kind: kind.into(),
-        start_s: start_s.copied().unwrap_or_default(),
-        end_s: end_s.copied().unwrap_or_default(),
-        channel: channel.into(),
-        message,
-    }
+/// The channel that a column is a component of; the column itself when its name is not canonical.
+fn channel_of(column: &str) -> &str {
+    names::meaning(column).map_or(column, |meaning| meaning.channel)
+}
+
+fn over_all(time: &[f64], kind: &str, channel: &str, message: String) -> Issue {
+    let [start_s, end_s] = [time.first(), time.last()].map(|stamp| stamp.copied().unwrap_or_default());
+    Issue { kind: kind.into(), start_s, end_s, channel: channel.into(), message }
+}
+
+/// Why a column is not known.
+enum Stranger<'a> {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(&'a str),
 }
 
 /// Why a column is not known, if it is not.
-fn unknown(name: &str, recording: &Recording) -> Option<String> {
+fn stranger<'a>(name: &'a str, recording: &Recording) -> Option<Stranger<'a>> {
+    let Some(Meaning { bodies, .. }) = names::meaning(name) else { return Some(Stranger::Name) };
+    bodies.into_iter().flatten().find(|body| !recording.scene.bodies.contains_key(*body)).map(Stranger::Body)
+}
+
+/// Tells which columns are ignored, and what may have been meant.
+fn unknown_channels(recording: &Recording, strangers: &[(&String, Stranger)]) -> Vec<Issue> {
+    /// Columns told one by one; more are summed up: such a log is none of ours.
+    const TOLD: usize = 20;
     let bodies = &recording.scene.bodies;
-    let known = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
-    match names::meaning(name) {
-        Some(Meaning { bodies: mentioned, .. }) => {
-            let stranger = mentioned.into_iter().flatten().find(|body| !bodies.contains_key(*body))?;
-            let near = known(names::nearest(stranger, bodies.keys().map(String::as_str)));
-            Some(format!("the scene has no body `{stranger}`; the column is ignored{near}"))
-        }
-        None => {
-            let hand_names = canonical_hand_columns();
-            let body_names =
-                bodies.keys().flat_map(|body| BODY_ENDINGS.iter().map(move |ending| format!("{body}.{ending}")));
-            let all: Vec<String> = hand_names.chain(body_names).collect();
-            let near = known(names::nearest(name, all.iter().map(String::as_str)));
-            Some(format!("no channel has this name; the column is ignored{near}"))
-        }
-    }
+    let body_columns = bodies.keys().flat_map(|body| BODY_ENDINGS.iter().map(move |ending| format!("{body}.{ending}")));
+    let known: Vec<String> = canonical_hand_columns().chain(body_columns).collect();
+    let meant = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+    let told = strangers.iter().take(TOLD).map(|(name, stranger)| {
+        let message = match stranger {
+            Stranger::Body(body) => format!(
+                "the scene has no body `{body}`; the column is ignored{}",
+                meant(names::nearest(body, bodies.keys().map(String::as_str)))
+            ),
+            Stranger::Name => format!(
+                "no channel has this name; the column is ignored{}",
+                meant(names::nearest(name, known.iter().map(String::as_str)))
+            ),
+        };
+        over_all(&recording.time, "unknown_channel", name, message)
+    });
+    let more = strangers.len().saturating_sub(TOLD);
+    let rest = (more > 0)
+        .then(|| over_all(&recording.time, "unknown_channel", "", format!("{more} more columns are ignored")));
+    told.chain(rest).collect()
 }
 
 const BODY_ENDINGS: [&str; 13] = [
@@ -197,10 +222,14 @@ fn measured_rows(
     /// Intervals told one by one for a channel; more are summed up.
     const TOLD: usize = 20;
     let mut keep = vec![true; time.len()];
+    let mut channels: BTreeMap<&str, Vec<&[f64]>> = BTreeMap::new();
     for (name, (_, values)) in columns {
+        channels.entry(channel_of(name)).or_default().push(values);
+    }
+    for (name, components) in channels {
         let mut intervals: Vec<Range<usize>> = vec![];
-        for (row, (value, keep)) in values.iter().zip(&mut keep).enumerate() {
-            if value.is_nan() {
+        for (row, keep) in keep.iter_mut().enumerate() {
+            if !components.iter().all(|values| values.get(row).is_some_and(|value| value.abs() <= LARGEST)) {
                 *keep = false;
                 match intervals.last_mut() {
                     Some(last) if last.end == row => last.end = row + 1,

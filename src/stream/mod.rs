@@ -1,5 +1,6 @@
 //! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
 
+pub mod binding;
 pub mod csv;
 mod dead;
 mod derive;

@@ -1,8 +1,10 @@
 //! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
 
+use super::binding::{Binding, BindingFile, bind};
 use super::csv;
 use super::derive;
 use super::frames::{Frames, Issue};
+use super::table;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -47,8 +49,21 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
         )
         .help("logs of other formats have to be exported as CSV"));
     }
-    let csv::Read { recording, issues } = csv::read(&request.log, request.scene.as_deref())?;
-    Ok(Opened { log: request.log.clone(), recording, issues, hand_file: None, params: vec![] })
+    let log = request.log.clone();
+    let Some(binding) = &request.binding else {
+        let csv::Read { recording, issues } = csv::read(&log, request.scene.as_deref())?;
+        return Ok(Opened { log, recording, issues, hand_file: None, params: vec![] });
+    };
+    let file = BindingFile::read(binding)?;
+    let scene = match (&request.scene, &file.binding.scene) {
+        (Some(path), _) => csv::read_scene(path)?,
+        (None, Some(scene)) => scene.clone(),
+        (None, None) => csv::scene_beside(&log)?,
+    };
+    let csv::Read { recording, issues } =
+        bind(table::open(&log)?, &file, scene).map_err(|error| in_log(&log, error))?;
+    let Binding { hand_file, params, .. } = file.binding;
+    Ok(Opened { log, recording, issues, hand_file, params: params.into_iter().collect() })
 }
 
 impl Opened {
@@ -68,7 +83,8 @@ impl Opened {
 fn in_log(log: &Path, error: InputError) -> InputError {
     let place = match error.place.as_str() {
         "the log" => log.display().to_string(),
-        inside => format!("{} {inside}", log.display()),
+        channel if channel.starts_with("channel ") => format!("{} {channel}", log.display()),
+        _ => return error,
     };
     InputError { place, ..error }
 }

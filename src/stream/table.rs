@@ -4,6 +4,7 @@
 //! that was cut short is dropped, both are told; time that runs backwards and a cell that is no number end the reading with their place.
 
 use super::frames::Issue;
+use super::names;
 use crate::base::error::InputError;
 use ::csv::{ByteRecord, ReaderBuilder};
 use std::fs::File;
@@ -93,7 +94,7 @@ impl Source {
 
     /// The place of a cell in messages.
     fn place(&self, row: u64, column: usize) -> String {
-        let name = self.header.get(column).map_or("", String::as_str);
+        let (name, _) = names::split_unit(self.header.get(column).map_or("", String::as_str));
         format!("{} row {row} column {name}", self.file)
     }
 

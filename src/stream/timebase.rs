@@ -72,8 +72,10 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             EVEN_WITHIN * 100.0
         );
         if share > ODD_SHARE {
+            let steps = odd.iter().map(|(from, to)| to - from).sum::<f64>() + even_time;
+            let mean_hz = ((odd.len() + even_steps) as f64 / steps).round().max(1.0);
             return Err(InputError::new("the log", format!("the sampling is uneven: {found}, first at {start_s} s"))
-                .help(format!("give a binding with `resample: {} Hz`", (1.0 / step).round().max(1.0))));
+                .help(format!("give a binding with `resample: {mean_hz} Hz`")));
         }
         issues.push(Issue {
             kind: "uneven_step".into(),

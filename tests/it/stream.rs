@@ -1,6 +1,10 @@
 //! Tests of `stream`: logs in, frames out.
 
+mod bad_logs;
+mod bindings;
 mod derived;
+mod never_panics;
+mod robosuite;
 mod round_trip;
 
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};

@@ -29,11 +29,15 @@ pub fn fingers(measured: &Measured, side: Side) -> Vec<Finger> {
     if let Some(hand) = measured.scene.hands.get(&side) {
         return hand.fingers.clone();
     }
-    let felt = |finger: Finger| {
-        measured.vec3(&format!("{side}.{finger}.force")).is_some()
-            || measured.scalar(&format!("{side}.{finger}.contact")).is_some()
+    let has = |finger: Finger, quantity: &str| {
+        let channel = format!("{side}.{finger}.{quantity}");
+        measured
+            .channels()
+            .iter()
+            .any(|name| name.strip_prefix(&channel).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
     };
-    let seen = |finger: Finger| finger != Finger::Palm && measured.vec3(&format!("{side}.{finger}.position")).is_some();
+    let felt = |finger: Finger| has(finger, "force") || has(finger, "contact");
+    let seen = |finger: Finger| finger != Finger::Palm && has(finger, "position");
     Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect()
 }
 

@@ -9,11 +9,11 @@ mod raw;
 mod sockets;
 mod targets;
 
-use super::frames::{ColumnKey, Frames, HandLayout, Layout};
+use super::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 use super::measured::Measured;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
 use crate::base::error::InputError;
-use crate::base::hands::Side;
+use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
@@ -31,6 +31,7 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
+    issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
     let partners = contacts::partners(&measured, &objects);
     let hands: Vec<HandLayout> = sides(&measured)
         .map(|side| HandLayout {
@@ -84,6 +85,13 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     Ok(frames)
 }
 
+/// Tells of an object whose position the log lacks.
+fn unseen(measured: &Measured, body: usize) -> Option<Issue> {
+    let channel = format!("{}.position", body_name(measured, body)?);
+    let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
+    measured.vec3(&channel).is_none().then(|| measured.over_all("missing_channel", &channel, message))
+}
+
 /// Whether one of the raw channels is read from this column.
 fn asks(channels: &[ChannelSpec], column: &str) -> bool {
     let raw = channels.iter().filter(|channel| channel.absent != Absent::Derived && derived(&channel.name).is_none());
@@ -101,9 +109,9 @@ fn asks(channels: &[ChannelSpec], column: &str) -> bool {
                     name.strip_suffix(component).and_then(|name| name.strip_suffix('.'))
                 };
                 name.is_some_and(|name| match (channel.axis, channel.name.strip_prefix("fingers.")) {
-                    (Some(Axis::Fingers), Some(quantity)) => {
-                        name.split_once('.').is_some_and(|(_, rest)| rest == quantity)
-                    }
+                    (Some(Axis::Fingers), Some(quantity)) => name
+                        .split_once('.')
+                        .is_some_and(|(finger, rest)| Finger::from_name(finger).is_some() && rest == quantity),
                     _ => name == channel.name,
                 })
             })

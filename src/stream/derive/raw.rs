@@ -53,10 +53,8 @@ pub fn read(
             Some(columns) => columns,
             // A force or a flag that one finger lacks while others have it: that finger feels nothing. A position cannot be made up.
             None if spec.shape == Shape::Bool || spec.dimension == crate::base::units::Dimension::FORCE => {
-                let (start_s, end_s) =
-                    measured.time.first().zip(measured.time.last()).map_or((0.0, 0.0), |(start, end)| (*start, *end));
                 let message = "other fingers have it, this one does not; it counts as zero".to_string();
-                issues.push(Issue { kind: "missing_channel".into(), start_s, end_s, channel: slot.clone(), message });
+                issues.push(measured.over_all("missing_channel", slot, message));
                 constant(0.0)
             }
             None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, "")),
@@ -95,7 +93,16 @@ fn columns(measured: &Measured, spec: &ChannelSpec, slot: &str) -> Result<Option
             ));
         }
     }
-    Ok(names.iter().map(|name| measured.scalar(name).map(<[f64]>::to_vec)).collect())
+    let columns: Option<Vec<Vec<f64>>> = names.iter().map(|name| measured.scalar(name).map(<[f64]>::to_vec)).collect();
+    Ok(if slot.ends_with(".contact") { columns.or_else(|| touches_any(measured, slot)) } else { columns })
+}
+
+/// A finger touches when it touches any object: for logs that have only the flags by object.
+fn touches_any(measured: &Measured, slot: &str) -> Option<Vec<Vec<f64>>> {
+    let flags: Vec<&[f64]> =
+        measured.scene.bodies.keys().filter_map(|body| measured.scalar(&format!("{slot}.{body}"))).collect();
+    let any = |frame: usize| flags.iter().any(|flag| flag.get(frame).is_some_and(|value| *value > 0.5));
+    (!flags.is_empty()).then(|| vec![(0..measured.len()).map(|frame| f64::from(u8::from(any(frame)))).collect()])
 }
 
 fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, also: &str) -> InputError {

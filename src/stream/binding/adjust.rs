@@ -1,0 +1,144 @@
+//! What a binding adds to the columns themselves: zeroed sensors, normals of contacts.
+
+use super::BindingFile;
+use crate::base::error::InputError;
+use crate::base::recording::{Column, Recording};
+use crate::base::scene::{Body, Role};
+use crate::base::units::Dimension;
+use crate::stream::geometry::{face_normal, pose};
+use crate::stream::names;
+use nalgebra::{Isometry3, Vector3};
+
+/// Subtracts from channels what they read while they should read zero.
+pub fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
+    let Some(tare) = &file.binding.tare else { return Ok(()) };
+    let from = recording.time.partition_point(|time| *time < tare.from.0);
+    let to = recording.time.partition_point(|time| *time < tare.to.0);
+    for channel in &tare.channels {
+        let mut found = false;
+        for (_, column) in recording
+            .columns
+            .iter_mut()
+            .filter(|(name, _)| names::meaning(name).map_or(name.as_str(), |meaning| meaning.channel) == channel)
+        {
+            found = true;
+            let rest: Vec<f64> = column
+                .values
+                .get(from..to)
+                .unwrap_or_default()
+                .iter()
+                .copied()
+                .filter(|value| !value.is_nan())
+                .collect();
+            if rest.is_empty() {
+                return Err(
+                    file.error("tare", format!("`{channel}` has no sample from {} s to {} s", tare.from.0, tare.to.0))
+                );
+            }
+            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+            column.values.iter_mut().for_each(|value| *value -= mean);
+        }
+        if !found {
+            return Err(file.error("tare", format!("no channel `{channel}` is bound")));
+        }
+    }
+    Ok(())
+}
+
+/// Gives contacts a normal where none is logged, since the direction of a force with friction says too little: upwards from a support, level from a
+/// wall, out of the face of a body whose shape is known, and along the force otherwise.
+pub fn normals_by_role(recording: &mut Recording) {
+    let mut normals: Vec<(String, Vec<Vector3<f64>>)> = vec![];
+    for name in recording.columns.keys() {
+        let Some(meaning) =
+            names::meaning(name).filter(|meaning| meaning.dimension == Dimension::FORCE && meaning.component == 0)
+        else {
+            continue;
+        };
+        let ([Some(a), Some(b)], Some(contact)) = (meaning.bodies, meaning.channel.strip_suffix(".force")) else {
+            continue;
+        };
+        let (Some(force), None) = (
+            columns(recording, meaning.channel, ["x", "y", "z"]),
+            recording.columns.get(&format!("{contact}.normal.x")),
+        ) else {
+            continue;
+        };
+        let (one, other) = (Placed::new(recording, a), Placed::new(recording, b));
+        let normal = |row: usize| {
+            let force_on_a = vector(&force, row);
+            let touching = force_on_a.norm() > 0.0;
+            let normal = || {
+                other
+                    .normal_towards(&one, row, force_on_a)
+                    .or_else(|| Some(-one.normal_towards(&other, row, -force_on_a)?))
+            };
+            touching.then(normal).flatten().or_else(|| force_on_a.try_normalize(0.0)).unwrap_or_else(Vector3::zeros)
+        };
+        normals.push((format!("{contact}.normal"), (0..recording.time.len()).map(normal).collect()));
+    }
+    for (channel, rows) in normals {
+        for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
+            let values = rows.iter().map(|normal| normal[axis]).collect();
+            recording.columns.insert(format!("{channel}.{component}"), Column { dimension: Dimension::NONE, values });
+        }
+    }
+}
+
+/// A body with where it is.
+struct Placed<'a> {
+    body: Option<&'a Body>,
+    position: Option<[&'a [f64]; 3]>,
+    rotation: Option<[&'a [f64]; 4]>,
+}
+
+impl<'a> Placed<'a> {
+    fn new(recording: &'a Recording, name: &str) -> Self {
+        Self {
+            body: recording.scene.bodies.get(name),
+            position: columns(recording, &format!("{name}.position"), ["x", "y", "z"]),
+            rotation: columns(recording, &format!("{name}.rotation"), ["w", "x", "y", "z"]),
+        }
+    }
+
+    /// The normal of a contact on this body, towards the other one, as far as role and shape tell; `force` is what the other body feels.
+    fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
+        let body = self.body?;
+        match body.role {
+            Role::Support => Some(Vector3::z()),
+            Role::Wall => Vector3::new(force.x, force.y, 0.0).try_normalize(1e-9),
+            Role::Object | Role::Socket => {
+                let reference_from_body = self.pose(row)?;
+                let point_in_body =
+                    reference_from_body.inverse_transform_point(&other.pose(row)?.translation.vector.into());
+                Some(reference_from_body.rotation * face_normal(body, &point_in_body)?)
+            }
+        }
+    }
+
+    /// Where the body is; `None` where it was not measured, or is not known at all.
+    fn pose(&self, row: usize) -> Option<Isometry3<f64>> {
+        let body = self.body?;
+        let at = |column: &[f64]| column.get(row).copied().unwrap_or(f64::NAN);
+        let position = self.position.map_or(body.position.map(|length| length.0), |columns| columns.map(at));
+        let rotation = self.rotation.map_or(body.rotation, |columns| columns.map(at));
+        let measured = position.iter().chain(&rotation).all(|value| value.is_finite());
+        measured.then(|| pose(position, rotation))
+    }
+}
+
+/// The columns of a channel, if they are all there.
+fn columns<'a, const N: usize>(
+    recording: &'a Recording,
+    channel: &str,
+    components: [&str; N],
+) -> Option<[&'a [f64]; N]> {
+    let columns = components.map(|component| {
+        recording.columns.get(&format!("{channel}.{component}")).map(|column| column.values.as_slice())
+    });
+    columns.iter().all(Option::is_some).then(|| columns.map(Option::unwrap_or_default))
+}
+
+fn vector(columns: &[&[f64]; 3], row: usize) -> Vector3<f64> {
+    Vector3::from(columns.map(|column| column.get(row).copied().unwrap_or_default()))
+}

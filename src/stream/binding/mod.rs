@@ -1,0 +1,203 @@
+//! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
+
+mod adjust;
+mod apply;
+mod pattern;
+mod resample;
+
+pub use apply::bind;
+pub use pattern::{Columns, Filling, Pattern, Template};
+
+use super::csv::check_scene;
+use crate::base::error::InputError;
+use crate::base::quantity::{Frequency, Time};
+use crate::base::scene::Scene;
+use crate::base::yaml;
+use indexmap::IndexMap;
+use serde::{Deserialize, Deserializer, de};
+use std::fmt;
+use std::path::Path;
+
+/// The most rule parameters that a binding may override.
+pub const MAX_PARAMS: usize = 3;
+/// The highest rate to resample to, Hz.
+pub const MAX_RATE_HZ: f64 = 100_000.0;
+
+/// A binding as it stands in its file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Binding {
+    /// What log this is, for people.
+    #[serde(default)]
+    pub about: String,
+    /// The file of the rules that keeps the trees' promised signals for this hardware.
+    #[serde(default)]
+    pub hand_file: Option<String>,
+    /// Rule parameters that this hardware needs otherwise, each a value with its unit.
+    #[serde(default, deserialize_with = "few_params")]
+    pub params: IndexMap<String, String>,
+    /// The column of the time stamps.
+    #[serde(default = "time_column")]
+    pub time: Pattern,
+    /// What is added to every stamp.
+    #[serde(default)]
+    pub time_offset: Time,
+    /// The even rate to bring the log to; as it is when left out.
+    #[serde(default)]
+    pub resample: Option<Frequency>,
+    /// The longest step, and the longest drop-out of a pose, that resampling bridges.
+    #[serde(default = "bridge")]
+    pub bridge: Time,
+    /// The columns of each channel; the columns have canonical names when left out.
+    #[serde(default)]
+    pub channels: IndexMap<String, Columns>,
+    /// Where contacts without a logged normal get it from.
+    #[serde(default)]
+    pub normals: Normals,
+    /// An interval in which some channels should read zero.
+    #[serde(default)]
+    pub tare: Option<Tare>,
+    /// The bodies and hands; beside the log when left out.
+    #[serde(default)]
+    pub scene: Option<Scene>,
+}
+
+/// Where contacts without a logged normal get it from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Normals {
+    /// The direction of the force.
+    #[default]
+    ByForce,
+    /// Upwards from a support, level from a wall, out of the face of a body whose shape is known, along the force otherwise.
+    ByRole,
+}
+
+/// An interval in which some channels should read zero: their mean in it is subtracted everywhere.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tare {
+    /// Channels without component, such as `right.thumb.force`.
+    pub channels: Vec<String>,
+    /// Start, as the log counts time.
+    pub from: Time,
+    /// End.
+    pub to: Time,
+}
+
+/// A binding with its file, for messages about what it says.
+#[derive(Clone, Debug)]
+pub struct BindingFile {
+    /// What the file says.
+    pub binding: Binding,
+    name: String,
+    text: String,
+}
+
+impl BindingFile {
+    /// Reads a binding file.
+    ///
+    /// # Errors
+    /// What it says that a binding cannot say, at `file:line:column`.
+    pub fn read(path: &Path) -> Result<Self, InputError> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path)
+            .map_err(|error| InputError::new(&name, format!("cannot be opened: {error}")))?;
+        Self::parse(text, name)
+    }
+
+    /// Reads the text of a binding file; `name` is its name in messages.
+    ///
+    /// # Errors
+    /// What it says that a binding cannot say, at `file:line:column`.
+    pub fn parse(text: String, name: String) -> Result<Self, InputError> {
+        let binding: Binding = yaml::read(&text, &name)?;
+        let file = Self { binding, name, text };
+        let rate = file.binding.resample.map_or(1.0, |rate| rate.0);
+        if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
+            return Err(
+                file.error("resample", format!("found {rate} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz"))
+            );
+        }
+        if file.binding.bridge.0 < 0.0 {
+            return Err(file.error("bridge", "found a negative time".into()));
+        }
+        if let Some(scene) = &file.binding.scene {
+            check_scene(scene).map_err(|message| file.error("bodies", message))?;
+        }
+        Ok(file)
+    }
+
+    /// An error about a key: the place is where the key first stands.
+    pub fn error(&self, key: &str, message: String) -> InputError {
+        let at = self.text.lines().enumerate().find_map(|(line, text)| {
+            let column = text.find(key)?;
+            let head = text.get(..column)?.trim_end_matches(['"', '\'']);
+            let tail = text.get(column + key.len()..)?.trim_start_matches(['"', '\'']);
+            let begins = head.is_empty() || head.ends_with([' ', '{', ',', '-']);
+            (begins && tail.trim_start().starts_with(':'))
+                .then_some((line + 1, text.get(..column)?.chars().count() + 1))
+        });
+        let place = at.map_or(self.name.clone(), |(line, column)| format!("{}:{line}:{column}", self.name));
+        InputError::new(place, message)
+    }
+}
+
+fn time_column() -> Pattern {
+    Pattern { name: Template::text("time"), unit: None, sign: 1.0 }
+}
+
+const fn bridge() -> Time {
+    crate::base::quantity::Quantity(0.1)
+}
+
+/// Reads parameter overrides, numbers or texts, at most [`MAX_PARAMS`].
+fn few_params<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, String>, D::Error> {
+    /// A value as its text.
+    struct Value(String);
+    impl<'de> Deserialize<'de> for Value {
+        fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+            struct Visitor;
+            impl de::Visitor<'_> for Visitor {
+                type Value = Value;
+                fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                    f.write_str("a value with its unit, such as `15 mm/s`")
+                }
+                fn visit_str<E: de::Error>(self, text: &str) -> Result<Value, E> {
+                    Ok(Value(text.to_string()))
+                }
+                fn visit_u64<E: de::Error>(self, number: u64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_i64<E: de::Error>(self, number: i64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+                fn visit_f64<E: de::Error>(self, number: f64) -> Result<Value, E> {
+                    Ok(Value(number.to_string()))
+                }
+            }
+            deserializer.deserialize_any(Visitor)
+        }
+    }
+    struct Few;
+    impl<'de> de::Visitor<'de> for Few {
+        type Value = IndexMap<String, String>;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("parameters with their values")
+        }
+        fn visit_map<A: de::MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut params = IndexMap::new();
+            while let Some((name, Value(value))) = entries.next_entry()? {
+                if params.len() == MAX_PARAMS {
+                    let message = format!(
+                        "`{name}` is one parameter too many, a binding overrides at most {MAX_PARAMS}: what more logs need belongs into the rules"
+                    );
+                    return Err(de::Error::custom(message));
+                }
+                params.insert(name, value);
+            }
+            Ok(params)
+        }
+    }
+    deserializer.deserialize_map(Few)
+}

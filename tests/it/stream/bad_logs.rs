@@ -1,0 +1,98 @@
+//! What becomes of logs that are not as they should be: every policy of docs/logs.md has a fixture, one fault a file.
+
+use super::{ask, ask_contact, ask_fingers};
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use teachtree::base::channels::Shape;
+use teachtree::base::units::Dimension;
+use teachtree::stream::table::Source;
+use teachtree::stream::{OpenRequest, open};
+
+/// What a user would be told about a log, and what is left of it.
+fn report(request: &OpenRequest) -> String {
+    let channels = [
+        ask_fingers("force", Shape::Vec3, Dimension::FORCE),
+        ask_contact(),
+        ask("target"),
+        ask("target.velocity"),
+        ask("contacts.force"),
+    ];
+    match open(request).and_then(|opened| opened.frames(&channels)) {
+        Err(error) => format!("error: {error}"),
+        Ok(frames) => {
+            let mut text =
+                format!("{} frames at {} Hz, stretches {:?}", frames.len, frames.layout.rate_hz, frames.stretches);
+            let touching = |frame: &usize| {
+                let contact = frames.channel("fingers.contact").unwrap();
+                frames.columns.iter().any(|(key, column)| key.channel == contact && column[*frame] > 0.5)
+            };
+            write!(text, ", touched in {}", (0..frames.len).filter(touching).count()).unwrap();
+            for issue in &frames.issues {
+                write!(
+                    text,
+                    "\n{} {} {}–{} s: {}",
+                    issue.kind, issue.channel, issue.start_s, issue.end_s, issue.message
+                )
+                .unwrap();
+            }
+            text
+        }
+    }
+}
+
+/// The report of each file in a folder with this ending, in order of their names.
+fn reports(folder: &str, ending: &str, request: impl Fn(PathBuf) -> OpenRequest) -> String {
+    let files = Path::new(folder).read_dir().unwrap().map(|file| file.unwrap().path());
+    let mut files: Vec<PathBuf> = files.filter(|file| file.extension().is_some_and(|found| found == ending)).collect();
+    files.sort();
+    let told = files.into_iter().map(|file| {
+        let title = file.file_stem().unwrap().to_string_lossy().replace('_', " ");
+        format!("# {title}\n{}\n", report(&request(file)))
+    });
+    told.collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn each_fault_of_a_log_is_told() {
+    let scene = Some("tests/fixtures/logs/box.yaml".into());
+    insta::assert_snapshot!(reports("tests/fixtures/logs", "csv", |log| OpenRequest {
+        log,
+        binding: None,
+        scene: scene.clone()
+    }));
+}
+
+#[test]
+fn each_fault_of_a_binding_is_told() {
+    let log: PathBuf = "tests/fixtures/bindings/foreign.csv".into();
+    insta::assert_snapshot!(reports("tests/fixtures/bindings", "yaml", |binding| OpenRequest {
+        log: log.clone(),
+        binding: Some(binding),
+        scene: None
+    }));
+}
+
+#[test]
+fn a_log_without_a_scene_is_refused() {
+    let log = "tests/fixtures/logs/whole.csv".into();
+    insta::assert_snapshot!(report(&OpenRequest { log, ..OpenRequest::default() }));
+}
+
+#[test]
+fn a_log_that_is_not_there_is_refused() {
+    let request = OpenRequest {
+        log: "no/such/log.csv".into(),
+        scene: Some("tests/fixtures/logs/box.yaml".into()),
+        binding: None,
+    };
+    insta::assert_snapshot!(report(&request));
+    insta::assert_snapshot!(report(&OpenRequest { log: "demonstration.mcap".into(), ..request }));
+}
+
+#[test]
+fn a_huge_field_is_refused() {
+    let text = format!("time,cube.position.x\n0,1\n0.1,{}\n0.2,1\n", "9".repeat(100_000));
+    let source = Source::new(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv", b',').unwrap();
+    let wants = [teachtree::stream::table::Want::Time(1.0), teachtree::stream::table::Want::Number(1.0)];
+    insta::assert_snapshot!(source.read(&wants).unwrap_err());
+}

@@ -1,0 +1,54 @@
+//! What a binding makes of a foreign log.
+
+use teachtree::base::recording::Recording;
+use teachtree::base::units::Dimension;
+use teachtree::stream::{OpenRequest, Opened, open};
+
+fn opened() -> Opened {
+    let [log, binding] = ["foreign.csv", "whole.yaml"].map(|file| format!("tests/fixtures/bindings/{file}").into());
+    open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap()
+}
+
+/// The value of a column at a time, s.
+fn at(recording: &Recording, name: &str, time: f64) -> f64 {
+    let row = recording.time.iter().position(|stamp| (stamp - time).abs() < 1e-9).unwrap();
+    recording.columns[name].values[row]
+}
+
+#[test]
+fn columns_get_canonical_names_in_si() {
+    let recording = opened().recording;
+    assert_eq!(recording.columns["right.thumb.position.x"].dimension, Dimension::LENGTH);
+    // The header says millimetres, and the third component comes from the column `TipB 2`.
+    assert_eq!(at(&recording, "right.thumb.position.x", 0.1), -0.060);
+    assert_eq!(at(&recording, "right.index.position.z", 0.1), 0.06);
+    assert_eq!(recording.labels["right.label"].first().unwrap(), "idle");
+    assert_eq!(recording.labels["right.label"].last().unwrap(), "hold");
+}
+
+#[test]
+fn stamps_in_milliseconds_become_an_even_base() {
+    let time = opened().recording.time;
+    assert_eq!(time.len(), 37);
+    assert!(time.iter().enumerate().all(|(row, stamp)| (stamp - row as f64 * 0.02).abs() < 1e-12));
+}
+
+#[test]
+fn poses_are_interpolated_and_forces_held() {
+    let recording = opened().recording;
+    // Samples at 0.03 s (row 1) and 0.05 s (row 2): z is 10 and 20 mm, the turn about z is 0.01 and 0.02 rad.
+    assert!((at(&recording, "right.thumb.position.z", 0.04) - 0.015).abs() < 1e-12);
+    assert!((at(&recording, "box.rotation.z", 0.04) - (0.015f64 / 2.0).sin()).abs() < 1e-6);
+    assert!((at(&recording, "box.rotation.w", 0.04) - (0.015f64 / 2.0).cos()).abs() < 1e-6);
+    // Touch begins with row 10 at 0.25 s: the sample at 0.24 s still holds the one before.
+    assert_eq!(at(&recording, "right.index.contact", 0.24), 0.0);
+    assert_eq!(at(&recording, "right.index.contact", 0.26), 1.0);
+}
+
+#[test]
+fn signs_and_tare_are_applied() {
+    let recording = opened().recording;
+    // The column reads 0.25 N at rest and 2.25 N in contact; it is bound with a minus and tared.
+    assert!(at(&recording, "right.thumb.force.x", 0.1).abs() < 1e-12);
+    assert!((at(&recording, "right.thumb.force.x", 0.4) + 2.0).abs() < 1e-12);
+}
