@@ -10,3 +10,5 @@ pub mod base;
 pub mod engine;
 pub mod language;
 pub mod stream;
+#[cfg(feature = "world")]
+pub mod world;
