@@ -5,12 +5,21 @@
 
 mod bodies;
 mod convert;
+mod operator;
 mod shapes;
+pub mod shipped;
 mod simulation;
+mod teach;
 mod touch;
+mod truth;
 
 pub use bodies::BodyContact;
+pub use operator::{
+    Carry, Close, ForceNoise, Goal, Grip, Open, Operator, Press, Reach, Script, Step, Tremor, Until, Variation,
+};
+pub use shipped::{operator, scene};
 pub use simulation::{
     BodyState, Coupling, Fingertips, HandState, HandTarget, Observation, STEP_S, TipState, TipTouch, World,
 };
+pub use teach::{teach, teach_with_progress};
 pub use touch::TouchLaw;

@@ -3,7 +3,7 @@
 use super::support::{WEIGHT, cube_on_base, hand, mean, run, steps, world};
 use nalgebra::Vector3;
 use teachtree::base::hands::Finger;
-use teachtree::world::{Observation, World};
+use teachtree::world::Observation;
 
 const TWO: &str = "{right: {fingers: [thumb, index]}}";
 const THREE: &str = "{right: {fingers: [thumb, index, middle]}}";
