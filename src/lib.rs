@@ -16,3 +16,5 @@ pub mod stream;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "world")]
+pub mod world;

@@ -58,6 +58,13 @@ pub struct Body {
     pub fixed_to: Option<Side>,
 }
 
+impl Body {
+    /// Radius of the ball about the body's origin that holds it, m: as given, else from the parts.
+    pub fn bounding_radius(&self) -> f64 {
+        self.radius.map_or_else(|| self.parts.iter().map(Part::bounding_radius).fold(0.0, f64::max), |radius| radius.0)
+    }
+}
+
 /// What a body is for the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -85,6 +92,19 @@ pub struct Part {
     /// Rotation of the part in the body frame, quaternion w x y z.
     #[serde(default = "no_rotation")]
     pub turned: [f64; 4],
+}
+
+impl Part {
+    /// Radius of a ball about the body's origin that holds this part, m.
+    fn bounding_radius(&self) -> f64 {
+        let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
+        let own = match self.shape {
+            Shape::Box(edges) => norm(edges.map(|edge| edge.0 / 2.0)),
+            Shape::Cylinder([radius, height]) => norm([radius.0, height.0 / 2.0, 0.0]),
+            Shape::Ball(radius) => radius.0,
+        };
+        norm(self.at.map(|length| length.0)) + own
+    }
 }
 
 /// A convex shape.

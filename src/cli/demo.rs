@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 /// The chapter's box, and its operator of section 3.2.
 const SCENE: &str = "paper_box";
-const OPERATOR: &str = "pick_follow_push_trace";
+const OPERATOR: &str = "paper_box";
 
 /// Options of `demo`.
 #[derive(clap::Args)]

@@ -2,14 +2,16 @@
 
 use super::progress::Progress;
 use super::{Failure, output};
+use crate::base::error::InputError;
 use crate::base::recording::Recording;
+use crate::base::yaml;
 use crate::stream::csv;
-use crate::world;
-use std::path::PathBuf;
+use crate::world::{self, Operator};
+use std::path::{Path, PathBuf};
 
 /// Options of `teach`.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  teachtree teach paper_box pick_follow_push_trace -o demonstration.csv --seed 7")]
+#[command(after_help = "Example:\n  teachtree teach paper_box paper_box -o demonstration.csv --seed 7")]
 pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
@@ -34,7 +36,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Records an operator in a scene, with a progress bar.
 pub fn record(scene: &str, operator: &str, seed: u64) -> Result<Recording, Failure> {
-    let (scene, operator) = (world::scene(scene)?, world::operator(operator)?);
+    let scene = match read(scene)? {
+        Some(text) => yaml::read(&text, scene)?,
+        None => world::scene(scene)?,
+    };
+    let operator = match read(operator)? {
+        Some(text) => Operator::read(&text, operator)?,
+        None => world::operator(operator)?,
+    };
     let progress = Progress::new("teaching");
     Ok(world::teach_with_progress(&scene, &operator, seed, &mut |part| progress.set(part))?)
+}
+
+/// The text of a file; `None` for what is no path but the name of something shipped.
+fn read(name: &str) -> Result<Option<String>, InputError> {
+    if !Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(name);
+    text.map(Some).map_err(|error| InputError::new(name, format!("the file cannot be read: {error}")))
 }

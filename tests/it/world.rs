@@ -1,1 +1,5 @@
-//! Tests of `world`.
+//! Tests of `world`: physics against closed forms, then the demonstrations that come out of it.
+
+mod bodies;
+mod support;
+mod touch;

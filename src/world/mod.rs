@@ -1,0 +1,25 @@
+//! The virtual environment: scenes, rigid bodies, fingertip contact, operators, and the recording they make.
+//!
+//! A [`base::scene::Scene`](crate::base::scene::Scene) goes in, and step by step the targets of the fingertips; forces, poses and contacts come out
+//! ([`World`]). Nothing here knows a rule or a file.
+
+mod bodies;
+mod convert;
+mod operator;
+mod shapes;
+pub mod shipped;
+mod simulation;
+mod teach;
+mod touch;
+mod truth;
+
+pub use bodies::BodyContact;
+pub use operator::{
+    Carry, Close, ForceNoise, Goal, Grip, Open, Operator, Press, Reach, Script, Step, Tremor, Until, Variation,
+};
+pub use shipped::{operator, scene};
+pub use simulation::{
+    BodyState, Coupling, Fingertips, HandState, HandTarget, Observation, STEP_S, TipState, TipTouch, World,
+};
+pub use teach::{teach, teach_with_progress};
+pub use touch::TouchLaw;

@@ -1,0 +1,150 @@
+//! Convex parts of a scene's bodies as parry shapes, and the two questions that we ask them: how far is a point, how far is another body.
+
+use super::convert;
+use crate::base::error::InputError;
+use crate::base::scene::{Body, Part, Shape};
+use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use parry3d::query;
+use parry3d::shape::SharedShape;
+
+/// No edge, radius or height may be larger, m: a scene is something on a table.
+const MAX_SIZE_M: f64 = 100.0;
+/// No body may have more convex parts.
+const MAX_PARTS: usize = 256;
+
+/// The shape of a body: the union of convex parts.
+pub(super) struct Solid {
+    parts: Vec<SolidPart>,
+}
+
+/// A convex part with its place in the body frame.
+pub(super) struct SolidPart {
+    pub(super) shape: SharedShape,
+    pub(super) body_from_part: Isometry3<f64>,
+}
+
+/// The point of a solid's surface that is nearest to a given point; body frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearest {
+    /// Signed distance, m: negative inside.
+    pub(super) distance: f64,
+    /// The surface point.
+    pub(super) point: Point3<f64>,
+    /// Unit normal out of the solid; `None` when the given point lies on the surface itself.
+    pub(super) normal: Option<Vector3<f64>>,
+}
+
+impl Solid {
+    /// The solid of a body of the scene; `name` is its name in errors.
+    ///
+    /// # Errors
+    /// No part at all, too many, a size that is not positive, a rotation that is none.
+    pub(super) fn new(name: &str, body: &Body) -> Result<Self, InputError> {
+        let place = || format!("body `{name}`");
+        if body.parts.is_empty() {
+            return Err(InputError::new(place(), "has no parts, wanted at least one shape to simulate"));
+        }
+        if body.parts.len() > MAX_PARTS {
+            let message = format!("has {} parts, at most {MAX_PARTS} are simulated", body.parts.len());
+            return Err(InputError::new(place(), message));
+        }
+        let parts = body.parts.iter().map(SolidPart::new).collect::<Result<_, _>>();
+        Ok(Self { parts: parts.map_err(|message| InputError::new(place(), message))? })
+    }
+
+    /// The convex parts.
+    pub(super) fn parts(&self) -> &[SolidPart] {
+        &self.parts
+    }
+
+    /// Volume of all parts, m^3; parts are meant not to overlap.
+    pub(super) fn volume(&self) -> f64 {
+        self.parts.iter().map(|part| part.shape.mass_properties(1.0).mass()).sum()
+    }
+
+    /// The nearest surface point; inside an overlap of parts, that of the part in which the point is deepest.
+    pub(super) fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
+        let mut best = Nearest { distance: f64::INFINITY, point: point_in_body, normal: None };
+        for part in &self.parts {
+            let nearest = part.nearest(point_in_body);
+            if nearest.distance < best.distance {
+                best = nearest;
+            }
+        }
+        best
+    }
+
+    /// The surface point nearest to a point and the normal there; a point on the surface itself takes the normal of the face about it.
+    pub(super) fn surface(&self, point_in_body: Point3<f64>) -> (Point3<f64>, Vector3<f64>) {
+        let nearest = self.nearest(point_in_body);
+        let inside = nearest.point + (Point3::origin() - nearest.point) * 1e-3;
+        let normal = nearest.normal.or_else(|| self.nearest(inside).normal).unwrap_or_else(Vector3::z);
+        (nearest.point, normal)
+    }
+
+    /// The gap to another solid, m; 0 when they touch or overlap. Poses are those of the two bodies in one frame.
+    pub(super) fn gap(&self, world_from_self: &Isometry3<f64>, other: &Self, world_from_other: &Isometry3<f64>) -> f64 {
+        let mut gap = f64::INFINITY;
+        for part1 in &self.parts {
+            let pose1 = convert::pose(&(world_from_self * part1.body_from_part));
+            for part2 in &other.parts {
+                let pose2 = convert::pose(&(world_from_other * part2.body_from_part));
+                if let Ok(found) = query::distance(&pose1, &*part1.shape, &pose2, &*part2.shape) {
+                    gap = gap.min(found.distance);
+                }
+            }
+        }
+        gap
+    }
+}
+
+impl SolidPart {
+    fn new(part: &Part) -> Result<Self, String> {
+        let size = |what: &str, size: f64| {
+            if size > 0.0 && size <= MAX_SIZE_M {
+                Ok(size)
+            } else {
+                Err(format!("has a part with {what} {size} m, wanted more than 0 and at most {MAX_SIZE_M} m"))
+            }
+        };
+        let shape = match part.shape {
+            Shape::Box([x, y, z]) => SharedShape::cuboid(
+                size("an edge of", x.0)? / 2.0,
+                size("an edge of", y.0)? / 2.0,
+                size("an edge of", z.0)? / 2.0,
+            ),
+            // parry's cylinder stands along y, ours along z: the part is turned below.
+            Shape::Cylinder([radius, height]) => {
+                SharedShape::cylinder(size("a height of", height.0)? / 2.0, size("a radius of", radius.0)?)
+            }
+            Shape::Ball(radius) => SharedShape::ball(size("a radius of", radius.0)?),
+        };
+        let mut body_from_part = isometry(part.at.map(|length| length.0), part.turned)?;
+        if matches!(part.shape, Shape::Cylinder(_)) {
+            body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+        }
+        Ok(Self { shape, body_from_part })
+    }
+
+    fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
+        let point_in_part = self.body_from_part.inverse_transform_point(&point_in_body);
+        let found = self.shape.project_local_point(convert::point(point_in_part), false);
+        let surface_in_part = convert::our_point(found.point);
+        let outwards = if found.is_inside { surface_in_part - point_in_part } else { point_in_part - surface_in_part };
+        let distance = outwards.norm();
+        Nearest {
+            distance: if found.is_inside { -distance } else { distance },
+            point: self.body_from_part * surface_in_part,
+            normal: outwards.try_normalize(1e-9).map(|normal| self.body_from_part * normal),
+        }
+    }
+}
+
+/// The pose with this position (m) and quaternion (w x y z), which is normalised.
+pub(super) fn isometry(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Result<Isometry3<f64>, String> {
+    let quaternion = Quaternion::new(w, x, y, z);
+    let rotation = UnitQuaternion::try_new(quaternion, 1e-6)
+        .filter(|rotation| rotation.coords.iter().all(|part| part.is_finite()))
+        .ok_or_else(|| format!("is turned by [{w}, {x}, {y}, {z}], wanted a quaternion w x y z that is not zero"))?;
+    Ok(Isometry3::from_parts(Vector3::from(position).into(), rotation))
+}

@@ -1,0 +1,366 @@
+//! The virtual environment: what the human's hands command goes in, what they feel and see comes out, every millisecond.
+//!
+//! A fingertip of the scene is dragged to the device's target by the virtual coupling, a spring and damper on a light ball without weight, so
+//! that a target inside an object squeezes it. Forces on bodies follow [`TouchLaw`]; bodies follow rapier. A haptic device would drive
+//! [`World::step`] as the operators do; nothing else moves the world.
+
+use super::bodies::{Bodies, BodyContact};
+use super::touch::{Bristle, Overlap, TouchLaw};
+use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
+use crate::base::scene::Scene;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// The step of the world, s.
+pub const STEP_S: f64 = 0.001;
+/// A step is divided when the sum of damping × step × mobility over the touches of a body exceeds this.
+const MAX_DAMPED: f64 = 0.5;
+/// A step is never divided finer.
+const MAX_SUBSTEPS: usize = 16;
+
+/// The virtual coupling between the device's target and the fingertip ball.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Coupling {
+    /// Stiffness, N/m: of the order of a finger's.
+    pub stiffness: f64,
+    /// Damping, N s/m; critical for the mass below.
+    pub damping: f64,
+    /// Mass of the ball, kg; it has no weight.
+    pub mass: f64,
+    /// The spring never pulls harder, N: the device displays no larger force.
+    pub ceiling: f64,
+}
+
+impl Default for Coupling {
+    fn default() -> Self {
+        Self { stiffness: 300.0, damping: 4.9, mass: 0.02, ceiling: 5.0 }
+    }
+}
+
+/// Constants of the fingertips.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Fingertips {
+    /// The contact law.
+    pub touch: TouchLaw,
+    /// The virtual coupling.
+    pub coupling: Coupling,
+}
+
+/// Where the device wants a hand to be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandTarget {
+    /// The palm, reference frame; fingertips turn with it.
+    pub palm: Isometry3<f64>,
+    /// The centres of the fingertip balls in the order of the scene, m, reference frame.
+    pub tips: Vec<Point3<f64>>,
+}
+
+/// What is felt and seen at one instant; everything in the reference frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Observation {
+    /// Time since the first step, s.
+    pub time_s: f64,
+    /// The hands of the scene, in its order.
+    pub hands: Vec<HandState>,
+    /// The bodies of the scene, in its order.
+    pub bodies: Vec<BodyState>,
+    /// The pairs of bodies that can touch: each object with every fixed body and every later object.
+    pub contacts: Vec<BodyContact>,
+}
+
+/// A hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct HandState {
+    /// Which hand.
+    pub side: Side,
+    /// The palm, where the device holds it.
+    pub palm: Isometry3<f64>,
+    /// The fingertips in the order of the scene.
+    pub tips: Vec<TipState>,
+}
+
+/// A fingertip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TipState {
+    /// Which finger.
+    pub finger: Finger,
+    /// Centre of the ball, m.
+    pub position: Point3<f64>,
+    /// Its velocity, m/s.
+    pub velocity: Vector3<f64>,
+    /// The bodies that it touches, in scene order.
+    pub touches: Vec<TipTouch>,
+}
+
+/// A fingertip on a body, as the mean over the last step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TipTouch {
+    /// Index of the body in the scene.
+    pub body: usize,
+    /// Force of the fingertip on the body, N.
+    pub force: Vector3<f64>,
+    /// Unit normal out of the body.
+    pub normal: Vector3<f64>,
+}
+
+/// A body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyState {
+    /// `world_from_body`.
+    pub pose: Isometry3<f64>,
+    /// Velocity of the body's origin, m/s.
+    pub velocity: Vector3<f64>,
+    /// Angular velocity, rad/s.
+    pub angular_velocity: Vector3<f64>,
+}
+
+impl TipState {
+    /// Force of this fingertip on a body, N; zero when it does not touch it.
+    pub fn force_on(&self, body: usize) -> Vector3<f64> {
+        self.touches.iter().filter(|touch| touch.body == body).map(|touch| touch.force).sum()
+    }
+}
+
+impl Observation {
+    /// Force of `other` on `body`, N, and the normal from `other` to `body`; zero for bodies that do not touch.
+    pub fn contact(&self, body: usize, other: usize) -> (Vector3<f64>, Vector3<f64>) {
+        let found = self.contacts.iter().find_map(|contact| match (contact.body, contact.other) {
+            pair if pair == (body, other) => Some((contact.force, contact.normal)),
+            pair if pair == (other, body) => Some((-contact.force, -contact.normal)),
+            _ => None,
+        });
+        found.unwrap_or_default()
+    }
+}
+
+/// A fingertip with what the law remembers.
+struct Tip {
+    target: Point3<f64>,
+    bristles: Vec<Option<Bristle>>,
+}
+
+/// The virtual environment.
+pub struct World {
+    bodies: Bodies,
+    fingertips: Fingertips,
+    tip_radius: Vec<f64>,
+    tips: Vec<Vec<Tip>>,
+    steps: u64,
+    observation: Observation,
+}
+
+impl World {
+    /// The world of a scene before its first step: bodies at their starting poses. The fingertips start at their first targets.
+    ///
+    /// # Errors
+    /// A body or hand of the scene that cannot be simulated.
+    pub fn new(scene: &Scene, fingertips: Fingertips) -> Result<Self, InputError> {
+        let bodies = Bodies::new(scene)?;
+        let mut hands = Vec::new();
+        let mut tips = Vec::new();
+        let mut tip_radius = Vec::new();
+        for (&side, hand) in &scene.hands {
+            let refuse = |message: String| InputError::new(format!("{side} hand"), message);
+            if hand.fingers.contains(&Finger::Palm) {
+                return Err(refuse(
+                    "has `palm` among its fingers, wanted fingertips only: a palm is not simulated".into(),
+                ));
+            }
+            if !(1e-4..=0.1).contains(&hand.tip_radius.0) {
+                return Err(refuse(format!(
+                    "has fingertips of radius {} m, wanted 0.1 mm to 100 mm",
+                    hand.tip_radius.0
+                )));
+            }
+            let tip = |&finger| TipState {
+                finger,
+                position: Point3::origin(),
+                velocity: Vector3::zeros(),
+                touches: Vec::new(),
+            };
+            hands.push(HandState { side, palm: Isometry3::identity(), tips: hand.fingers.iter().map(tip).collect() });
+            tips.push(
+                hand.fingers
+                    .iter()
+                    .map(|_| Tip { target: Point3::origin(), bristles: vec![None; bodies.len()] })
+                    .collect(),
+            );
+            tip_radius.push(hand.tip_radius.0);
+        }
+        let contacts = bodies.pairs();
+        let observation = Observation { time_s: 0.0, hands, bodies: Vec::new(), contacts };
+        let mut world = Self { bodies, fingertips, tip_radius, tips, steps: 0, observation };
+        world.observe_bodies();
+        Ok(world)
+    }
+
+    /// What is felt and seen now.
+    pub fn observation(&self) -> &Observation {
+        &self.observation
+    }
+
+    /// The distance between the surfaces of two bodies of the scene, m, as the eye sees it; 0 when they touch.
+    pub fn gap(&self, body: usize, other: usize) -> f64 {
+        if body >= self.bodies.len() || other >= self.bodies.len() {
+            return f64::INFINITY;
+        }
+        let (pose, other_pose) = (self.bodies.pose(body), self.bodies.pose(other));
+        self.bodies.solid(body).gap(&pose, self.bodies.solid(other), &other_pose)
+    }
+
+    /// The point of a body's surface nearest to `point`, and the unit normal out of the body there; both in the body frame.
+    pub fn surface(&self, body: usize, point_in_body: Point3<f64>) -> Option<(Point3<f64>, Vector3<f64>)> {
+        (body < self.bodies.len()).then(|| self.bodies.solid(body).surface(point_in_body))
+    }
+
+    /// Advances by [`STEP_S`] towards the targets of the hands, in scene order. A missing or infinite target leaves that hand or fingertip where it
+    /// was told to be before.
+    pub fn step(&mut self, targets: &[HandTarget]) -> &Observation {
+        let substeps = self.substeps();
+        let dt = STEP_S / substeps as f64;
+        let plans = self.plans(targets);
+        for contact in &mut self.observation.contacts {
+            (contact.force, contact.normal) = (Vector3::zeros(), Vector3::zeros());
+        }
+        for tip in self.observation.hands.iter_mut().flat_map(|hand| &mut hand.tips) {
+            tip.touches.clear();
+        }
+        for substep in 0..substeps {
+            for (hand, plan) in plans.iter().enumerate() {
+                for (tip, target_velocity) in plan.velocities.iter().enumerate() {
+                    self.step_tip(hand, tip, *target_velocity, plan.spin, dt, 1.0 / substeps as f64);
+                }
+            }
+            self.bodies.step(dt);
+            self.bodies.add_impulses(&mut self.observation.contacts);
+            if substep + 1 == substeps {
+                self.observe_bodies();
+            }
+        }
+        for contact in &mut self.observation.contacts {
+            contact.force /= STEP_S;
+            contact.normal = contact.normal.try_normalize(1e-12).unwrap_or_default();
+        }
+        for (state, plan) in self.observation.hands.iter_mut().zip(&plans) {
+            state.palm = plan.palm;
+            for touch in state.tips.iter_mut().flat_map(|tip| &mut tip.touches) {
+                touch.normal = touch.normal.try_normalize(1e-12).unwrap_or_default();
+            }
+        }
+        self.steps += 1;
+        self.observation.time_s = self.steps as f64 * STEP_S;
+        &self.observation
+    }
+
+    /// Turns targets into the velocities and the spin with which they are reached at the end of the step.
+    fn plans(&mut self, targets: &[HandTarget]) -> Vec<HandPlan> {
+        let first = self.steps == 0;
+        let mut plans = Vec::with_capacity(self.tips.len());
+        for (index, (tips, state)) in self.tips.iter_mut().zip(&mut self.observation.hands).enumerate() {
+            let target = targets.get(index);
+            let palm = target.map(|target| target.palm).filter(is_finite).unwrap_or(state.palm);
+            let spin = (palm.rotation * state.palm.rotation.inverse()).scaled_axis() / STEP_S;
+            let mut velocities = Vec::with_capacity(tips.len());
+            for (finger, (tip, tip_state)) in tips.iter_mut().zip(&mut state.tips).enumerate() {
+                let wanted = target
+                    .and_then(|target| target.tips.get(finger))
+                    .filter(|point| point.coords.iter().all(|part| part.is_finite()));
+                let wanted = wanted.copied().unwrap_or(tip.target);
+                if first {
+                    (tip.target, tip_state.position) = (wanted, wanted);
+                }
+                velocities.push((wanted - tip.target) / STEP_S);
+            }
+            plans.push(HandPlan { palm, spin: if first { Vector3::zeros() } else { spin }, velocities });
+        }
+        plans
+    }
+
+    /// How often the next step must be divided to keep the stiffest body stable.
+    fn substeps(&self) -> usize {
+        let mut damped = vec![0.0; self.bodies.len()];
+        let damping = self.fingertips.touch.largest_damping();
+        for tip in self.observation.hands.iter().flat_map(|hand| &hand.tips) {
+            for touch in tip.touches.iter().filter(|touch| self.bodies.is_movable(touch.body)) {
+                damped[touch.body] += damping * STEP_S * self.bodies.mobility_at(touch.body, tip.position);
+            }
+        }
+        let most = damped.into_iter().fold(0.0, f64::max);
+        ((most / MAX_DAMPED).ceil() as usize).clamp(1, MAX_SUBSTEPS)
+    }
+
+    /// Moves one fingertip by `dt`, and lets it push what it touches; `share` of the step's mean force is this substep's.
+    fn step_tip(
+        &mut self,
+        hand: usize,
+        finger: usize,
+        target_velocity: Vector3<f64>,
+        spin: Vector3<f64>,
+        dt: f64,
+        share: f64,
+    ) {
+        let radius = self.tip_radius[hand];
+        let tip = &mut self.tips[hand][finger];
+        let state = &mut self.observation.hands[hand].tips[finger];
+        let mut reaction = Vector3::zeros();
+        for (body, bristle) in tip.bristles.iter_mut().enumerate() {
+            let world_from_body = self.bodies.pose(body);
+            let nearest = self.bodies.solid(body).nearest(world_from_body.inverse_transform_point(&state.position));
+            let depth = radius - nearest.distance;
+            if depth <= 0.0 {
+                *bristle = None;
+                continue;
+            }
+            let point = world_from_body * nearest.point;
+            let overlap = Overlap {
+                depth,
+                point,
+                normal: nearest.normal.map(|normal| world_from_body * normal),
+                velocity: state.velocity - self.bodies.velocity_at(body, point),
+                spin: spin - self.bodies.angular_velocity(body),
+                world_from_body,
+            };
+            let (touch, next) = self.fingertips.touch.touch(*bristle, &overlap, dt);
+            *bristle = Some(next);
+            reaction -= touch.force;
+            if self.bodies.is_movable(body) {
+                self.bodies.push(body, touch.force, point, touch.torque);
+            }
+            match state.touches.iter_mut().find(|known| known.body == body) {
+                Some(known) => {
+                    known.force += share * touch.force;
+                    known.normal += touch.normal;
+                }
+                None => state.touches.push(TipTouch { body, force: share * touch.force, normal: touch.normal }),
+            }
+        }
+        let coupling = &self.fingertips.coupling;
+        tip.target += target_velocity * dt;
+        let pull = coupling.stiffness * (tip.target - state.position);
+        let pull = pull * (coupling.ceiling / pull.norm()).min(1.0);
+        let drag = coupling.damping * (target_velocity - state.velocity);
+        state.velocity += (pull + drag + reaction) / coupling.mass * dt;
+        state.position += state.velocity * dt;
+    }
+
+    fn observe_bodies(&mut self) {
+        let bodies = &self.bodies;
+        self.observation.bodies.clear();
+        self.observation.bodies.extend((0..bodies.len()).map(|body| {
+            let pose = bodies.pose(body);
+            let velocity = bodies.velocity_at(body, pose.translation.vector.into());
+            BodyState { pose, velocity, angular_velocity: bodies.angular_velocity(body) }
+        }));
+    }
+}
+
+/// Where a hand goes during a step.
+struct HandPlan {
+    palm: Isometry3<f64>,
+    spin: Vector3<f64>,
+    velocities: Vec<Vector3<f64>>,
+}
+
+fn is_finite(pose: &Isometry3<f64>) -> bool {
+    pose.translation.vector.iter().chain(pose.rotation.coords.iter()).all(|part| part.is_finite())
+}

@@ -1,0 +1,253 @@
+//! Teaching: an operator works in the world, and what is measured becomes a recording at 1 kHz.
+//!
+//! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
+
+use super::operator::{Chance, ForceNoise, Operator, Performer};
+use super::simulation::{Fingertips, HandTarget, Observation, World};
+use super::truth::{self, Moment};
+use crate::base::error::InputError;
+use crate::base::recording::{Column, Event, Recording};
+use crate::base::scene::{Role, Scene};
+use crate::base::units::Dimension;
+use nalgebra::{Isometry3, Vector3};
+
+/// The scene comes to rest for this many steps before the recording begins.
+const SETTLING: usize = 300;
+/// No demonstration is longer, in steps of 1 ms.
+const MAX_STEPS: usize = 600_000;
+/// Streams of chance of the force sensors: one each, after those of the hands.
+const SENSOR_STREAM: u64 = 16;
+
+/// Lets an operator demonstrate in a scene; the same seed gives the same recording.
+///
+/// # Errors
+/// A scene that cannot be simulated, or a script that names what the scene does not have.
+pub fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, InputError> {
+    teach_with_progress(scene, operator, seed, &mut |_| ())
+}
+
+/// The same; `progress` is told now and then which share of the script is done, 0 to 1.
+///
+/// # Errors
+/// As [`teach`].
+pub fn teach_with_progress(
+    scene: &Scene,
+    operator: &Operator,
+    seed: u64,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Recording, InputError> {
+    let mut world = World::new(scene, Fingertips::default())?;
+    let mut performers = Vec::new();
+    for (&side, script) in &operator.hands {
+        performers.push(Performer::new(scene, operator, side, script, &world, seed)?);
+    }
+    if let Some(side) = scene.hands.keys().find(|side| !operator.hands.contains_key(*side)) {
+        return Err(InputError::new(
+            format!("operator `{}`", operator.name),
+            format!("has no script for the {side} hand of the scene"),
+        ));
+    }
+    performers.sort_by_key(Performer::hand);
+    let targets = |performers: &[Performer<'_>]| performers.iter().map(Performer::target).collect::<Vec<HandTarget>>();
+    let all: usize = performers.iter().map(Performer::remaining).sum();
+
+    let still = targets(&performers);
+    for _ in 0..SETTLING {
+        world.step(&still);
+    }
+    let mut recorder = Recorder::new(scene, &operator.variation.force_noise, seed);
+    let mut events = Vec::new();
+    loop {
+        recorder.record(world.observation());
+        let mut over = true;
+        for performer in &mut performers {
+            if let Some(begun) = performer.advance(&world)? {
+                over = false;
+                if let Some(phase) = begun {
+                    let subjects = vec![performer.side().to_string(), phase.to_string()];
+                    events.push(Event { time_s: recorder.time(), kind: "phase_started".into(), subjects });
+                }
+            }
+        }
+        if over {
+            break;
+        }
+        if recorder.moments.len() >= MAX_STEPS {
+            let place = format!("operator `{}`", operator.name);
+            return Err(InputError::new(
+                place,
+                format!("is not done after {} s, the longest demonstration", MAX_STEPS / 1000),
+            ));
+        }
+        if recorder.moments.len().is_multiple_of(500) {
+            let left: usize = performers.iter().map(Performer::remaining).sum();
+            progress(1.0 - left as f64 / all.max(1) as f64);
+        }
+        world.step(&targets(&performers));
+    }
+    progress(1.0);
+    Ok(recorder.finish(scene, events))
+}
+
+/// Gathers rows.
+struct Recorder {
+    scene_roles: Vec<Role>,
+    time: Vec<f64>,
+    /// Values in the order of `names`.
+    columns: Vec<Vec<f64>>,
+    names: Vec<(String, Dimension)>,
+    noise: Vec<Vec<Sensor>>,
+    moments: Vec<Moment>,
+}
+
+/// The force sensor of a fingertip.
+struct Sensor {
+    chance: Chance,
+    sigma: f64,
+    bias: Vector3<f64>,
+}
+
+impl Sensor {
+    fn new(noise: &ForceNoise, seed: u64, stream: u64) -> Self {
+        let mut chance = Chance::new(seed, stream);
+        let bias = Vector3::from([(); 3].map(|()| chance.either_way() * noise.bias.0));
+        Self { chance, sigma: noise.sigma.0, bias }
+    }
+
+    fn measure(&mut self, force: Vector3<f64>) -> Vector3<f64> {
+        if self.sigma == 0.0 {
+            return force + self.bias;
+        }
+        force + self.bias + self.chance.noise() * self.sigma
+    }
+}
+
+impl Recorder {
+    fn new(scene: &Scene, noise: &ForceNoise, seed: u64) -> Self {
+        let mut names = Names::default();
+        for (side, hand) in &scene.hands {
+            for finger in &hand.fingers {
+                names.vector(&format!("{side}.{finger}.position"), Dimension::LENGTH);
+                names.vector(&format!("{side}.{finger}.force"), Dimension::FORCE);
+            }
+            names.vector(&format!("{side}.palm.position"), Dimension::LENGTH);
+            names.rotation(&format!("{side}.palm.rotation"));
+        }
+        let bodies: Vec<_> = scene.bodies.iter().collect();
+        for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
+            names.vector(&format!("{name}.position"), Dimension::LENGTH);
+            names.rotation(&format!("{name}.rotation"));
+            names.vector(&format!("{name}.velocity"), Dimension::SPEED);
+            names.vector(&format!("{name}.angular_velocity"), Dimension::ANGULAR_SPEED);
+        }
+        for (index, (name, _)) in bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object) {
+            for (other, _) in bodies
+                .iter()
+                .enumerate()
+                .filter(|(other, (_, body))| other != &index && (body.role != Role::Object || *other > index))
+                .map(|(_, body)| body)
+            {
+                names.vector(&format!("contact.{name}.{other}.force"), Dimension::FORCE);
+                names.vector(&format!("contact.{name}.{other}.normal"), Dimension::NONE);
+            }
+        }
+        let mut stream = SENSOR_STREAM;
+        let noise = scene.hands.values().map(|hand| {
+            let sensors = hand.fingers.iter().map(|_| {
+                stream += 1;
+                Sensor::new(noise, seed, stream)
+            });
+            sensors.collect()
+        });
+        Self {
+            scene_roles: scene.bodies.values().map(|body| body.role).collect(),
+            time: Vec::new(),
+            noise: noise.collect(),
+            columns: vec![Vec::new(); names.0.len()],
+            names: names.0,
+            moments: Vec::new(),
+        }
+    }
+
+    /// Time of the latest row, s.
+    fn time(&self) -> f64 {
+        self.time.last().copied().unwrap_or(0.0)
+    }
+
+    /// Adds a row; values come in the order in which [`Self::new`] named them.
+    fn record(&mut self, seen: &Observation) {
+        self.time.push(self.time.len() as f64 / 1000.0);
+        let objects: Vec<usize> =
+            (0..self.scene_roles.len()).filter(|&body| self.scene_roles[body] == Role::Object).collect();
+        let mut row = Row(Vec::with_capacity(self.columns.len()));
+        for (hand, sensors) in seen.hands.iter().zip(&mut self.noise) {
+            for (tip, sensor) in hand.tips.iter().zip(sensors) {
+                row.vector(tip.position.coords);
+                let force = objects.iter().map(|&object| tip.force_on(object)).sum();
+                row.vector(sensor.measure(force));
+            }
+            row.pose(&hand.palm);
+        }
+        for &object in &objects {
+            let body = &seen.bodies[object];
+            row.pose(&body.pose);
+            row.vector(body.velocity);
+            row.vector(body.angular_velocity);
+        }
+        for contact in &seen.contacts {
+            row.vector(contact.force);
+            row.vector(contact.normal);
+        }
+        for (column, value) in self.columns.iter_mut().zip(row.0) {
+            column.push(value);
+        }
+        self.moments.push(Moment::new(seen));
+    }
+
+    fn finish(self, scene: &Scene, mut events: Vec<Event>) -> Recording {
+        events.extend(truth::contact_events(scene, &self.moments));
+        events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
+        let columns = self
+            .names
+            .into_iter()
+            .zip(self.columns)
+            .map(|((name, dimension), values)| (name, Column { dimension, values }))
+            .collect();
+        let labels = scene
+            .hands
+            .keys()
+            .enumerate()
+            .map(|(hand, side)| (format!("{side}.label"), truth::labels(scene, hand, &self.moments)))
+            .collect();
+        Recording { time: self.time, columns, labels, scene: scene.clone(), events }
+    }
+}
+
+/// Column names as they are declared.
+#[derive(Default)]
+struct Names(Vec<(String, Dimension)>);
+
+impl Names {
+    fn vector(&mut self, name: &str, dimension: Dimension) {
+        self.0.extend(["x", "y", "z"].map(|part| (format!("{name}.{part}"), dimension)));
+    }
+
+    fn rotation(&mut self, name: &str) {
+        self.0.extend(["w", "x", "y", "z"].map(|part| (format!("{name}.{part}"), Dimension::NONE)));
+    }
+}
+
+/// The values of a row.
+struct Row(Vec<f64>);
+
+impl Row {
+    fn vector(&mut self, vector: Vector3<f64>) {
+        self.0.extend(vector.iter());
+    }
+
+    fn pose(&mut self, pose: &Isometry3<f64>) {
+        self.vector(pose.translation.vector);
+        let rotation = pose.rotation;
+        self.0.extend([rotation.w, rotation.i, rotation.j, rotation.k]);
+    }
+}
