@@ -2,7 +2,7 @@
 
 use super::{ask, ask_contact, ask_fingers, column, recording};
 use teachtree::base::channels::Shape;
-use teachtree::base::hands::Finger;
+use teachtree::base::hands::{Finger, Side};
 use teachtree::base::recording::{Column, Recording};
 use teachtree::base::units::Dimension;
 use teachtree::stream::frames;
@@ -221,4 +221,12 @@ fn a_gap_restarts_the_slopes() {
     assert_eq!(frames.stretches, [0..40, 40..80]);
     // The last window before the gap ends with it: the slope is that of the middle of 340 to 390 ms.
     near(column(&frames, "target.velocity", 0, 0)[39], 0.1 * 0.365, 1e-12);
+}
+
+#[test]
+fn a_hand_of_the_scene_that_the_log_does_not_measure_is_left_out() {
+    let mut one_hand = mating();
+    one_hand.columns.retain(|name, _| !name.starts_with("left."));
+    let frames = frames(&one_hand, &[ask("target")]).unwrap();
+    assert_eq!(frames.layout.hands.iter().map(|hand| hand.side).collect::<Vec<_>>(), [Side::Right]);
 }
