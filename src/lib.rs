@@ -13,3 +13,6 @@ pub mod graph;
 pub mod language;
 pub mod report;
 pub mod stream;
+
+#[cfg(feature = "cli")]
+pub mod cli;

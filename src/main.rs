@@ -1,1 +1,5 @@
-fn main() {}
+//! The `teachtree` command.
+
+fn main() -> std::process::ExitCode {
+    teachtree::cli::main()
+}

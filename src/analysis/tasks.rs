@@ -58,7 +58,29 @@ pub(super) fn recognise(rules: &Rules, lane: &[Piece], measures: &Measures) -> V
         }
     }
     named.sort_by_key(|named| named.span.pieces.start);
-    named
+    with_touches_before(named, &lane)
+}
+
+/// Gives a touch that came to nothing to the task that follows it without a new first primitive: whoever fumbles at an object
+/// before the grasp is at that task already.
+fn with_touches_before(named: Vec<Named>, lane: &Lane) -> Vec<Named> {
+    let mut kept: Vec<Named> = Vec::with_capacity(named.len());
+    for mut next in named {
+        let fumbled = |before: &mut Named| {
+            before.task.is_none() && !next.span.has_first && before.span.pieces.end == next.span.pieces.start
+        };
+        if let Some(before) = kept.pop_if(fumbled) {
+            next.span = Span {
+                pieces: before.span.pieces.start..next.span.pieces.end,
+                has_first: before.span.has_first,
+                open_start: before.span.open_start,
+                ..next.span
+            };
+            next.pieces = lane.of(&next.span).to_vec();
+        }
+        kept.push(next);
+    }
+    kept
 }
 
 /// From what to what tasks run, each pair once, by priority.

@@ -8,24 +8,24 @@ use std::collections::BTreeSet;
 
 impl Resolver {
     /// Adds the warnings.
-    pub(super) fn lints(&mut self) {
+    pub(super) fn lints(&mut self, named: &BTreeSet<u32>) {
         if self.findings.iter().any(|finding| finding.severity == Severity::Error) || self.names.incomplete {
             return;
         }
         // A file without a tree is a part for others.
         if !self.rules.trees.is_empty() {
-            self.unused_values();
-            self.unused_primitives();
+            self.unused_values(named);
+            self.unused_primitives(named);
         }
         self.racing_latches();
     }
 
-    fn unused_values(&mut self) {
+    fn unused_values(&mut self, named: &BTreeSet<u32>) {
         let unused: Vec<Diagnostic> = self
             .names
             .values
             .iter()
-            .filter(|(name, _)| !self.used.contains(*name))
+            .filter(|(name, value)| named.contains(&value.span.file) && !self.used.contains(*name))
             .map(|(name, value)| {
                 let kind = match value.what {
                     What::Param => "param",
@@ -40,7 +40,7 @@ impl Resolver {
     }
 
     /// A primitive that no leaf gives and no rule rewrites to. (Patterns that name it never match.)
-    fn unused_primitives(&mut self) {
+    fn unused_primitives(&mut self, named: &BTreeSet<u32>) {
         let mut given = BTreeSet::new();
         for tree in &self.rules.trees {
             leaves(&tree.root, &mut given);
@@ -59,7 +59,7 @@ impl Resolver {
             .primitives
             .iter()
             .enumerate()
-            .filter(|(at, _)| !given.contains(at))
+            .filter(|(at, primitive)| named.contains(&primitive.span.file) && !given.contains(at))
             .map(|(_, primitive)| {
                 Diagnostic::warning(codes::UNUSED, format!("the primitive `{}` never occurs", primitive.name))
                     .at(primitive.span, "no leaf gives it and no rule rewrites to it")

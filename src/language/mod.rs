@@ -1,7 +1,7 @@
 //! The rule language: text in, a checked rule set and diagnostics out. It knows no log and no robot.
 //!
-//! The passes in their order: [`source`] reads files, [`parse`] makes syntax trees, [`resolve`] gives names their meaning and drives
-//! [`types`], [`tree`], [`tasks`], [`relabels`] and [`lints`]. Each pass returns what it made and what it found, and goes on after a mistake.
+//! The passes in their order: `source` reads files, `parse` makes syntax trees, `resolve` gives names their meaning and drives
+//! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns what it made and what it found, and goes on after a mistake.
 
 pub mod codes;
 mod lints;
@@ -83,9 +83,14 @@ fn finish(mut loader: Loader, request: &Request) -> Loaded {
         let rules = request.files.first().map(PathBuf::as_path);
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND), rules);
     }
-    let Loader { sources, files, mut findings, incomplete, .. } = loader;
-    let input =
-        resolve::Input { files: files.iter().collect(), sources: &sources, overrides: &request.overrides, incomplete };
+    let Loader { sources, files, mut findings, incomplete, named, .. } = loader;
+    let input = resolve::Input {
+        files: files.iter().collect(),
+        sources: &sources,
+        overrides: &request.overrides,
+        incomplete,
+        named,
+    };
     let (rules, more) = resolve::resolve(&input);
     findings.extend(more);
     let diagnostics = sorted(findings);

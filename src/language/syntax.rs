@@ -17,6 +17,8 @@ pub struct File {
     pub comments: Vec<Span>,
     /// Names whose declarations could not be read: reported once there, so not again where they are used.
     pub broken: Vec<String>,
+    /// Whether the rest of the file was not read, which was reported.
+    pub is_cut: bool,
 }
 
 /// A word with its place.

@@ -6,6 +6,7 @@ mod analysis;
 mod engine;
 mod language;
 mod report;
+mod scenarios;
 mod stream;
 mod tidy;
 #[cfg(feature = "world")]

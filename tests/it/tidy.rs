@@ -25,7 +25,6 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
-    ("csv", &["src/stream/", "src/analysis/"]),
 ];
 
 /// Floors that open files.

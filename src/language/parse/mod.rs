@@ -25,7 +25,8 @@ pub fn parse(text: &str, file: u32) -> (File, Vec<Diagnostic>) {
     let scan = Scan::new(text, file, &mut findings);
     let mut parser = Parser { scan, findings, broken: Vec::new() };
     let items = parser.items(0..parser.scan.tokens.len(), Level::File);
-    (File { items, comments: parser.scan.comments, broken: parser.broken }, parser.findings)
+    let file = File { items, comments: parser.scan.comments, broken: parser.broken, is_cut: parser.scan.is_cut };
+    (file, parser.findings)
 }
 
 /// Reads `number unit`, as an override gives it: the value in SI, its dimension and whether no unit is written.
@@ -117,6 +118,7 @@ impl<'a> Parser<'a> {
             None => (at..next, next..next),
         };
         let behind = open.map_or(next, |open| self.scan.behind(open));
+        let brace = open.unwrap_or(next);
         let item = match self.scan.word(at) {
             "stream" => {
                 self.head(head, Rule::only_stream_head, |_, _| Some(()));
@@ -133,7 +135,7 @@ impl<'a> Parser<'a> {
             }
             "extend" => {
                 let extend = self.head(head, Rule::only_extend_head, |builder, pair| builder.extend(pair));
-                let choices = self.choices(body);
+                let choices = self.branch_choices(brace, body);
                 extend.map(|mut extend| {
                     extend.choices = choices;
                     ItemKind::Extend(extend)
@@ -141,7 +143,7 @@ impl<'a> Parser<'a> {
             }
             _ => {
                 let tree = self.head(head.clone(), Rule::only_tree_head, |builder, pair| builder.tree(pair));
-                let choices = self.choices(body);
+                let choices = self.branch_choices(brace, body);
                 if tree.is_none() {
                     self.break_names(head);
                 }
@@ -173,13 +175,16 @@ impl<'a> Parser<'a> {
         if self.scan.tokens.get(at).is_some_and(|token| token.faulty) {
             return next;
         }
+        if level == Level::Hand && self.scan.begins_item(at) {
+            let message = format!("`{word}` does not belong into `for each hand`");
+            let finding = Diagnostic::error(codes::NO_DECLARATION, message).at(place, "only signals and latches do");
+            self.findings.push(finding.help("move it out of the braces"));
+            return next;
+        }
         let known = || HAND_WORDS.iter().chain(ITEM_WORDS.iter().filter(|_| level == Level::File)).copied();
         let finding = Diagnostic::error(codes::NO_DECLARATION, format!("no declaration begins with `{word}`"))
             .at(place, "expected a declaration");
         self.findings.push(match nearest(word, known()) {
-            _ if level == Level::Hand && self.scan.begins_item(at) => {
-                finding.help(format!("`{word}` stands outside of `for each hand {{ … }}`"))
-            }
             Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
             None => finding.help(format!("declarations begin with {}", known().collect::<Vec<_>>().join(", "))),
         });

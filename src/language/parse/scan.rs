@@ -1,8 +1,8 @@
 //! First look at a file, in one linear pass: words, numbers and symbols, comments, and which bracket closes which.
 //!
 //! Comes in: text of any kind. Goes out: tokens with bracket partners and the findings about brackets.
-//! INVARIANT (bounded nesting): when no finding is `TOO_DEEP`, no more than [`MAX_NESTING`] brackets are open anywhere and no more than
-//! [`MAX_SIGNS`] signs or `not`s stand in a row. pest recurses on both, so it never sees anything deeper.
+//! INVARIANT (bounded nesting): no more than [`MAX_NESTING`] brackets are open anywhere, and more than [`MAX_SIGNS`] signs or `not`s in
+//! a row are marked as faulty. Everything behind recurses on brackets, so it never sees anything deeper.
 
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
@@ -11,6 +11,8 @@ use crate::language::codes;
 pub const MAX_NESTING: usize = 48;
 /// Signs and `not`s that may stand in a row.
 pub const MAX_SIGNS: usize = 16;
+/// Words, numbers and symbols that a file may have.
+pub const MAX_TOKENS: usize = 50_000;
 
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +42,8 @@ pub struct Token {
     pub end: usize,
     /// Whether nothing but blanks stands before it on its line.
     pub leads: bool,
+    /// How far the first token of its line is indented, in bytes.
+    pub indent: usize,
     /// Whether brackets went wrong here, which was reported.
     pub faulty: bool,
     /// For an opening bracket: the token that closes it, or, when nothing does, the one at which the search was given up.
@@ -56,6 +60,8 @@ pub struct Scan<'a> {
     pub tokens: Vec<Token>,
     /// The comments.
     pub comments: Vec<Span>,
+    /// Whether the rest of the file was not read.
+    pub is_cut: bool,
 }
 
 /// Words that begin a declaration at the top of a file and stand nowhere else, save `task` after `extend`.
@@ -66,8 +72,15 @@ pub const HAND_WORDS: &[&str] = &["signal", "latch"];
 impl<'a> Scan<'a> {
     /// Looks at a text.
     pub fn new(text: &'a str, file: u32, findings: &mut Vec<Diagnostic>) -> Self {
-        let mut scan = Self { text, file, tokens: Vec::new(), comments: Vec::new() };
+        let mut scan = Self { text, file, tokens: Vec::new(), comments: Vec::new(), is_cut: false };
         scan.split();
+        if scan.tokens.len() > MAX_TOKENS {
+            findings.push(
+                Diagnostic::error(codes::TOO_LARGE, format!("a rule file has at most {MAX_TOKENS} words and symbols"))
+                    .at(scan.span(MAX_TOKENS, MAX_TOKENS + 1), "the file is not read on from here"),
+            );
+            scan.cut(&[], MAX_TOKENS);
+        }
         scan.match_brackets(findings);
         scan.bound_signs(findings);
         scan
@@ -121,13 +134,15 @@ impl<'a> Scan<'a> {
 
     fn split(&mut self) {
         let text = self.text;
-        let mut leads = true;
+        let (mut leads, mut line, mut indent) = (true, 0, 0);
         let mut at = 0;
         while let Some(head) = text.get(at..).and_then(|rest| rest.chars().next()) {
             let rest = text.get(at..).unwrap_or("");
             if head.is_whitespace() || head == '\u{feff}' {
-                leads |= head == '\n';
                 at += head.len_utf8();
+                if head == '\n' {
+                    (leads, line) = (true, at);
+                }
                 continue;
             }
             let (kind, length) = if rest.starts_with("//") {
@@ -152,7 +167,18 @@ impl<'a> Scan<'a> {
                 let pairs = ["=>", "..", "==", "<=", ">=", "!=", "->", "&&", "||"];
                 (Kind::Symbol, if pairs.iter().any(|pair| rest.starts_with(pair)) { 2 } else { head.len_utf8() })
             };
-            self.tokens.push(Token { kind, start: at, end: at + length, leads, faulty: false, partner: usize::MAX });
+            if leads {
+                indent = at - line;
+            }
+            self.tokens.push(Token {
+                kind,
+                start: at,
+                end: at + length,
+                leads,
+                indent,
+                faulty: false,
+                partner: usize::MAX,
+            });
             leads = false;
             at += length;
         }
@@ -162,30 +188,30 @@ impl<'a> Scan<'a> {
     /// missing bracket is one report and the rest of the file is read.
     fn match_brackets(&mut self, findings: &mut Vec<Diagnostic>) {
         let mut open: Vec<usize> = Vec::new();
-        let mut too_deep = false;
         for at in 0..self.tokens.len() {
             let Some(token) = self.tokens.get(at).copied() else { break };
             let word = self.word(at);
             if token.leads && self.begins_item(at) && word != "for" && !HAND_WORDS.contains(&word) {
-                self.give_up(&mut open, at, |_| true, findings);
+                // A declaration that is indented deeper than the line of the brace is meant to stand in it.
+                self.give_up(&mut open, at, |bracket| bracket.indent >= token.indent, findings);
             } else if word == "=>" || word == "{" || word == "becomes" || token.leads && self.begins_item(at) {
                 // None of these can stand inside parentheses.
-                self.give_up(&mut open, at, |bracket| bracket != "{", findings);
+                let text = self.text;
+                let is_brace = |bracket: Token| text.get(bracket.start..bracket.end) == Some("{");
+                self.give_up(&mut open, at, |bracket| !is_brace(bracket), findings);
             }
             match token.kind {
                 Kind::Open => {
-                    open.push(at);
-                    if open.len() > MAX_NESTING && !too_deep {
-                        too_deep = true;
+                    if open.len() == MAX_NESTING {
                         findings.push(
                             Diagnostic::error(codes::TOO_DEEP, format!("more than {MAX_NESTING} brackets are open"))
-                                .at(self.span(at, at + 1), "this one is too deep")
+                                .at(self.span(at, at + 1), "this one is too deep; the file is not read on")
                                 .help("split the expression into signals, or the branch into smaller ones"),
                         );
+                        self.cut(&open, at);
+                        return;
                     }
-                    if too_deep {
-                        self.mark(at);
-                    }
+                    open.push(at);
                 }
                 Kind::Close => {
                     let wanted = match word {
@@ -195,7 +221,13 @@ impl<'a> Scan<'a> {
                     };
                     if open.iter().any(|open| self.word(*open) == wanted) && (wanted == "{" || self.tops(&open, wanted))
                     {
-                        self.give_up(&mut open, at, |bracket| bracket != wanted, findings);
+                        let text = self.text;
+                        self.give_up(
+                            &mut open,
+                            at,
+                            |bracket| text.get(bracket.start..bracket.end) != Some(wanted),
+                            findings,
+                        );
                     }
                     if open.last().is_some_and(|last| self.word(*last) == wanted) {
                         if let Some(last) = open.pop() {
@@ -213,7 +245,22 @@ impl<'a> Scan<'a> {
                 _ => {}
             }
         }
-        self.give_up(&mut open, self.tokens.len(), |_| true, findings);
+        let end = self.tokens.len();
+        if self.is_cut {
+            self.cut(&open, end);
+        } else {
+            self.give_up(&mut open, end, |_| true, findings);
+        }
+    }
+
+    /// Ends the file before the token `at`, with these brackets open.
+    fn cut(&mut self, open: &[usize], at: usize) {
+        self.tokens.truncate(at);
+        self.is_cut = true;
+        for bracket in open {
+            self.pair(*bracket, at, false);
+            self.mark(*bracket);
+        }
     }
 
     /// Whether `wanted` is open with no brace opened after it.
@@ -230,34 +277,33 @@ impl<'a> Scan<'a> {
         &mut self,
         open: &mut Vec<usize>,
         at: usize,
-        which: impl Fn(&str) -> bool,
+        which: impl Fn(Token) -> bool,
         findings: &mut Vec<Diagnostic>,
     ) {
         let mut reported = false;
-        while let Some(last) = open.last().copied().filter(|last| which(self.word(*last))) {
+        while let Some((last, token)) = open.last().and_then(|last| Some((*last, *self.tokens.get(*last)?))) {
+            if !which(token) {
+                return;
+            }
             open.pop();
             self.pair(last, at, false);
-            if self.tokens.get(last).is_some_and(|token| token.faulty) {
+            self.mark(last);
+            if reported {
                 continue;
             }
-            self.mark(last);
-            if !reported {
-                reported = true;
-                let bracket = self.word(last);
-                let mut finding = Diagnostic::error(codes::NEVER_CLOSED, format!("`{bracket}` is never closed"))
-                    .at(self.span(last, last + 1), "opened here");
-                if at < self.tokens.len() {
-                    let close = if bracket == "{" {
-                        "}"
-                    } else if bracket == "(" {
-                        ")"
-                    } else {
-                        "]"
-                    };
-                    finding = finding.at(self.span(at, at + 1), format!("a `{close}` is missing before this"));
-                }
-                findings.push(finding);
+            reported = true;
+            let bracket = self.word(last);
+            let mut finding = Diagnostic::error(codes::NEVER_CLOSED, format!("`{bracket}` is never closed"))
+                .at(self.span(last, last + 1), "opened here");
+            if at < self.tokens.len() {
+                let close = match bracket {
+                    "{" => "}",
+                    "(" => ")",
+                    _ => "]",
+                };
+                finding = finding.at(self.span(at, at + 1), format!("a `{close}` is missing before this"));
             }
+            findings.push(finding);
         }
     }
 

@@ -4,6 +4,7 @@ use super::Parser;
 use super::expressions::{Builder, P};
 use super::grammar::Rule;
 use super::scan::Kind;
+use super::words::is_leaf;
 use crate::language::syntax::{Anchor, Choice, Extend, Then, Tree};
 use std::ops::Range;
 
@@ -73,14 +74,24 @@ impl Builder<'_, '_, '_> {
 }
 
 impl Parser<'_> {
+    /// The choices behind the brace at `open`; when it is never closed, some may be missing.
+    pub(super) fn branch_choices(&mut self, open: usize, body: Range<usize>) -> Vec<Choice> {
+        let mut choices = self.choices(body);
+        if !self.scan.is_closed(open) {
+            let span = self.scan.span(open, open + 1);
+            choices.push(Choice { name: None, condition: None, then: Then::Broken, span });
+        }
+        choices
+    }
+
     /// The choices among these tokens. A choice ends with the leaf behind `=>` or with the brace that closes its branch.
-    pub(super) fn choices(&mut self, tokens: Range<usize>) -> Vec<Choice> {
+    fn choices(&mut self, tokens: Range<usize>) -> Vec<Choice> {
         let mut choices = Vec::new();
         let mut at = tokens.start;
         while at < tokens.end {
             let (head, body, next) = self.choice_extent(at, tokens.end);
             let choice = self.head(head.clone(), Rule::only_choice, |builder, pair| builder.choice(pair));
-            let below = body.map(|body| self.choices(body));
+            let below = body.map(|body| self.branch_choices(head.end - 1, body));
             match choice {
                 Some(mut choice) => {
                     if let Some(below) = below {
@@ -114,11 +125,9 @@ impl Parser<'_> {
                 "=>" => {
                     // The leaf stands behind the arrow; a word on the next line belongs to the next choice, unless it can only be a leaf.
                     let leaf = self.scan.word(to + 1);
-                    let is_leaf =
-                        leaf.starts_with(|c: char| c.is_ascii_uppercase()) || matches!(leaf, "stay" | "separate");
                     let next = self.scan.tokens.get(to + 1);
-                    let taken =
-                        to + 1 < end && next.is_some_and(|next| is_leaf || !next.leads && next.kind != Kind::Close);
+                    let taken = to + 1 < end
+                        && next.is_some_and(|next| is_leaf(leaf) || !next.leads && next.kind != Kind::Close);
                     let mut behind = if taken { to + 2 } else { to + 1 };
                     // A side touches its primitive; whatever else follows on the line is a mistake of this choice.
                     if taken && self.touches(behind) && self.scan.word(behind) == "(" {

@@ -37,11 +37,21 @@ pub fn finding(scan: &Scan<'_>, start: usize, tokens: Range<usize>, error: &Erro
         matches!(rule, Rule::leaf | Rule::label | Rule::primitive_name | Rule::declared_primitive | Rule::key)
     };
     match &error.variant {
+        ErrorVariant::ParsingError { positives, .. }
+            if positives.contains(&Rule::arrow) && is_leaf(scan.word(found)) =>
+        {
+            finding.fix("write `=>` before a leaf", place, format!("=> {}", scan.word(found)))
+        }
         ErrorVariant::ParsingError { positives, .. } if positives.iter().any(primitive) => {
             capitalise(finding, scan, found)
         }
         _ => advise(finding, scan, found),
     }
+}
+
+/// Whether a word can only be a leaf.
+pub fn is_leaf(word: &str) -> bool {
+    word.starts_with(|c: char| c.is_ascii_uppercase()) || matches!(word, "stay" | "separate")
 }
 
 /// Advice where a primitive was expected and a lower-case word stands.
@@ -83,7 +93,7 @@ fn expected(rules: &[Rule]) -> String {
 fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize) -> Diagnostic {
     let place = scan.span(found, found + 1);
     let word = scan.word(found);
-    let replace = |by: &str| (format!("write `{by}`"), by.to_string());
+    let replace = |by: &str| (format!("write `{}`", by.trim()), by.to_string());
     let (help, by) = match word {
         "&&" | "&" => replace("and"),
         "||" | "|" => replace("or"),

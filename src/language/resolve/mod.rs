@@ -27,6 +27,8 @@ pub struct Input<'a> {
     pub sources: &'a Sources,
     /// `--set name=value`
     pub overrides: &'a [(String, String)],
+    /// The files that were named, not used: only in them an unused declaration is worth a word.
+    pub named: BTreeSet<u32>,
     /// Whether a file is missing: then unknown names are not reported, they may be in it.
     pub incomplete: bool,
 }
@@ -53,7 +55,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
     resolver.tasks(&declared.tasks, &declared.task_extensions);
     resolver.relabels(&declared.relabels);
     resolver.keep_channels_for_analysis();
-    resolver.lints();
+    resolver.lints(&input.named);
     (resolver.rules, resolver.findings)
 }
 

@@ -52,6 +52,8 @@ pub struct Loader {
     pub findings: Vec<Diagnostic>,
     /// Whether a file is missing.
     pub incomplete: bool,
+    /// The files that were named themselves, by their position in `sources`; all others are there for them.
+    pub named: BTreeSet<u32>,
     progress: BTreeMap<Place, Progress>,
 }
 
@@ -59,6 +61,7 @@ impl Loader {
     /// Reads a file that the user named: a path, else a shipped file such as `rules/contact.rules` or `contact.rules`.
     pub fn load_named(&mut self, name: &Path) {
         let on_disk = if name.exists() { std::fs::canonicalize(name).map(Place::Disk).ok() } else { None };
+        self.named.extend(u32::try_from(self.sources.files.len()));
         self.load_first(name, [on_disk, name.to_str().and_then(|name| self.by_name(name))]);
     }
 
@@ -99,6 +102,7 @@ impl Loader {
     /// Reads a text under a name.
     pub fn load_text(&mut self, name: &str, text: &str) {
         self.progress.insert(Place::Text, Progress::Open);
+        self.named.extend(u32::try_from(self.sources.files.len()));
         self.parse(Place::Text, name.to_string(), text.to_string(), 0);
     }
 
@@ -189,6 +193,7 @@ impl Loader {
         let Ok(id) = u32::try_from(self.sources.files.len()) else { return };
         let (file, findings) = parse::parse(&text, id);
         self.sources.files.push(Source { name: name.clone(), text });
+        self.incomplete |= file.is_cut;
         self.findings.extend(findings);
         for used in file.items.iter().filter_map(|item| match &item.kind {
             ItemKind::Use(used) => Some(used),

@@ -185,19 +185,32 @@ impl Resolver {
                         _ => false,
                     });
                 if !exclusive {
-                    self.report(
-                        Diagnostic::error(
-                            codes::EXTENSION_CLASH,
-                            format!("two files extend `{}` at the same place", later.place.text()),
-                        )
+                    let message = format!("two files extend `{}` at the same place", later.place.text());
+                    let finding = Diagnostic::error(codes::EXTENSION_CLASH, message)
                         .at(later.anchor_span, "which one comes first is not said")
-                        .at(other.anchor_span, "the other file")
-                        .help("name one of the other file's choices with `before` or `after`"),
-                    );
+                        .at(other.anchor_span, "the other file");
+                    self.report(match self.beside(&later.anchor, theirs) {
+                        Some(anchor) => finding.fix("name a choice of the other file", later.anchor_span, anchor),
+                        None => finding.help("name a choice of the other file with `before` or `after`"),
+                    });
                     return;
                 }
             }
         }
+    }
+
+    /// An anchor that puts choices beside those of another file, on the side on which they were meant to be.
+    fn beside(&self, anchor: &Anchor, theirs: &[Choice]) -> Option<String> {
+        let (word, choice) = match anchor {
+            Anchor::First | Anchor::Before(_) => ("before", theirs.first()?),
+            Anchor::Last | Anchor::After(_) => ("after", theirs.last()?),
+        };
+        let name = match (&choice.name, &choice.then) {
+            (Some(name), _) => name.as_str(),
+            (None, Then::Primitive(label)) => self.primitive_name(label.primitive),
+            _ => return None,
+        };
+        Some(format!("{word} {name}"))
     }
 }
 

@@ -39,13 +39,13 @@ impl Scope {
     }
 }
 
-/// The type in words: `a force (N)`, `a condition`, `a vec3 of a speed (m/s) per finger`.
+/// The type in words: `a force (N)`, `a condition`, `a vec3 (m/s) per finger`.
 pub fn describe(ty: Type) -> String {
     let element = match ty.shape {
         Shape::Bool => "a condition".to_string(),
         Shape::Scalar => ty.dimension.to_string(),
         Shape::Vec3 if ty.dimension == Dimension::NONE => "a vec3 of plain numbers".to_string(),
-        Shape::Vec3 => format!("a vec3, each component {}", ty.dimension),
+        Shape::Vec3 => format!("a vec3 ({})", ty.dimension.si_unit()),
         Shape::Rotation => "a rotation".to_string(),
         Shape::Object => "an object".to_string(),
     };
@@ -106,7 +106,12 @@ impl Resolver {
             }
             Syntax::Hysteresis { value, on, off, rising } => self.hysteresis(value, on, off, *rising, span, scope),
             Syntax::Window(window, condition, duration) => {
-                let inside = if *window == Window::WithinNext { Scope { ahead: Some(span), ..scope } } else { scope };
+                let inside = if *window == Window::WithinNext {
+                    let ahead = Span { start: condition.span.end, ..span };
+                    Scope { ahead: Some(self.trimmed(ahead)), ..scope }
+                } else {
+                    scope
+                };
                 let condition = self.expr(condition, inside);
                 let duration = self.constant(duration, Some(Dimension::TIME), scope);
                 let (condition, duration) = (condition?, duration?);
@@ -116,6 +121,13 @@ impl Resolver {
                 made(ExprKind::Window(*window, Box::new(condition), duration), ty)
             }
         }
+    }
+
+    /// A place without the blanks before it.
+    fn trimmed(&self, span: Span) -> Span {
+        let text = self.rules.sources.text(span);
+        let blanks = u32::try_from(text.len() - text.trim_start().len()).unwrap_or(0);
+        Span { start: span.start + blanks, ..span }
     }
 
     /// Both sides of an operator; each is checked, so that each mistake is reported.
@@ -201,7 +213,11 @@ impl Resolver {
             Arithmetic::Add | Arithmetic::Subtract => {
                 if (left.ty.shape, left.ty.dimension) != (right.ty.shape, right.ty.dimension) {
                     let told = if operation == Arithmetic::Add { "add" } else { "subtract" };
-                    let (one, two) = (element(left.ty), element(right.ty));
+                    let (one, two) = if left.ty.shape == right.ty.shape {
+                        (element(left.ty), element(right.ty))
+                    } else {
+                        (describe(left.ty), describe(right.ty))
+                    };
                     let message = if operation == Arithmetic::Add {
                         format!("cannot {told} {two} to {one}")
                     } else {
@@ -311,10 +327,10 @@ pub const fn scalar(dimension: Dimension) -> Type {
     Type { shape: Shape::Scalar, dimension, axis: None }
 }
 
-/// An element of an array in words.
+/// The kind of quantity of an element, in words.
 fn element(ty: Type) -> String {
     let word = match ty.shape {
-        Shape::Scalar => ty.dimension.word().map(str::to_string),
+        Shape::Scalar | Shape::Vec3 => ty.dimension.word().map(str::to_string),
         _ => None,
     };
     word.unwrap_or_else(|| describe(Type { axis: None, ..ty }))

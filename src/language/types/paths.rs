@@ -1,6 +1,7 @@
 //! Names in expressions: params, signals, latches, channels and their components, of a hand or of nobody.
 
 use super::{Scope, scalar};
+use crate::base::channels::{ChannelSpec, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::language::codes;
@@ -32,7 +33,9 @@ impl Resolver {
         // The longest channel name that the path begins with.
         for length in (1..=parts.len()).rev() {
             let name = join(parts.get(..length).unwrap_or_default());
-            if self.names.channel(&name).is_some() {
+            // An object has channels of its own, but no components.
+            let is_object = |channel: &ChannelSpec| channel.shape == Shape::Object && length < parts.len();
+            if self.names.channel(&name).is_some_and(|channel| !is_object(channel)) {
                 let expr = self.channel_of(&name, side, whole(length), scope)?;
                 return self.components(expr, parts.get(length..).unwrap_or_default());
             }
@@ -76,6 +79,8 @@ impl Resolver {
                     Diagnostic::error(codes::READ_TOO_EARLY, format!("`{text}` is read before it is declared"))
                         .at(span, "read here")
                         .at(value.span, "declared here");
+                // Once is enough: its declaration is found later.
+                self.names.set_state(text, State::Broken);
                 self.report(match value.what {
                     What::Latch => finding.help("latches are updated in order: a latch reads only those above it"),
                     What::Param | What::Signal => finding.help("move its declaration up"),

@@ -1,0 +1,123 @@
+//! `teachtree analyze`: recordings in, named tasks out.
+
+use super::rules::{RuleArgs, load};
+use super::{Failure, output};
+use crate::analysis::{self, Analysis, json::Meta};
+use crate::base::error::InputError;
+use crate::engine::evaluator::evaluate;
+use crate::graph::lower;
+use crate::language::Rules;
+use crate::report::{self, Style};
+use crate::stream::{self, OpenRequest, Opened, frames::Frames};
+use std::path::PathBuf;
+
+/// Options of `analyze`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html"
+)]
+pub struct Args {
+    /// Recordings
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    rules: RuleArgs,
+    /// How the columns of a foreign log become channels
+    #[arg(long, value_name = "FILE")]
+    binding: Option<PathBuf>,
+    /// A scene instead of the one that the log carries
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Where to write it; standard output when left out
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Also write a page for browsers (one recording only)
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+/// Forms of an analysis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// A timeline for people
+    Text,
+    /// `teachtree.analysis/1`; one document after another when there are several recordings
+    Json,
+    /// A table of segments and tasks
+    Csv,
+}
+
+/// An analysed recording.
+pub struct Analysed {
+    /// What the rules read.
+    pub frames: Frames,
+    /// What was found.
+    pub analysis: Analysis,
+    /// What was analysed, by which rules.
+    pub meta: Meta,
+}
+
+/// Runs `analyze`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    if args.report.is_some() && args.logs.len() > 1 {
+        return Err(InputError::new("--report", "a report is of one recording, found several").into());
+    }
+    let mut out = String::new();
+    for log in &args.logs {
+        let request = OpenRequest { log: log.clone(), binding: args.binding.clone(), scene: args.scene.clone() };
+        let opened = stream::open(&request)?;
+        let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+        let binding = args.binding.as_ref().map(|path| path.display().to_string());
+        let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
+        let analysed = analyse(&rules, &opened, binding, params)?;
+        let to_terminal = args.out.is_none();
+        out.push_str(&written(&analysed, args.format, to_terminal)?);
+        if let Some(path) = &args.report {
+            let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
+            output::write(path, page.as_bytes())?;
+        }
+    }
+    match &args.out {
+        Some(path) => output::write(path, out.as_bytes())?,
+        None => output::print(&out),
+    }
+    Ok(())
+}
+
+/// Runs the rules over an opened recording.
+pub fn analyse(
+    rules: &Rules,
+    opened: &Opened,
+    binding: Option<String>,
+    params: Vec<(String, String)>,
+) -> Result<Analysed, Failure> {
+    let frames = opened.frames(&report::channels(rules))?;
+    let leaves = evaluate(&lower(rules), &frames)?;
+    let analysis = analysis::analyse(rules, &frames, &leaves);
+    let meta = Meta {
+        log: opened.log.display().to_string(),
+        binding,
+        rules: rules.sources.files.iter().map(|file| file.name.clone()).collect(),
+        digest: rules.digest(),
+        params,
+    };
+    Ok(Analysed { frames, analysis, meta })
+}
+
+fn written(analysed: &Analysed, format: Format, to_terminal: bool) -> Result<String, Failure> {
+    let Analysed { analysis, meta, .. } = analysed;
+    Ok(match format {
+        Format::Text => timeline(analysed, to_terminal),
+        Format::Json => analysis::json::json(analysis, meta),
+        Format::Csv => analysis::csv::csv(analysis, meta)?,
+    })
+}
+
+/// The timeline, in colour where the terminal wants it.
+pub fn timeline(analysed: &Analysed, to_terminal: bool) -> String {
+    let style = Style { color: to_terminal && output::color(), unicode: true, width: output::width() };
+    report::text(&analysed.analysis, &analysed.meta, style)
+}

@@ -1,0 +1,87 @@
+//! The command line: one file a command. Only here is anything printed, and only here and in the loaders are files opened.
+//!
+//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input.
+
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
+
+mod analyze;
+mod check;
+#[cfg(feature = "world")]
+mod demo;
+mod graph;
+mod output;
+#[cfg(feature = "world")]
+mod progress;
+mod rules;
+#[cfg(feature = "world")]
+mod teach;
+
+use crate::base::error::InputError;
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Turn a recorded demonstration into named tasks and primitive motions, by rules that are text.
+#[derive(Parser)]
+#[command(name = "teachtree", version, about, propagate_version = true, max_term_width = 120)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    #[cfg(feature = "world")]
+    /// The whole story on embedded files: teach, analyse, report; writes a folder
+    Demo(demo::Args),
+    /// Report every mistake of rule files, and what running them costs
+    Check(check::Args),
+    /// Segment recordings into primitive motions and name their tasks
+    Analyze(analyze::Args),
+    #[cfg(feature = "world")]
+    /// Let an operator script teach a task in the virtual environment, and record it
+    Teach(teach::Args),
+    /// Print the decision graph of rule files
+    Graph(graph::Args),
+}
+
+/// How a command ended.
+enum Failure {
+    /// The answer is no; it has been said.
+    No,
+    /// The input cannot be used.
+    Input(InputError),
+    /// The input cannot be used, and the whole text of why is here.
+    Text(String),
+}
+
+impl From<InputError> for Failure {
+    fn from(error: InputError) -> Self {
+        Self::Input(error)
+    }
+}
+
+/// Runs the command line.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let outcome = match &cli.command {
+        #[cfg(feature = "world")]
+        Command::Demo(args) => demo::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Analyze(args) => analyze::run(args),
+        #[cfg(feature = "world")]
+        Command::Teach(args) => teach::run(args),
+        Command::Graph(args) => graph::run(args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::No) => ExitCode::from(1),
+        Err(Failure::Input(error)) => {
+            eprintln!("error: {error}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Text(text)) => {
+            eprint!("{text}");
+            ExitCode::from(2)
+        }
+    }
+}

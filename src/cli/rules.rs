@@ -1,0 +1,40 @@
+//! Which rules a command runs: the options that name them, and loading with all diagnostics.
+
+use super::{Failure, output};
+use crate::base::diagnostic::{Severity, render};
+use crate::language::{self, Request, Rules};
+use std::path::PathBuf;
+
+/// Options that name rules.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct RuleArgs {
+    /// Rule files; the shipped `contact.rules` when left out
+    #[arg(long = "rules", value_name = "FILE")]
+    pub rules: Vec<PathBuf>,
+    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    #[arg(long, value_name = "FILE")]
+    pub hand: Option<String>,
+    /// Override a param, such as `touch_on=0.1N`; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value)]
+    pub set: Vec<(String, String)>,
+}
+
+fn name_and_value(text: &str) -> Result<(String, String), String> {
+    let (name, value) = text.split_once('=').ok_or("wanted NAME=VALUE, such as `touch_on=0.1N`")?;
+    Ok((name.trim().to_string(), value.trim().to_string()))
+}
+
+/// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
+pub fn load(args: &RuleArgs, hand_file: Option<&str>, params: &[(String, String)]) -> Result<Rules, Failure> {
+    let request = Request {
+        files: args.rules.clone(),
+        hand_file: args.hand.clone().or_else(|| hand_file.map(str::to_string)),
+        overrides: params.iter().chain(&args.set).cloned().collect(),
+    };
+    let loaded = language::load(&request);
+    let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
+    match loaded.rules {
+        Some(rules) if errors.is_empty() => Ok(rules),
+        _ => Err(Failure::Text(render(&errors, &loaded.sources, output::color_on_stderr()))),
+    }
+}
