@@ -34,6 +34,7 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
     let partners = contacts::partners(&measured, &objects);
     let hands: Vec<HandLayout> = sides(&measured)
+        .into_iter()
         .map(|side| HandLayout {
             side,
             fingers: hands::fingers(&measured, side),
@@ -143,16 +144,14 @@ fn not_derived(name: &str) -> InputError {
     InputError::new(format!("channel {name}"), "no derived channel has this name".to_string())
 }
 
-/// The hands of a log: those of the scene, or those that the log measures when the scene has none.
-fn sides<'a>(measured: &'a Measured) -> impl Iterator<Item = Side> + 'a {
-    let listed = !measured.scene.hands.is_empty();
-    Side::BOTH.into_iter().filter(move |side| {
-        if listed {
-            measured.scene.hands.contains_key(side)
-        } else {
-            measured.channels().iter().any(|channel| channel.split('.').next() == Some(side.name()))
-        }
-    })
+/// The hands of a log: those that it measures, of the scene's hands when the scene lists any. Where it measures none of them, all of them, so that
+/// what is lacking gets told.
+fn sides(measured: &Measured) -> Vec<Side> {
+    let channels = measured.channels();
+    let listed = |side: &Side| measured.scene.hands.is_empty() || measured.scene.hands.contains_key(side);
+    let seen = |side: &Side| channels.iter().any(|channel| channel.split('.').next() == Some(side.name()));
+    let found: Vec<Side> = Side::BOTH.into_iter().filter(|side| listed(side) && seen(side)).collect();
+    if found.is_empty() { measured.scene.hands.keys().copied().collect() } else { found }
 }
 
 /// The bodies that may be a target, as indices in the scene.

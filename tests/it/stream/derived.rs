@@ -2,8 +2,8 @@
 
 use super::{ask, ask_contact, ask_fingers, column, recording};
 use teachtree::base::channels::Shape;
-use teachtree::base::hands::Finger;
-use teachtree::base::recording::Recording;
+use teachtree::base::hands::{Finger, Side};
+use teachtree::base::recording::{Column, Recording};
 use teachtree::base::units::Dimension;
 use teachtree::stream::frames;
 
@@ -115,4 +115,118 @@ fn a_contact_is_the_same_from_either_side() {
     let channels = [ask("contacts.force"), ask("contacts.normal")];
     let (one, other) = (frames(&passing(), &channels).unwrap(), frames(&turned, &channels).unwrap());
     assert_eq!(one.columns, other.columns);
+}
+
+const MATING: &str = "
+bodies:
+  peg: {role: object, plug: [0 m, 0 m, -20 mm], radius: 25 mm}
+  ring: {role: object, radius: 30 mm, sockets: {hole: {rim: [0 m, 0 m, 10 mm], axis: [0, 0, 1], radius: 4 mm, depth: 30 mm}}}
+hands:
+  left: {fingers: [thumb]}
+  right: {fingers: [thumb]}
+";
+
+/// The left hand holds the ring at rest, the right hand lowers the peg at 20 mm/s and turns it at 0.5 rad/s: its plug passes the rim at 1 s.
+fn mating() -> Recording {
+    let height = |t: f64| 0.020 - 0.020 * t;
+    let tip = |t: f64| 0.010 + 0.020 + height(t);
+    recording(
+        MATING,
+        100.0,
+        200,
+        &[
+            ("left.thumb.position.x", &|_| -0.03),
+            ("left.thumb.position.y", &|_| 0.0),
+            ("left.thumb.position.z", &|_| 0.0),
+            ("right.thumb.position.x", &|_| 0.02),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|t| 0.05 + tip(t)),
+            ("left.thumb.contact.ring", &|_| 1.0),
+            ("right.thumb.contact.peg", &|_| 1.0),
+            ("ring.position.x", &|_| 0.0),
+            ("ring.position.y", &|_| 0.0),
+            ("ring.position.z", &|_| 0.0),
+            ("peg.position.x", &|_| 0.003),
+            ("peg.position.y", &|_| 0.0),
+            ("peg.position.z", &tip),
+            ("peg.rotation.w", &|t| (0.25 * t).cos()),
+            ("peg.rotation.x", &|_| 0.0),
+            ("peg.rotation.y", &|_| 0.0),
+            ("peg.rotation.z", &|t| (0.25 * t).sin()),
+            ("contact.ring.peg", &|t| f64::from(u8::from(t >= 1.2))),
+            ("contact.ring.peg.force.x", &|_| 0.0),
+            ("contact.ring.peg.force.y", &|_| 0.0),
+            ("contact.ring.peg.force.z", &|t| if t >= 1.2 { -0.5 } else { 0.0 }),
+        ],
+    )
+}
+
+#[test]
+fn a_peg_goes_into_a_ring_that_the_other_hand_holds() {
+    let names = [
+        "target.depth",
+        "target.over_socket",
+        "target.spin",
+        "closing",
+        "targets.contact",
+        "contacts.handled",
+        "contacts.force",
+    ];
+    let channels: Vec<_> = names.map(ask).into();
+    let frames = frames(&mating(), &channels).unwrap();
+    let [depth, over, spin] =
+        ["target.depth", "target.over_socket", "target.spin"].map(|name| column(&frames, name, 0, 0));
+    // The rim is 10 mm above the ring's origin, the plug 20 mm below the peg's: depth is 20 mm/s times the time since 1 s.
+    near(depth[150], 0.010, 1e-12);
+    assert!(depth[..100].iter().all(|depth| *depth == 0.0));
+    assert_eq!((over[50], over[150]), (1.0, 0.0));
+    near(spin[150], 0.5, 1e-9);
+    let closing = column(&frames, "closing", 0, 0);
+    near(closing[150], 0.020, 1e-9);
+    assert_eq!(closing[50], 0.0);
+    let touching = column(&frames, "targets.contact", 0, 0);
+    assert_eq!((touching[119], touching[120]), (0.0, 1.0));
+    // The slots are the bodies that an object touches: peg and ring. The ring is in the other hand, and pushes the peg up.
+    assert_eq!(frames.layout.hands[1].contacts, ["peg", "ring"]);
+    assert_eq!(column(&frames, "contacts.handled", 1, 0)[50], 1.0);
+    assert_eq!(column(&frames, "contacts.handled", 0, 0)[50], 0.0);
+    assert_eq!(column(&frames, "contacts.force", 1, 2)[150], 0.5);
+}
+
+#[test]
+fn a_peg_beside_the_hole_is_not_in_it() {
+    let mut beside = mating();
+    beside.columns["peg.position.x"].values.fill(0.006);
+    let frames = frames(&beside, &[ask("target.depth")]).unwrap();
+    assert!(column(&frames, "target.depth", 0, 0).iter().all(|depth| *depth == 0.0));
+}
+
+#[test]
+fn a_logged_depth_counts_before_geometry() {
+    let mut logged = mating();
+    let depth = Column { dimension: Dimension::LENGTH, values: vec![0.003; 200] };
+    logged.columns.insert("peg.depth.hole".into(), depth);
+    let frames = frames(&logged, &[ask("target.depth")]).unwrap();
+    assert!(column(&frames, "target.depth", 0, 0).iter().all(|depth| *depth == 0.003));
+}
+
+#[test]
+fn a_gap_restarts_the_slopes() {
+    let mut broken = passing();
+    for column in broken.columns.values_mut() {
+        column.values.drain(40..60);
+    }
+    broken.time.drain(40..60);
+    let frames = frames(&broken, &[ask("target.velocity")]).unwrap();
+    assert_eq!(frames.stretches, [0..40, 40..80]);
+    // The last window before the gap ends with it: the slope is that of the middle of 340 to 390 ms.
+    near(column(&frames, "target.velocity", 0, 0)[39], 0.1 * 0.365, 1e-12);
+}
+
+#[test]
+fn a_hand_of_the_scene_that_the_log_does_not_measure_is_left_out() {
+    let mut one_hand = mating();
+    one_hand.columns.retain(|name, _| !name.starts_with("left."));
+    let frames = frames(&one_hand, &[ask("target")]).unwrap();
+    assert_eq!(frames.layout.hands.iter().map(|hand| hand.side).collect::<Vec<_>>(), [Side::Right]);
 }

@@ -1,19 +1,22 @@
 //! The shipped recordings through their bindings: what the rules will see at the instants that are known from the contact events.
 
 use super::{ask, ask_contact, ask_fingers, column};
+use std::path::PathBuf;
 use teachtree::base::channels::Shape;
-use teachtree::base::hands::Finger;
+use teachtree::base::hands::{Finger, Side};
 use teachtree::base::units::Dimension;
 use teachtree::stream::frames::Frames;
 use teachtree::stream::{OpenRequest, open};
+use teachtree::{analysis, engine, graph, language};
+
+fn request(log: &str, binding: &str) -> OpenRequest {
+    let [log, binding] = [format!("{log}.csv"), format!("{binding}.binding.yaml")]
+        .map(|file| PathBuf::from("demos/robosuite").join(file));
+    OpenRequest { log, binding: Some(binding), scene: None }
+}
 
 fn frames(log: &str, binding: &str) -> Frames {
-    let request = OpenRequest {
-        log: format!("demos/robosuite/{log}.csv").into(),
-        binding: Some(format!("demos/robosuite/{binding}.binding.yaml").into()),
-        scene: None,
-    };
-    let opened = open(&request).unwrap();
+    let opened = open(&request(log, binding)).unwrap();
     assert_eq!(opened.hand_file.as_deref(), Some("hand_flags.rules"));
     let names =
         ["target", "target.depth", "target.over_socket", "target.velocity", "contacts.force", "contacts.normal"];
@@ -94,5 +97,50 @@ fn cubes_are_stacked() {
         near(down, stacked, 0.05);
         assert!(normal[at(&frames, down)] > 0.9);
         assert!(column(&frames, "target", 0, 0)[at(&frames, 9.0)..].iter().all(|object| *object == 0.0));
+    }
+}
+
+/// The tasks of the right hand with their segments, each with its start, s.
+fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
+    let opened = open(&request(log, binding)).unwrap();
+    let request = language::Request {
+        hand_file: opened.hand_file.clone(),
+        overrides: opened.params.clone(),
+        ..language::Request::default()
+    };
+    let rules = language::load(&request).rules.unwrap();
+    let frames = opened.frames(&analysis::channels(&rules)).unwrap();
+    let leaves = engine::evaluator::evaluate(&graph::lower(&rules), &frames).unwrap();
+    let found = analysis::analyse(&rules, &frames, &leaves);
+    let tasks = &found.track(analysis::Who::Hand(Side::Right)).unwrap().tasks;
+    tasks
+        .iter()
+        .map(|task| (task.task.clone(), task.segments.iter().map(|it| (it.primitive.clone(), it.start_s)).collect()))
+        .collect()
+}
+
+#[test]
+fn each_nut_is_a_peg_in_hole() {
+    let tasks = tasks("SawyerNutAssembly_demo_1", "sawyer_nut_assembly");
+    // Both fingers on, off the table, 2 mm below the rim, fingers off, as the contact events tell; the touch at 9.85 s is no grasp.
+    let gold = [[13.05, 13.37, 17.87, 18.93], [29.10, 29.22, 36.45, 36.97]];
+    assert_eq!(tasks.len(), gold.len());
+    for ((name, segments), gold) in tasks.iter().zip(gold) {
+        assert_eq!(name, "peg_in_hole");
+        let names: Vec<&str> = segments.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(names, ["Move", "Approach", "Grasp", "Translate", "Insert", "Release"]);
+        for ((_, start), gold) in segments[2..].iter().zip(gold) {
+            near(*start, gold, 0.15);
+        }
+    }
+}
+
+#[test]
+fn each_stack_is_a_pick_and_place() {
+    for (log, binding) in [("SawyerStack_demo_1", "sawyer_stack"), ("stack_panda_demo_1", "panda_stack")] {
+        let tasks = tasks(log, binding);
+        let named: Vec<&str> =
+            tasks.iter().map(|(name, _)| name.as_str()).filter(|name| *name != analysis::UNKNOWN).collect();
+        assert_eq!(named, ["pick_and_place"], "{log}");
     }
 }
