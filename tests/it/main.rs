@@ -3,6 +3,8 @@
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod analysis;
+#[cfg(feature = "world")]
+mod cli;
 mod engine;
 mod language;
 mod report;
