@@ -43,9 +43,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let plural = |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
     let files: Vec<&str> = loaded.sources.files.iter().map(|file| file.name.as_str()).collect();
     let mut out = String::new();
-    if !loaded.diagnostics.is_empty() {
-        out.push('\n');
-    }
     let _ = writeln!(out, "{} in {}: {}", plural(errors, "error"), plural(files.len(), "file"), files.join(", "));
     if warnings > 0 {
         let _ = writeln!(out, "{}", plural(warnings, "warning"));

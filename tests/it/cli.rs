@@ -8,7 +8,7 @@ fn teachtree(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_teachtree"))
         .args(args)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("COLUMNS", "100")
+        .env("COLUMNS", "90")
         .output()
         .unwrap()
 }
@@ -60,6 +60,16 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
     for file in ["demonstration.csv", "demonstration.scene.yaml", "report.html"] {
         assert!(out.join(file).metadata().unwrap().len() > 1000, "{file}");
     }
+}
+
+#[test]
+fn the_readme_shows_what_the_demo_prints() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("demo");
+    let printed = said(&teachtree(&["demo", "--out", out.to_str().unwrap()]));
+    let timeline = &printed[printed.find("\nright ").unwrap()..printed.find("\n\nwritten").unwrap()];
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    assert!(readme.contains(timeline.trim()), "README.md shows something else than:\n{timeline}");
 }
 
 #[test]
