@@ -47,7 +47,7 @@ pub fn teach_with_progress(
             format!("has no script for the {side} hand of the scene"),
         ));
     }
-    performers.sort_by_key(Performer::hand);
+    performers.sort_by_key(Performer::index);
     let targets = |performers: &[Performer<'_>]| performers.iter().map(Performer::target).collect::<Vec<HandTarget>>();
     let all: usize = performers.iter().map(Performer::remaining).sum();
 

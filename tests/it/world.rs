@@ -1,5 +1,7 @@
 //! Tests of `world`: physics against closed forms, then the demonstrations that come out of it.
 
 mod bodies;
+mod demonstration;
+mod scripts;
 mod support;
 mod touch;

@@ -3,6 +3,8 @@
 //!
 //! Everything is relative to *grips*: points of an object's surface where fingertips go. Directions are those of the reference frame.
 
+mod grips;
+mod guided;
 mod hand;
 mod motion;
 mod senses;

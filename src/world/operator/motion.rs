@@ -33,7 +33,7 @@ pub(super) struct Transport {
     pub(super) to_palm: Isometry3<f64>,
     pub(super) from_tips: Vec<Point3<f64>>,
     pub(super) to_tips: Vec<Point3<f64>>,
-    /// How late each fingertip starts, s.
+    /// How late each fingertip starts, s; 0 where it is not said.
     pub(super) delays: Vec<f64>,
     /// How far the way arches, and where to; m.
     pub(super) arch: Vector3<f64>,
@@ -49,7 +49,8 @@ impl Transport {
             self.from_palm.rotation.try_slerp(&self.to_palm.rotation, s, 1e-9).unwrap_or(self.to_palm.rotation);
         let translation =
             self.from_palm.translation.vector.lerp(&self.to_palm.translation.vector, s) + self.arch * bump(share);
-        let tips = self.from_tips.iter().zip(&self.to_tips).zip(&self.delays);
+        let delays = self.delays.iter().copied().chain(std::iter::repeat(0.0));
+        let tips = self.from_tips.iter().zip(&self.to_tips).zip(delays);
         let tips =
             tips.map(|((from, to), delay)| from + (to - from) * minimum_jerk((time - delay) / self.duration)).collect();
         (Isometry3::from_parts(translation.into(), rotation), tips)

@@ -61,9 +61,4 @@ impl Glimpse {
     pub(super) fn total(&self) -> Vector3<f64> {
         self.tips.iter().sum()
     }
-
-    /// The internal force of the grip, N: half of what the fingertips' forces cancel of each other.
-    pub(super) fn squeeze(&self) -> f64 {
-        (self.tips.iter().map(|force| force.norm()).sum::<f64>() - self.total().norm()) / 2.0
-    }
 }

@@ -1,0 +1,84 @@
+//! Operator scripts: what is refused, and how it is said; what one that varies by nothing does.
+
+use super::support::cube_on_base;
+use teachtree::world::{self, Operator};
+
+const TWO_FINGERS: &str = "{right: {fingers: [thumb, index]}}";
+
+fn script(steps: &str) -> String {
+    format!(
+        "name: test
+grips:
+  pinch: {{object: cube, contacts: {{thumb: [0 mm, -60 mm, 0 mm], index: [0 mm, 60 mm, 0 mm]}}}}
+  reversed: {{object: cube, contacts: {{middle: [0 mm, -60 mm, 0 mm]}}}}
+  nowhere: {{object: sphere, contacts: {{thumb: [0 mm, 0 mm, 0 mm]}}}}
+hands:
+  right:
+    start: {{grip: pinch}}
+    steps:
+{steps}
+"
+    )
+}
+
+fn refused(steps: &str) -> String {
+    let scene = cube_on_base("", TWO_FINGERS);
+    let taught =
+        Operator::read(&script(steps), "test.operator.yaml").and_then(|operator| world::teach(&scene, &operator, 0));
+    taught.err().map(|error| error.to_string()).unwrap()
+}
+
+#[test]
+fn scripts_that_cannot_be_performed_are_refused() {
+    let refusals = [
+        "      - {phase: nothing}",
+        "      - {hold: 1 s, open: {}}",
+        "      - {hold: 20 mm}",
+        "      - {hold: 1 s, whistle: {}}",
+        "      - {hold: 1 h}",
+        "      - {reach: {grip: pinhc}}",
+        "      - {reach: {grip: reversed}}",
+        "      - {reach: {grip: nowhere}}",
+        "      - {reach: {grip: pinch, speed: 0 mm/s}}",
+        "      - {close: {force: -1 N}}",
+        "      - {carry: {along: [0, 0, 0], distance: 10 mm}}",
+        "      - {carry: {along: [1, 0, 0], distance: 10 mm, until: {contact: moon}}}",
+    ];
+    insta::assert_snapshot!(refusals.map(|steps| format!("{}\n  {}", steps.trim(), refused(steps))).join("\n"));
+}
+
+#[test]
+fn hands_and_scripts_must_match() {
+    let two = cube_on_base("", "{right: {fingers: [thumb, index]}, left: {fingers: [thumb]}}");
+    let none = cube_on_base("", "{left: {fingers: [thumb]}}");
+    let operator = Operator::read(&script("      - {hold: 10 ms}"), "test.operator.yaml").unwrap();
+    insta::assert_snapshot!(world::teach(&two, &operator, 0).err().unwrap().to_string());
+    insta::assert_snapshot!(world::teach(&none, &operator, 0).err().unwrap().to_string());
+}
+
+#[test]
+fn unknown_demonstrations_are_named() {
+    insta::assert_snapshot!(world::scene("paper_bag").err().unwrap().to_string());
+    for name in world::shipped::names() {
+        assert!(world::scene(name).is_ok() && world::operator(name).is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn an_operator_without_variation_is_a_machine() {
+    let scene = cube_on_base("", TWO_FINGERS);
+    let steps = "      - {reach: {grip: pinch, opened: 10 mm}}
+      - {close: {force: 1 N}}
+      - {hold: 1 s}
+      - {carry: {along: [0, 0, 1], distance: 50 mm}}
+      - {hold: 500 ms}";
+    let operator = Operator::read(&script(steps), "test.operator.yaml").unwrap();
+    let (first, second) = (world::teach(&scene, &operator, 1).unwrap(), world::teach(&scene, &operator, 2).unwrap());
+    assert_eq!(first, second, "the seed changes nothing");
+    let height = first.columns["cube.position.z"].values.last().unwrap();
+    // The springs of two fingers give by 0.49 N / 2 / (210 N/m).
+    assert!((height - 0.06 - 0.05 + 0.49 / 2.0 / 210.0).abs() < 5e-4, "lifted to {height} m");
+    let squeeze = first.columns["right.thumb.force.y"].values.last().unwrap();
+    assert!((squeeze - 1.0).abs() < 0.05, "squeezed by {squeeze} N");
+    assert_eq!(first.labels["right.label"].last().map(String::as_str), Some("Translate"));
+}
