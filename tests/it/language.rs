@@ -4,6 +4,7 @@ mod diagnostics;
 mod garbage;
 mod reference;
 mod shipped;
+mod syntax;
 
 use teachtree::base::diagnostic::render;
 use teachtree::language::Loaded;

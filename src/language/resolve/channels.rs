@@ -57,6 +57,7 @@ impl Resolver {
                     .at(channel.span, "declared for no hand")
                     .help("move it into `for each hand { … }`"),
                 );
+                self.names.broken.insert(name);
                 continue;
             }
             if let Some((known, span)) = first.get(&name) {

@@ -91,7 +91,7 @@ impl Resolver {
         let finding = match nearest(word, known.clone()) {
             Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
             None if (1..=12).contains(&known_count) => {
-                finding.help(format!("there are {}", known.collect::<Vec<_>>().join(", ")))
+                finding.help(format!("known here: {}", known.collect::<Vec<_>>().join(", ")))
             }
             None => finding,
         };

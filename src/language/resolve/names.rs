@@ -176,6 +176,7 @@ impl Resolver {
                 finding = finding.note(format!("`{word}` is {}", derived.doc));
             }
             self.report(finding);
+            self.names.broken.insert(name.text.clone());
             return;
         }
         if let Some(first) = self.names.values.get(word) {

@@ -178,7 +178,10 @@ impl Resolver {
                 let finding = Diagnostic::error(codes::NO_COMPONENT, format!("this has no component `{}`", name.text))
                     .at(name.span, "there is no such component")
                     .at(inner.span, format!("this is {}", describe(inner.ty)));
-                self.report(if inner.ty.shape == Shape::Vec3 {
+                let fingers = matches!(inner.ty.axis, Some((Axis::Fingers, _)));
+                self.report(if fingers && Finger::from_name(&name.text).is_some() {
+                    finding.help(format!("write `[{}]` to pick a finger", name.text))
+                } else if inner.ty.shape == Shape::Vec3 {
                     finding.help("a vec3 has `.x`, `.y` and `.z`")
                 } else {
                     finding
