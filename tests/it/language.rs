@@ -5,6 +5,7 @@ mod garbage;
 mod reference;
 mod shipped;
 mod syntax;
+mod trees;
 
 use teachtree::base::diagnostic::render;
 use teachtree::language::Loaded;

@@ -1,10 +1,11 @@
 //! The report for a piece of a file that does not parse: what was expected, what was found, and advice for habits from elsewhere.
 
-use super::grammar::Rule;
+use super::grammar::{Grammar, Rule};
 use super::scan::{Kind, Scan};
 use super::words::expected;
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
+use pest::Parser as _;
 use pest::error::{Error, ErrorVariant, InputLocation};
 use std::ops::Range;
 
@@ -74,6 +75,10 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         return finding
             .help("only primitives are capitalised; `from(Grasp)` asks for the primitive of the frame before");
     }
+    let names = [Rule::name, Rule::path, Rule::choice, Rule::choice_name, Rule::anchor_name];
+    if expects(&names) && lower_case && Grammar::parse(Rule::name, word).is_err() {
+        return finding.help(format!("`{word}` is a word of the language; choose another name"));
+    }
     let replacement = match word {
         "&&" | "&" => "and",
         "||" | "|" => "or",
@@ -81,6 +86,7 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         "->" => "=>",
         "=" | "is" | "equals" if expects(&[Rule::comparison_operator, Rule::compared]) => "==",
         ";" => "",
+        "," if expects(&[Rule::choice]) => "",
         "#" => return finding.help("comments begin with `//`"),
         "<" | ">" | "<=" | ">=" => return finding.help("comparisons do not chain: write `a < x and x < b`"),
         _ if matches!(before, "if" | "when") || matches!(word, "if" | "when" | "then") => {

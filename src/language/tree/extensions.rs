@@ -86,8 +86,8 @@ impl Resolver {
                 self.report(finding.fix("name its tree too", tree.span, whole));
                 return;
             }
-            let known: Vec<String> = drafts.iter().map(|draft| draft.tree.name.clone()).collect();
-            self.unknown("tree", &tree.text, tree.span, known.iter().map(String::as_str));
+            let known = drafts.iter().map(|draft| draft.tree.name.clone()).collect();
+            self.unknown("tree", &tree.text, tree.span, |_| known);
             return;
         };
         let whole = draft.whole;
@@ -131,7 +131,7 @@ impl Resolver {
                 ),
                 None if draft.whole => {
                     let kind = format!("branch in `{}` named", draft.tree.name);
-                    self.unknown(&kind, &name.text, name.span, branches.iter().map(String::as_str));
+                    self.unknown(&kind, &name.text, name.span, |_| branches);
                 }
                 // The branch may be one that could not be read.
                 None => {}

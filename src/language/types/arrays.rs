@@ -135,8 +135,10 @@ impl Resolver {
             finger => match Finger::from_name(finger) {
                 Some(finger) => FingerPick::One(finger),
                 None => {
-                    let known = Finger::ALL.map(Finger::name);
-                    self.unknown("finger", finger, name.span, known.into_iter().chain(["opposing", "tips"]));
+                    self.unknown("finger", finger, name.span, |_| {
+                        let fingers = Finger::ALL.into_iter().map(Finger::name);
+                        fingers.chain(["opposing", "tips"]).map(str::to_string).collect()
+                    });
                     return None;
                 }
             },
