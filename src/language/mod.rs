@@ -70,12 +70,10 @@ pub fn load_text(name: &str, text: &str) -> Loaded {
     finish(loader, &Request::default())
 }
 
-/// Parses a text alone: its syntax tree and what is wrong with its syntax.
-pub fn parse_text(name: &str, text: &str) -> (syntax::File, Loaded) {
-    let (file, diagnostics) = parse::parse(text, 0);
-    let source = crate::base::diagnostic::Source { name: name.to_string(), text: text.to_string() };
-    let sources = Sources { files: vec![source] };
-    (file, Loaded { rules: None, sources, diagnostics: sorted(diagnostics) })
+/// Parses a text alone: its syntax tree, and what is wrong with its syntax.
+pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
+    let (file, findings) = parse::parse(text, 0);
+    (file, sorted(findings))
 }
 
 fn finish(mut loader: Loader, request: &Request) -> Loaded {

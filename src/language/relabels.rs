@@ -16,8 +16,9 @@ impl Resolver {
                 Some(name) => match self.rules.tasks.iter().position(|task| task.name == name.text) {
                     Some(at) => u32::try_from(at).ok().map(TaskId),
                     None => {
-                        let known: Vec<String> = self.rules.tasks.iter().map(|task| task.name.clone()).collect();
-                        self.unknown("task", &name.text, name.span, known.iter().map(String::as_str));
+                        self.unknown("task", &name.text, name.span, |resolver| {
+                            resolver.rules.tasks.iter().map(|task| task.name.clone()).collect()
+                        });
                         continue;
                     }
                 },

@@ -30,8 +30,9 @@ impl Resolver {
         for extension in extensions {
             let keys = self.keys(&extension.keys);
             let Some(at) = at.get(extension.name.text.as_str()) else {
-                let known = at.keys().copied();
-                self.unknown("task", &extension.name.text, extension.name.span, known);
+                self.unknown("task", &extension.name.text, extension.name.span, |_| {
+                    at.keys().map(ToString::to_string).collect()
+                });
                 continue;
             };
             let Some((task, Some(checked))) = declared.get_mut(*at) else { continue };
@@ -105,8 +106,7 @@ impl Resolver {
                     }
                 }
                 None => {
-                    let known = at.keys().copied();
-                    self.unknown("task", &before.text, before.span, known);
+                    self.unknown("task", &before.text, before.span, |_| at.keys().map(ToString::to_string).collect());
                 }
             }
         }

@@ -4,6 +4,8 @@ mod diagnostics;
 mod garbage;
 mod reference;
 mod shipped;
+mod syntax;
+mod trees;
 
 use teachtree::base::diagnostic::render;
 use teachtree::language::Loaded;

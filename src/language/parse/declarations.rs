@@ -150,15 +150,20 @@ impl Parser<'_> {
         channels
     }
 
-    /// Whether a channel, or the block of the hands, begins at a line of its own here.
+    /// Whether a channel, or the block of the hands, begins here: `optional`, or a name with a colon, or with a type when the colon was
+    /// forgotten.
     fn begins_channel(&self, at: usize) -> bool {
-        let head = self.scan.word(at);
+        let before = at.checked_sub(1).map_or("", |before| self.scan.word(before));
         let mut behind = at + 1;
         while self.scan.word(behind) == "." {
             behind += 2;
         }
-        let named = self.scan.word(behind) == ":"
-            && at.checked_sub(1).is_none_or(|before| !matches!(self.scan.word(before), "." | "optional"));
+        let named = match self.scan.word(behind) {
+            ":" => !matches!(before, "." | "optional"),
+            "bool" | "scalar" | "vec3" | "rotation" | "object" => self.scan.leads(at) && before != "optional",
+            _ => false,
+        };
+        let head = self.scan.word(at);
         head == "optional" || named || head == "for" && self.scan.word(at + 1) == "each"
     }
 }

@@ -1,7 +1,7 @@
 //! The pest grammar, and parsing of one piece of a file by one of its rules.
 
+use super::mistakes;
 use super::scan::Scan;
-use super::words;
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
 use pest::Parser as _;
@@ -55,7 +55,7 @@ impl<'s, 'a> Piece<'s, 'a> {
         match Grammar::parse(rule, scan.text.get(span.start as usize..span.end as usize)?) {
             Ok(pairs) => Some((piece, pairs)),
             Err(error) => {
-                findings.push(words::finding(scan, piece.start, tokens, &error));
+                findings.push(mistakes::finding(scan, piece.start, tokens, &error));
                 None
             }
         }

@@ -4,6 +4,7 @@
 mod declarations;
 mod expressions;
 mod grammar;
+mod mistakes;
 mod scan;
 mod tasks;
 mod trees;

@@ -3,8 +3,9 @@
 use super::Parser;
 use super::expressions::{Builder, P};
 use super::grammar::Rule;
+use super::mistakes::is_leaf;
 use super::scan::Kind;
-use super::words::is_leaf;
+
 use crate::language::syntax::{Anchor, Choice, Extend, Then, Tree};
 use std::ops::Range;
 
@@ -115,6 +116,10 @@ impl Parser<'_> {
 
     /// The head of the choice that begins at `at`, the body of its branch if it has one, and where the next choice begins.
     fn choice_extent(&self, at: usize, end: usize) -> (Range<usize>, Option<Range<usize>>, usize) {
+        // A sign between choices, as other languages have it, is a mistake of its own.
+        if matches!(self.scan.word(at), "," | ";") {
+            return (at..at + 1, None, at + 1);
+        }
         let mut to = at;
         while to < end {
             match self.scan.word(to) {
@@ -129,8 +134,10 @@ impl Parser<'_> {
                     let taken = to + 1 < end
                         && next.is_some_and(|next| is_leaf(leaf) || !next.leads && next.kind != Kind::Close);
                     let mut behind = if taken { to + 2 } else { to + 1 };
-                    // A side touches its primitive; whatever else follows on the line is a mistake of this choice.
-                    if taken && self.touches(behind) && self.scan.word(behind) == "(" {
+                    // A side touches its primitive; one that does not is a mistake of this choice.
+                    let is_side =
+                        matches!(self.scan.word(behind + 1), "left" | "right") && self.scan.word(behind + 2) == ")";
+                    if taken && self.scan.word(behind) == "(" && (is_side || self.touches(behind)) {
                         behind = self.scan.behind(behind).min(end);
                     }
                     return (at..behind, None, behind);

@@ -1,116 +1,33 @@
-//! What an author hears when a piece of a file does not parse: words for every rule of the grammar, and advice for habits from
-//! other languages.
+//! Words for every rule of the grammar, as an author hears them when a piece of a file does not parse.
 
 use super::grammar::Rule;
-use super::scan::Scan;
-use crate::base::diagnostic::{Diagnostic, Span};
-use crate::language::codes;
-use pest::error::{Error, ErrorVariant, InputLocation};
-use std::ops::Range;
-
-/// The report for a piece that did not parse: what was found, what was expected there, and a fix for well-known habits.
-///
-/// `start` is where the piece begins in the file.
-pub fn finding(scan: &Scan<'_>, start: usize, tokens: Range<usize>, error: &Error<Rule>) -> Diagnostic {
-    let at = start
-        + match error.location {
-            InputLocation::Pos(at) => at,
-            InputLocation::Span((at, _)) => at,
-        };
-    let found = scan.tokens.partition_point(|token| token.end <= at).max(tokens.start);
-    let wanted = match &error.variant {
-        ErrorVariant::ParsingError { positives, .. } => expected(positives),
-        ErrorVariant::CustomError { .. } => String::new(),
-    };
-    let wanted = if wanted.is_empty() { "something else".to_string() } else { wanted };
-    if found >= tokens.end {
-        let last = tokens.end.saturating_sub(1).max(tokens.start);
-        let end = scan.span(last, tokens.end).end;
-        let place = Span { start: end, ..scan.span(last, tokens.end) };
-        return Diagnostic::error(codes::SYNTAX, format!("expected {wanted} after `{}`", scan.word(last)))
-            .at(place, format!("{wanted} is missing here"));
-    }
-    let place = scan.span(found, found + 1);
-    let finding = Diagnostic::error(codes::SYNTAX, format!("expected {wanted}, found `{}`", scan.word(found)))
-        .at(place, "this does not fit here");
-    let primitive = |rule: &Rule| {
-        matches!(rule, Rule::leaf | Rule::label | Rule::primitive_name | Rule::declared_primitive | Rule::key)
-    };
-    match &error.variant {
-        ErrorVariant::ParsingError { positives, .. }
-            if positives.contains(&Rule::arrow) && is_leaf(scan.word(found)) =>
-        {
-            finding.fix("write `=>` before a leaf", place, format!("=> {}", scan.word(found)))
-        }
-        ErrorVariant::ParsingError { positives, .. } if positives.iter().any(primitive) => {
-            capitalise(finding, scan, found)
-        }
-        _ => advise(finding, scan, found),
-    }
-}
-
-/// Whether a word can only be a leaf.
-pub fn is_leaf(word: &str) -> bool {
-    word.starts_with(|c: char| c.is_ascii_uppercase()) || matches!(word, "stay" | "separate")
-}
-
-/// Advice where a primitive was expected and a lower-case word stands.
-fn capitalise(finding: Diagnostic, scan: &Scan<'_>, found: usize) -> Diagnostic {
-    let mut letters = scan.word(found).chars();
-    match letters.next() {
-        Some(first) if first.is_ascii_lowercase() => {
-            let word = format!("{}{}", first.to_ascii_uppercase(), letters.as_str());
-            finding.fix("primitives are capitalised", scan.span(found, found + 1), word)
-        }
-        _ => finding,
-    }
-}
 
 /// The rules that were tried as a list: what has to come before what may come.
-fn expected(rules: &[Rule]) -> String {
-    let mut words: Vec<&str> = Vec::new();
-    let mut add = |rule: &Rule| {
-        let word = word(*rule);
-        if !word.is_empty() && !words.contains(&word) {
-            words.push(word);
+pub fn expected(rules: &[Rule]) -> String {
+    let words = |which: &dyn Fn(Rule) -> bool| {
+        let mut words: Vec<&str> = Vec::new();
+        for word in rules.iter().filter(|rule| which(**rule)).map(|rule| word(*rule)) {
+            if !word.is_empty() && !words.contains(&word) {
+                words.push(word);
+            }
         }
+        words
     };
-    rules.iter().filter(|rule| !goes_on(**rule)).for_each(&mut add);
+    let needed = words(&|rule| !goes_on(rule) && rule != Rule::EOI);
+    let possible = words(&goes_on);
     // The end is possible wherever only something optional is missing, and says nothing beside what is needed.
-    if words.len() > 1 {
-        words.retain(|word| *word != self::word(Rule::EOI));
-    } else if words.iter().all(|word| *word == self::word(Rule::EOI)) {
-        words.insert(0, "an operator");
-    }
-    match words.as_slice() {
-        [] => String::new(),
+    let ends = rules.contains(&Rule::EOI);
+    let list = match (needed.is_empty(), ends, possible.len()) {
+        (false, ..) => needed,
+        (true, true, _) => vec!["an operator", word(Rule::EOI)],
+        (true, false, 0..=2) => possible,
+        (true, false, _) => vec!["an operator"],
+    };
+    match list.as_slice() {
+        [] => "something else".to_string(),
         [one] => (*one).to_string(),
         [most @ .., last] => format!("{} or {last}", most.join(", ")),
     }
-}
-
-/// Advice for what people write who come from other languages.
-fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize) -> Diagnostic {
-    let place = scan.span(found, found + 1);
-    let word = scan.word(found);
-    let replace = |by: &str| (format!("write `{}`", by.trim()), by.to_string());
-    let (help, by) = match word {
-        "&&" | "&" => replace("and"),
-        "||" | "|" => replace("or"),
-        "!" => replace("not "),
-        "->" => replace("=>"),
-        "=" => replace("=="),
-        "if" | "when" => ("a choice is its condition, then `=>` or `{`".to_string(), String::new()),
-        ";" => ("no sign ends a declaration".to_string(), String::new()),
-        "#" => return finding.help("comments begin with `//`"),
-        "is" | "equals" => replace("=="),
-        _ if word.starts_with(|c: char| c.is_ascii_uppercase()) => {
-            return finding
-                .help("only primitives are capitalised; `from(Grasp)` asks for the primitive of the frame before");
-        }
-        _ => return finding,
-    };
-    finding.fix(help, place, by)
 }
 
 /// Whether a rule only carries an expression on: of little help beside what has to come.

@@ -4,11 +4,12 @@ use super::Resolver;
 use super::names::Declared;
 use crate::base::channels::{Absent, Axis, ChannelSpec, DERIVED, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::hands::Side;
 use crate::language::codes;
 use crate::language::rules::{ChannelId, Constant};
 use crate::language::syntax::{Channel, Expr, ExprKind};
 use crate::language::types::Scope;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What analysis needs whether or not a rule reads it.
 const FOR_ANALYSIS: &[&str] = &[
@@ -26,17 +27,16 @@ impl Resolver {
     ///
     /// A channel may be declared in several files with one type: it is needed when one of them needs it.
     pub(super) fn declare_channels(&mut self, declared: &Declared<'_>) {
-        self.names.channels = DERIVED
-            .iter()
-            .map(|derived| ChannelSpec {
+        for derived in DERIVED {
+            self.add_channel(ChannelSpec {
                 name: derived.name.to_string(),
                 per_hand: derived.per_hand,
                 axis: derived.axis,
                 shape: derived.shape,
                 dimension: derived.dimension,
                 absent: Absent::Derived,
-            })
-            .collect();
+            });
+        }
         let mut first: BTreeMap<String, (&Channel, Span)> = BTreeMap::new();
         for channel in &declared.channels {
             let name = channel.name.text();
@@ -48,6 +48,15 @@ impl Resolver {
                 );
                 continue;
             }
+            if let Some(hand) = channel.name.parts.first().filter(|first| Side::from_name(&first.text).is_some()) {
+                self.report(
+                    Diagnostic::error(codes::NAME_TAKEN, format!("`{}` is a hand already", hand.text))
+                        .at(hand.span, "no channel begins with a hand")
+                        .help("declare it in `for each hand { … }`, without the hand"),
+                );
+                self.names.broken.insert(name);
+                continue;
+            }
             if channel.ty.axis.is_some() && !channel.per_hand {
                 self.report(
                     Diagnostic::error(
@@ -57,6 +66,7 @@ impl Resolver {
                     .at(channel.span, "declared for no hand")
                     .help("move it into `for each hand { … }`"),
                 );
+                self.names.broken.insert(name);
                 continue;
             }
             if let Some((known, span)) = first.get(&name) {
@@ -74,7 +84,7 @@ impl Resolver {
                 continue;
             }
             first.insert(name.clone(), (channel, channel.name.span));
-            self.names.channels.push(ChannelSpec {
+            self.add_channel(ChannelSpec {
                 name,
                 per_hand: channel.per_hand,
                 axis: channel.ty.axis,
@@ -85,15 +95,26 @@ impl Resolver {
         }
     }
 
+    fn add_channel(&mut self, channel: ChannelSpec) {
+        let head = channel.name.split('.').next().unwrap_or("").to_string();
+        self.names.channel_heads.insert(head);
+        self.names.channels.insert(channel.name.clone(), channel);
+    }
+
     /// Works out what stands for the optional channels that a log lacks.
     pub(super) fn channel_defaults(&mut self, declared: &Declared<'_>) {
+        let needed: BTreeSet<String> = declared
+            .channels
+            .iter()
+            .filter(|channel| channel.default.is_none())
+            .map(|channel| channel.name.text())
+            .collect();
         for channel in &declared.channels {
             let name = channel.name.text();
-            let needed = declared.channels.iter().any(|other| other.default.is_none() && other.name.text() == name);
             let Some(default) = &channel.default else { continue };
             let absent = self.default_of(channel, default);
-            let Some(absent) = absent.filter(|_| !needed) else { continue };
-            if let Some(known) = self.names.channels.iter_mut().find(|known| known.name == name) {
+            let Some(absent) = absent.filter(|_| !needed.contains(&name)) else { continue };
+            if let Some(known) = self.names.channels.get_mut(&name) {
                 known.absent = absent;
             }
         }
@@ -138,8 +159,7 @@ impl Resolver {
             return None;
         };
         let Some(spec) = self.names.channel(&source).cloned() else {
-            let known: Vec<String> = self.names.channels.iter().map(|channel| channel.name.clone()).collect();
-            self.unknown("channel", &source, place, known.iter().map(String::as_str));
+            self.unknown("channel", &source, place, |resolver| resolver.names.channels.keys().cloned().collect());
             return None;
         };
         let fits = spec.shape == Shape::Vec3 && spec.axis == channel.ty.axis && spec.per_hand == channel.per_hand;

@@ -79,20 +79,20 @@ impl Resolver {
         self.findings.push(finding);
     }
 
-    /// Reports a name that means nothing, with the nearest one that means something.
-    pub fn unknown<'n>(&mut self, kind: &str, word: &str, place: Span, known: impl Iterator<Item = &'n str> + Clone) {
+    /// Reports a name that means nothing, with the nearest of the `known` ones.
+    pub fn unknown(&mut self, kind: &str, word: &str, place: Span, known: impl FnOnce(&Self) -> Vec<String>) {
         let head = word.split('.').find(|part| *part != "left" && *part != "right").unwrap_or(word);
         if self.names.incomplete || self.names.broken.contains(word) || self.names.broken.contains(head) {
             return;
         }
         let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no {kind} `{word}`"))
             .at(place, "nothing has this name");
-        let known_count = known.clone().count();
-        let finding = match nearest(word, known.clone()) {
+        // Looking for near names takes time; reports beyond the bound are only counted.
+        let known = if self.findings.len() < super::MAX_REPORTS { known(self) } else { Vec::new() };
+        let finding = match nearest(word, known.iter().map(String::as_str)) {
             Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
-            None if (1..=12).contains(&known_count) => {
-                finding.help(format!("there are {}", known.collect::<Vec<_>>().join(", ")))
-            }
+            None if head == "fingers" => finding.help("`use \"stream.rules\"` declares the channels of the fingers"),
+            None if (1..=12).contains(&known.len()) => finding.help(format!("known here: {}", known.join(", "))),
             None => finding,
         };
         self.report(finding);
@@ -101,8 +101,9 @@ impl Resolver {
     /// The primitive that a label names. In a leaf and behind `becomes` (`exact`) a sided primitive needs its side.
     pub fn label(&mut self, label: &syntax::Label, exact: bool) -> Option<Label> {
         let Some(primitive) = self.rules.primitive(&label.name.text) else {
-            let known: Vec<String> = self.rules.primitives.iter().map(|primitive| primitive.name.clone()).collect();
-            self.unknown("primitive", &label.name.text, label.name.span, known.iter().map(String::as_str));
+            self.unknown("primitive", &label.name.text, label.name.span, |resolver| {
+                resolver.rules.primitives.iter().map(|primitive| primitive.name.clone()).collect()
+            });
             return None;
         };
         self.used.insert(label.name.text.clone());

@@ -10,6 +10,7 @@ use crate::language::rules::Primitive;
 use crate::language::source::SHIPPED;
 use crate::language::syntax::{self, File, Item, ItemKind};
 use crate::language::types::FUNCTIONS;
+use indexmap::IndexMap;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// All declarations in order of evaluation, by kind.
@@ -61,7 +62,9 @@ pub struct Names {
     /// Params, signals and latches.
     pub values: BTreeMap<String, Value>,
     /// Every channel that may be read: declared in `stream`, or derived.
-    pub channels: Vec<ChannelSpec>,
+    pub channels: IndexMap<String, ChannelSpec>,
+    /// The first words of their names.
+    pub channel_heads: BTreeSet<String>,
     /// Names whose declarations could not be read.
     pub broken: BTreeSet<String>,
     /// Whether a used file is missing.
@@ -106,7 +109,7 @@ pub enum State {
 impl Names {
     /// The channel with this name.
     pub fn channel(&self, name: &str) -> Option<&ChannelSpec> {
-        self.channels.iter().find(|channel| channel.name == name)
+        self.channels.get(name)
     }
 
     /// Sets how far a value is.
@@ -164,7 +167,7 @@ impl Resolver {
             Some("a hand")
         } else if FUNCTIONS.contains(&word) {
             Some("a function")
-        } else if self.names.channels.iter().any(|channel| channel.name.split('.').next() == Some(word)) {
+        } else if self.names.channel_heads.contains(word) {
             Some("a channel")
         } else {
             None
@@ -176,6 +179,7 @@ impl Resolver {
                 finding = finding.note(format!("`{word}` is {}", derived.doc));
             }
             self.report(finding);
+            self.names.broken.insert(name.text.clone());
             return;
         }
         if let Some(first) = self.names.values.get(word) {

@@ -14,7 +14,7 @@ pub fn nearest<'n>(word: &str, known: impl IntoIterator<Item = &'n str>) -> Opti
         .filter(|near| near.len().abs_diff(word.len()) <= bound && near.len() <= LONGEST)
         .map(|near| (distance(word, near), near))
         .filter(|(distance, near)| {
-            *distance <= bound && *distance < near.chars().count().max(2) && *distance < word.chars().count().max(2)
+            *distance <= bound && *distance < near.chars().count() && *distance < word.chars().count()
         })
         .min()
         .map(|(_, near)| near)

@@ -2,7 +2,6 @@
 
 use super::Resolver;
 use super::names::{Declared, State};
-use crate::base::channels::Axis;
 use crate::base::diagnostic::Diagnostic;
 use crate::base::hands::Side;
 use crate::language::codes;
@@ -188,14 +187,6 @@ impl Resolver {
                 _ => State::Broken,
             };
             self.names.set_state(&name.text, state);
-        }
-    }
-
-    /// What an array runs over, in words.
-    pub fn over(axis: Axis) -> &'static str {
-        match axis {
-            Axis::Fingers => "finger",
-            Axis::Contacts => "contact",
         }
     }
 }

@@ -61,8 +61,7 @@ impl Loader {
     /// Reads a file that the user named: a path, else a shipped file such as `rules/contact.rules` or `contact.rules`.
     pub fn load_named(&mut self, name: &Path) {
         let on_disk = if name.exists() { std::fs::canonicalize(name).map(Place::Disk).ok() } else { None };
-        self.named.extend(u32::try_from(self.sources.files.len()));
-        self.load_first(name, [on_disk, name.to_str().and_then(|name| self.by_name(name))]);
+        self.load_first(name, 0, [on_disk, name.to_str().and_then(|name| self.by_name(name))]);
     }
 
     /// Reads the hand file: the one of this name beside `rules` if there is one, else the shipped one, else a path.
@@ -73,12 +72,13 @@ impl Loader {
             .filter(|beside| rules.is_some_and(Path::exists) && beside.exists())
             .and_then(|beside| std::fs::canonicalize(beside).ok());
         let on_disk = std::fs::canonicalize(path).ok();
-        self.load_first(path, [beside.map(Place::Disk), self.by_name(name), on_disk.map(Place::Disk)]);
+        // Not named by the user: it counts as used.
+        self.load_first(path, 1, [beside.map(Place::Disk), self.by_name(name), on_disk.map(Place::Disk)]);
     }
 
-    fn load_first<const N: usize>(&mut self, name: &Path, places: [Option<Place>; N]) {
+    fn load_first<const N: usize>(&mut self, name: &Path, depth: usize, places: [Option<Place>; N]) {
         if let Some(place) = places.into_iter().flatten().next() {
-            self.load(place, &name.display().to_string(), None, 0);
+            self.load(place, &name.display().to_string(), None, depth);
             return;
         }
         self.incomplete = true;
@@ -102,7 +102,6 @@ impl Loader {
     /// Reads a text under a name.
     pub fn load_text(&mut self, name: &str, text: &str) {
         self.progress.insert(Place::Text, Progress::Open);
-        self.named.extend(u32::try_from(self.sources.files.len()));
         self.parse(Place::Text, name.to_string(), text.to_string(), 0);
     }
 
@@ -194,6 +193,9 @@ impl Loader {
         let (file, findings) = parse::parse(&text, id);
         self.sources.files.push(Source { name: name.clone(), text });
         self.incomplete |= file.is_cut;
+        if depth == 0 {
+            self.named.insert(id);
+        }
         self.findings.extend(findings);
         for used in file.items.iter().filter_map(|item| match &item.kind {
             ItemKind::Use(used) => Some(used),

@@ -66,8 +66,11 @@ impl<'a> Formulas<'a> {
         let other = Label { primitive: PrimitiveId(u32::MAX), side: None };
         let mut before: Vec<Option<Label>> = vec![None, Some(other)];
         for label in &self.mentioned {
-            for side in [label.side, Some(Side::Left), Some(Side::Right)] {
-                let concrete = Some(Label { side, ..*label });
+            // A primitive whose side is mentioned anywhere has one.
+            let sided = self.mentioned.iter().any(|other| other.primitive == label.primitive && other.side.is_some());
+            let sides: &[Option<Side>] = if sided { &[Some(Side::Left), Some(Side::Right)] } else { &[None] };
+            for side in sides {
+                let concrete = Some(Label { side: *side, ..*label });
                 if !before.contains(&concrete) {
                     before.push(concrete);
                 }

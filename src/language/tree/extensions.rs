@@ -72,8 +72,22 @@ impl Resolver {
     fn splice(&mut self, drafts: &mut [Draft], group: Group<'_>) {
         let [tree, rest @ ..] = group.first.place.parts.as_slice() else { return };
         let Some(draft) = drafts.iter_mut().find(|draft| draft.tree.name == tree.text) else {
-            let known: Vec<String> = drafts.iter().map(|draft| draft.tree.name.clone()).collect();
-            self.unknown("tree", &tree.text, tree.span, known.iter().map(String::as_str));
+            let owner = drafts.iter().find(|draft| {
+                let mut found = false;
+                name_choices(&draft.tree.root, &mut |choice, name| {
+                    found |= name == tree.text && matches!(choice.then, Then::Branch(_));
+                });
+                found
+            });
+            if let (Some(owner), []) = (owner, rest) {
+                let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no tree `{}`", tree.text))
+                    .at(tree.span, "this is a branch");
+                let whole = format!("{}.{}", owner.tree.name, tree.text);
+                self.report(finding.fix("name its tree too", tree.span, whole));
+                return;
+            }
+            let known = drafts.iter().map(|draft| draft.tree.name.clone()).collect();
+            self.unknown("tree", &tree.text, tree.span, |_| known);
             return;
         };
         let whole = draft.whole;
@@ -117,7 +131,7 @@ impl Resolver {
                 ),
                 None if draft.whole => {
                     let kind = format!("branch in `{}` named", draft.tree.name);
-                    self.unknown(&kind, &name.text, name.span, branches.iter().map(String::as_str));
+                    self.unknown(&kind, &name.text, name.span, |_| branches);
                 }
                 // The branch may be one that could not be read.
                 None => {}

@@ -135,8 +135,10 @@ impl Resolver {
             finger => match Finger::from_name(finger) {
                 Some(finger) => FingerPick::One(finger),
                 None => {
-                    let known = Finger::ALL.map(Finger::name);
-                    self.unknown("finger", finger, name.span, known.into_iter().chain(["opposing", "tips"]));
+                    self.unknown("finger", finger, name.span, |_| {
+                        let fingers = Finger::ALL.into_iter().map(Finger::name);
+                        fingers.chain(["opposing", "tips"]).map(str::to_string).collect()
+                    });
                     return None;
                 }
             },
@@ -178,7 +180,10 @@ impl Resolver {
                 let finding = Diagnostic::error(codes::NO_COMPONENT, format!("this has no component `{}`", name.text))
                     .at(name.span, "there is no such component")
                     .at(inner.span, format!("this is {}", describe(inner.ty)));
-                self.report(if inner.ty.shape == Shape::Vec3 {
+                let fingers = matches!(inner.ty.axis, Some((Axis::Fingers, _)));
+                self.report(if fingers && Finger::from_name(&name.text).is_some() {
+                    finding.help(format!("write `[{}]` to pick a finger", name.text))
+                } else if inner.ty.shape == Shape::Vec3 {
                     finding.help("a vec3 has `.x`, `.y` and `.z`")
                 } else {
                     finding

@@ -164,8 +164,7 @@ impl Resolver {
             .into_iter()
             .map(|(side, place)| {
                 if self.names.channel("fingers.force").is_none() {
-                    let known = self.names.channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
-                    self.unknown("channel", "fingers.force", place, known.iter().map(String::as_str));
+                    self.unknown("channel", "fingers.force", place, |_| Vec::new());
                 }
                 self.channel_of("fingers.force", Some(side), place, scope)
             })
@@ -218,7 +217,7 @@ impl Resolver {
             );
             return;
         }
-        self.unknown("function", &name, path.span, FUNCTIONS.iter().copied());
+        self.unknown("function", &name, path.span, |_| FUNCTIONS.iter().map(ToString::to_string).collect());
     }
 }
 

@@ -12,7 +12,7 @@ use super::codes;
 use super::resolve::Resolver;
 use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type, Window};
 use super::syntax::{self, ExprKind as Syntax};
-use crate::base::channels::Shape;
+use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units::Dimension;
 
@@ -39,6 +39,14 @@ impl Scope {
     }
 }
 
+/// What an array runs over, in words.
+const fn over(axis: Axis) -> &'static str {
+    match axis {
+        Axis::Fingers => "finger",
+        Axis::Contacts => "contact",
+    }
+}
+
 /// The type in words: `a force (N)`, `a condition`, `a vec3 (m/s) per finger`.
 pub fn describe(ty: Type) -> String {
     let element = match ty.shape {
@@ -50,7 +58,7 @@ pub fn describe(ty: Type) -> String {
         Shape::Object => "an object".to_string(),
     };
     match ty.axis {
-        Some((axis, _)) => format!("{element} per {}", Resolver::over(axis)),
+        Some((axis, _)) => format!("{element} per {}", over(axis)),
         None => element,
     }
 }
@@ -142,7 +150,7 @@ impl Resolver {
         let checked = self.expr(expr, scope)?;
         self.want_bool(&checked, who)?;
         if let Some((axis, _)) = checked.ty.axis {
-            let over = Self::over(axis);
+            let over = over(axis);
             let text = self.rules.sources.text(expr.span).to_string();
             self.report(
                 Diagnostic::error(codes::WRONG_TYPE, format!("{who} a single condition"))
@@ -257,6 +265,9 @@ impl Resolver {
                 let finding = Diagnostic::error(codes::WRONG_TYPE, "only numbers are compared".to_string())
                     .at(side.span, format!("this is {}", describe(side.ty)));
                 self.report(match side.ty.shape {
+                    Shape::Bool if side.ty.axis.is_some() => {
+                        finding.help("`count(c)` tells how many of the conditions hold")
+                    }
                     Shape::Bool => finding.help("join conditions by `and`, `or` and `not`"),
                     Shape::Vec3 => finding.help("`norm(v)` is its length, `v.z` its component upwards"),
                     Shape::Object if !equality => finding.help("objects are only equal (`==`) or not (`!=`)"),

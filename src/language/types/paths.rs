@@ -52,16 +52,14 @@ impl Resolver {
     }
 
     fn unknown_path(&mut self, path: &Path, side: Option<Side>, parts: &[Name]) {
-        let prefix = side.map_or(String::new(), |side| format!("{side}."));
-        let values = self.names.values.iter().map(|(name, value)| (name.clone(), value.per_hand));
-        let channels = self.names.channels.iter().map(|channel| (channel.name.clone(), channel.per_hand));
-        let known: Vec<String> = values
-            .chain(channels)
-            .filter(|(_, per_hand)| side.is_none() || *per_hand)
-            .map(|(name, _)| format!("{prefix}{name}"))
-            .collect();
         let kind = if parts.len() > 1 { "channel" } else { "value" };
-        self.unknown(kind, &path.text(), path.span, known.iter().map(String::as_str));
+        self.unknown(kind, &path.text(), path.span, |resolver| {
+            let prefix = side.map_or(String::new(), |side| format!("{side}."));
+            let values = resolver.names.values.iter().map(|(name, value)| (name, value.per_hand));
+            let channels = resolver.names.channels.iter().map(|(name, channel)| (name, channel.per_hand));
+            let reachable = values.chain(channels).filter(|(_, per_hand)| side.is_none() || *per_hand);
+            reachable.map(|(name, _)| format!("{prefix}{name}")).collect()
+        });
     }
 
     fn value_of(&mut self, name: &Name, value: Value, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {

@@ -112,6 +112,7 @@ fn limits_are_told() {
     assert_eq!(loaded.diagnostics.len(), 201);
 }
 
+#[cfg(unix)]
 #[test]
 fn a_link_out_of_the_folder_is_refused() {
     let folder = tempfile::tempdir().unwrap();
