@@ -100,8 +100,10 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// The test of `condition`, or its target when both are the same.
+    /// The test of `condition`, or its target when both are the same. What is known is not asked again right after.
     pub fn test(&mut self, condition: ValueId, yes: Target, no: Target) -> Target {
+        let yes = self.known(yes, condition, |again| again.yes);
+        let no = self.known(no, condition, |again| again.no);
         if yes == no {
             return yes;
         }
@@ -112,6 +114,15 @@ impl Builder {
             self.tests.push(test);
         }
         Target::Test(at)
+    }
+
+    fn known(&self, target: Target, condition: ValueId, answer: impl Fn(&Test) -> Target) -> Target {
+        match target {
+            Target::Test(at) => {
+                self.tests.get(at as usize).filter(|test| test.condition == condition).map_or(target, answer)
+            }
+            leaf @ Target::Leaf(_) => leaf,
+        }
     }
 
     /// The finished graph.

@@ -287,6 +287,13 @@ fn single_hand() -> Vec<Scenario> {
             task: "turn_screw",
         },
         scenario(
+            "slide",
+            vec![(2, HELD), (3, moving(HELD)), (1, HELD)],
+            "Move Approach Grasp Slide Grasp Release",
+            "Move Approach Grasp Slide Release",
+            "slide",
+        ),
+        scenario(
             "turn a knob on the base",
             vec![(2, HELD), (3, turning(HELD)), (1, HELD)],
             "Move Approach Grasp Turn Grasp Release",
@@ -342,6 +349,13 @@ fn contact() -> Vec<Scenario> {
             "Move Approach Grasp Translate Place Release",
             "Move Approach Grasp Translate Place Release",
             "pick_and_place",
+        ),
+        scenario(
+            "push only",
+            vec![(1, TOUCH), (3, moving(TOUCH)), (1, walled(TOUCH))],
+            "Move Approach Push Release",
+            "Move Approach Push Release",
+            "push",
         ),
         scenario(
             "slide into a wall under grasp",
