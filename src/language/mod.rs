@@ -78,8 +78,7 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
 
 fn finish(mut loader: Loader, request: &Request) -> Loaded {
     if !loader.unkept().is_empty() {
-        let rules = request.files.first().map(PathBuf::as_path);
-        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND), rules);
+        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
     let Loader { sources, files, mut findings, incomplete, named, .. } = loader;
     let input = resolve::Input {
