@@ -15,6 +15,7 @@ mod measures;
 pub mod number;
 mod relabel;
 mod rounds;
+pub mod score;
 mod show;
 mod spans;
 mod stretch;
