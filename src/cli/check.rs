@@ -29,8 +29,11 @@ pub struct Args {
 
 /// Runs `check`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let request = Request { files: args.files.clone(), hand_file: args.hand.clone(), overrides: args.set.clone() };
-    let loaded = language::load(&request);
+    let (files, hand_file, overrides) = (args.files.clone(), args.hand.clone(), args.set.clone());
+    let loaded = language::load(&Request { files, hand_file, overrides, needs_tree: false });
+    if loaded.unread {
+        return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
+    }
     let count = |severity| loaded.diagnostics.iter().filter(|found| found.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
     output::print(&render(&loaded.diagnostics, &loaded.sources, output::color()))?;

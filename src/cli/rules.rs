@@ -31,6 +31,7 @@ pub fn load(args: &RuleArgs, hand_file: Option<&str>, params: &[(String, String)
         files: args.rules.clone(),
         hand_file: args.hand.clone().or_else(|| hand_file.map(str::to_string)),
         overrides: params.iter().chain(&args.set).cloned().collect(),
+        needs_tree: true,
     };
     let loaded = language::load(&request);
     let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();

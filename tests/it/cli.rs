@@ -167,6 +167,8 @@ fn exit_status_tells_a_no_from_bad_input() {
         &["analyze", "README.md"],
         &["teach", "nowhere", "nobody", "-o", "x.csv"],
         &["walk"],
+        &["check", "no_such.rules"],
+        &["check", "--hand", "no_such.rules"],
     ] {
         let output = teachtree(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));

@@ -74,14 +74,18 @@ impl<'a> Scan<'a> {
     pub fn new(text: &'a str, file: u32, findings: &mut Vec<Diagnostic>) -> Self {
         let mut scan = Self { text, file, tokens: Vec::new(), comments: Vec::new(), is_cut: false };
         scan.split();
-        if scan.tokens.len() > MAX_TOKENS {
-            findings.push(
-                Diagnostic::error(codes::TOO_LARGE, format!("a rule file has at most {MAX_TOKENS} words and symbols"))
-                    .at(scan.span(MAX_TOKENS, MAX_TOKENS + 1), "the file is not read on from here"),
-            );
+        let too_much = (scan.tokens.len() > MAX_TOKENS).then(|| scan.span(MAX_TOKENS, MAX_TOKENS + 1));
+        if too_much.is_some() {
             scan.cut(&[], MAX_TOKENS);
         }
         scan.match_brackets(findings);
+        // Unless something before ended the file already.
+        if let Some(too_much) = too_much.filter(|_| scan.tokens.len() == MAX_TOKENS) {
+            findings.push(
+                Diagnostic::error(codes::TOO_LARGE, format!("a rule file has at most {MAX_TOKENS} words and symbols"))
+                    .at(too_much, "the file is not read on from here"),
+            );
+        }
         scan.bound_signs(findings);
         scan
     }
@@ -194,7 +198,9 @@ impl<'a> Scan<'a> {
             let text = self.text;
             let shown = |bracket: Token| text.get(bracket.start..bracket.end);
             let leads_item = token.leads && self.begins_item(at);
-            if matches!(word, "=>" | "{" | "becomes") || leads_item {
+            // Before a number it is a mistyped `>=`.
+            let arrow = word == "=>" && self.tokens.get(at + 1).is_none_or(|next| next.kind != Kind::Number);
+            if arrow || matches!(word, "{" | "becomes") || leads_item {
                 // None of these can stand inside parentheses.
                 self.give_up(&mut open, at, |bracket| shown(bracket) != Some("{"), findings);
             }

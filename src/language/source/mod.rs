@@ -55,6 +55,8 @@ pub struct Loader {
     pub incomplete: bool,
     /// The files that were named themselves, by their position in `sources`; all others are there for them.
     pub named: BTreeSet<u32>,
+    /// Whether a file that was asked for, not one that another uses, could not be read at all.
+    pub unread: bool,
     progress: BTreeMap<Place, Progress>,
     /// The folder of the user's first file on disk: canonical, and as the user wrote it.
     folder: Option<(PathBuf, PathBuf)>,
@@ -88,6 +90,7 @@ impl Loader {
             return;
         }
         self.incomplete = true;
+        self.unread = true;
         let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
         self.findings.push(
             Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display()))
@@ -188,6 +191,7 @@ impl Loader {
             }
             Err((code, reason)) => {
                 self.incomplete = true;
+                self.unread |= user.is_none();
                 self.progress.insert(place, Progress::Done);
                 let finding = Diagnostic::error(code, format!("cannot read `{shown}`: {reason}"));
                 self.findings.push(match user {
