@@ -71,6 +71,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     for log in &args.logs {
         match one(args, log, &inputs) {
+            // A table has one header.
+            Ok(text) if args.format == Format::Csv && !out.is_empty() => {
+                out.push_str(text.split_once('\n').map_or("", |(_, rows)| rows));
+            }
             Ok(text) => out.push_str(&text),
             // The other recordings are worth having all the same.
             Err(failure) => failures.push(failure),
@@ -107,6 +111,7 @@ pub fn analyse(
     params: Vec<(String, String)>,
 ) -> Result<Analysed, Failure> {
     let frames = opened.frames(&report::channels(rules))?;
+    analysis::check_rate(rules, frames.layout.rate_hz)?;
     let leaves = evaluate(&lower(rules), &frames)?;
     let analysis = analysis::analyse(rules, &frames, &leaves);
     let meta = Meta {

@@ -10,9 +10,9 @@ mod check;
 mod demo;
 mod graph;
 mod output;
-#[cfg(feature = "world")]
 mod progress;
 mod rules;
+mod score;
 #[cfg(feature = "world")]
 mod teach;
 
@@ -37,6 +37,8 @@ enum Command {
     Check(check::Args),
     /// Segment recordings into primitive motions and name their tasks
     Analyze(analyze::Args),
+    /// Compare what is found in recordings with what is true
+    Score(score::Args),
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
@@ -88,6 +90,7 @@ pub fn main() -> ExitCode {
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
         Command::Analyze(args) => analyze::run(args),
+        Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         Command::Graph(args) => graph::run(args),

@@ -22,6 +22,8 @@ pub struct Read {
     pub recording: Recording,
     /// Rows that were left out.
     pub issues: Vec<Issue>,
+    /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
+    pub row_time: Vec<f64>,
 }
 
 /// Reads a canonical log with the scene and the events beside it; `scene` replaces the scene file beside the log.
@@ -122,7 +124,7 @@ pub(super) fn columns(source: Source) -> Result<Read, InputError> {
             }
         }
     }
-    Ok(Read { recording, issues: table.issues })
+    Ok(Read { recording, issues: table.issues, row_time: table.row_time })
 }
 
 /// What to read from a column with this name and unit, and its dimension.

@@ -6,6 +6,7 @@ mod dead;
 mod derive;
 pub mod frames;
 mod geometry;
+pub mod labels;
 mod measured;
 pub mod names;
 mod open;

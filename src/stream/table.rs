@@ -45,6 +45,8 @@ pub enum Want {
 pub struct Table {
     /// Time stamps, s, strictly rising.
     pub time: Vec<f64>,
+    /// The stamp of each row of the file, s, also of those that repeat one: what a row number in another file means.
+    pub row_time: Vec<f64>,
     /// One entry a column of the header; empty unless a number was wanted.
     pub numbers: Vec<Vec<f64>>,
     /// One entry a column of the header; empty unless text was wanted.
@@ -204,12 +206,14 @@ impl Rows {
                 return Err((last, time.seconds));
             }
             if time.seconds <= last {
+                self.table.row_time.push(last);
                 let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, last, last));
                 self.repeated = Some((count + 1, first_row, start, last));
                 return Ok(());
             }
         }
         self.table.time.push(time.seconds);
+        self.table.row_time.push(time.seconds);
         let columns = self.table.numbers.iter_mut().zip(&mut self.table.texts);
         for ((cell, want), (numbers, texts)) in record.iter().zip(wants).zip(columns) {
             match want {

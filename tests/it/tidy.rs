@@ -24,6 +24,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("rand", &["src/world/"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
+    ("rayon", &["src/cli/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 

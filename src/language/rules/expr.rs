@@ -103,6 +103,18 @@ pub enum Arithmetic {
     Divide,
 }
 
+impl Arithmetic {
+    /// The result.
+    pub fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+        }
+    }
+}
+
 /// A comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Comparison {
@@ -190,7 +202,7 @@ pub enum Function {
 
 impl Expr {
     /// The expressions that this one is made of; constants are not among them.
-    pub fn parts(&self) -> Vec<&Self> {
+    pub fn arguments(&self) -> Vec<&Self> {
         match &self.kind {
             ExprKind::Bool(_)
             | ExprKind::Number(_)
@@ -216,8 +228,8 @@ impl Expr {
     /// Calls `visit` for this expression and everything in it.
     pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
         visit(self);
-        for part in self.parts() {
-            part.walk(visit);
+        for argument in self.arguments() {
+            argument.walk(visit);
         }
     }
 }

@@ -275,8 +275,9 @@ impl Loader {
 /// The text of a file on disk, or the code and reason why there is none.
 fn read(path: &Path) -> Result<String, (&'static str, String)> {
     let unreadable = |error: std::io::Error| (codes::UNREADABLE, error.kind().to_string());
-    if path.is_dir() {
-        return Err((codes::UNREADABLE, "it is a folder".to_string()));
+    if path.exists() && !path.is_file() {
+        // A pipe would be waited for.
+        return Err((codes::UNREADABLE, if path.is_dir() { "it is a folder" } else { "it is no file" }.to_string()));
     }
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;

@@ -38,7 +38,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     let binding = &file.binding;
     let mut read = if binding.channels.is_empty() { csv::columns(source)? } else { foreign(source, file, &scene)? };
     read.recording.scene = scene;
-    for stamp in &mut read.recording.time {
+    for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
         *stamp += binding.time_offset.0;
     }
     tare(&mut read.recording, file)?;
@@ -87,7 +87,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, In
     if let Some(want) = wants.get_mut(time.column) {
         *want = Want::Time(time.factor);
     }
-    let Table { time, numbers, mut texts, issues } = source.read(&wants)?;
+    let Table { time, row_time, numbers, mut texts, issues } = source.read(&wants)?;
     let mut recording = Recording { time, ..Recording::default() };
     for bound in bound {
         let values = bound.values(&numbers, recording.time.len());
@@ -98,7 +98,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, In
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
     }
-    Ok(Read { recording, issues })
+    Ok(Read { recording, issues, row_time })
 }
 
 impl Bound {
