@@ -202,7 +202,7 @@ pub enum Function {
 
 impl Expr {
     /// The expressions that this one is made of; constants are not among them.
-    pub fn parts(&self) -> Vec<&Self> {
+    pub fn arguments(&self) -> Vec<&Self> {
         match &self.kind {
             ExprKind::Bool(_)
             | ExprKind::Number(_)
@@ -228,8 +228,8 @@ impl Expr {
     /// Calls `visit` for this expression and everything in it.
     pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
         visit(self);
-        for part in self.parts() {
-            part.walk(visit);
+        for argument in self.arguments() {
+            argument.walk(visit);
         }
     }
 }

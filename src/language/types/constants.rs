@@ -6,7 +6,7 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::resolve::Resolver;
-use crate::language::rules::{Arithmetic, Constant, Expr, ExprKind, ParamId};
+use crate::language::rules::{Constant, Expr, ExprKind, ParamId};
 use crate::language::syntax;
 
 impl Resolver {
@@ -102,12 +102,7 @@ impl Resolver {
             ExprKind::Negate(inner) => -self.value(inner, params)?,
             ExprKind::Arithmetic(operation, left, right) => {
                 let (left, right) = (self.value(left, params)?, self.value(right, params)?);
-                match operation {
-                    Arithmetic::Add => left + right,
-                    Arithmetic::Subtract => left - right,
-                    Arithmetic::Multiply => left * right,
-                    Arithmetic::Divide => left / right,
-                }
+                operation.apply(left, right)
             }
             _ => {
                 self.report(

@@ -31,7 +31,7 @@ impl Resolver {
             ExprKind::Negate(_)
             | ExprKind::Arithmetic(..)
             | ExprKind::Call(Function::Abs | Function::Min | Function::Max | Function::Sum, _) => {
-                expr.parts().into_iter().all(|part| self.is_exact(part))
+                expr.arguments().into_iter().all(|argument| self.is_exact(argument))
             }
             _ => false,
         }
