@@ -163,7 +163,7 @@ pub const DERIVED: &[Derived] = &[
         "target.over_socket",
         Shape::Bool,
         Dimension::NONE,
-        "the target's plug point is near the axis of a socket, above its rim: searching for the hole",
+        "the target's plug point is near the axis of a socket, above its rim or at most 5 mm below: searching for the hole",
     ),
     contact("contacts.force", Shape::Vec3, Dimension::FORCE, "force of the other body on the target, reference frame"),
     contact(

@@ -19,6 +19,22 @@ impl InputError {
         Self { place: place.into(), message: message.into(), help: None }
     }
 
+    /// An error about a file that cannot be read, in words for people.
+    pub fn unreadable(file: impl Into<String>, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let message = match error.kind() {
+            ErrorKind::NotFound => "there is no such file".to_string(),
+            ErrorKind::PermissionDenied => "the file may not be read".to_string(),
+            ErrorKind::IsADirectory => "found a folder, wanted a file".to_string(),
+            ErrorKind::InvalidData => "the file is no text in UTF-8".to_string(),
+            // Without the number that the system gives it: `Too many open files (os error 24)`.
+            _ => {
+                format!("the file cannot be read: {}", error.to_string().split(" (os error").next().unwrap_or_default())
+            }
+        };
+        Self::new(file, message)
+    }
+
     /// The same with advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {

@@ -1,10 +1,13 @@
-//! Reading YAML: the only place that names the YAML crate. Every error carries file, line and column.
+//! Reading YAML: the only place that names the YAML crate. Every error carries file, line and column, and speaks of keys and lists,
+//! not of the types that read them.
 
 use super::error::InputError;
 use serde::{Serialize, de::DeserializeOwned};
 
 /// The largest YAML text that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
+/// How deep lists `[…]` and mappings `{…}` may stand in each other: the YAML crate takes the square of the depth.
+pub const MAX_DEPTH: usize = 64;
 
 /// Reads a YAML text; `file` is its name in errors. Unknown keys are refused by the types (`deny_unknown_fields`).
 ///
@@ -14,6 +17,10 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
+    if let Some((line, column)) = too_deep(text) {
+        let message = format!("the brackets stand more than {MAX_DEPTH} deep in each other");
+        return Err(InputError::new(format!("{file}:{line}:{column}"), message));
+    }
     serde_yaml::from_str(text).map_err(|error| {
         let place = match error.location() {
             Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
@@ -21,8 +28,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         };
         let message = error.to_string();
         // The crate appends the place that we already give.
-        let message = message.split(" at line ").next().unwrap_or(&message).to_string();
-        InputError::new(place, message)
+        InputError::new(place, in_plain_words(message.split(" at line ").next().unwrap_or(&message)))
     })
 }
 
@@ -32,4 +38,83 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
 /// When the value has a form that YAML cannot say.
 pub fn write<T: Serialize>(value: &T) -> Result<String, InputError> {
     serde_yaml::to_string(value).map_err(|error| InputError::new("YAML", error.to_string()))
+}
+
+/// Where brackets stand deeper than [`MAX_DEPTH`], counted from 1. Brackets in comments and in quoted texts do not count.
+fn too_deep(text: &str) -> Option<(usize, usize)> {
+    let (mut depth, mut quote) = (0_usize, None);
+    for (row, line) in text.lines().enumerate() {
+        let mut before = ' ';
+        for (column, sign) in line.chars().enumerate() {
+            match (quote, sign) {
+                (Some(open), _) if open == sign => quote = None,
+                (Some(_), _) => {}
+                (None, '#') if before.is_whitespace() => break,
+                // A quote inside a word is an apostrophe.
+                (None, '"' | '\'') if !before.is_alphanumeric() => quote = Some(sign),
+                (None, '[' | '{') => depth += 1,
+                (None, ']' | '}') => depth = depth.saturating_sub(1),
+                (None, _) => {}
+            }
+            if depth > MAX_DEPTH {
+                return Some((row + 1, column + 1));
+            }
+            before = sign;
+        }
+    }
+    None
+}
+
+/// What serde says, for people who know YAML and not Rust: `a.b: invalid type: sequence, expected a string` becomes
+/// `a.b: found a list, wanted a text`.
+fn in_plain_words(message: &str) -> String {
+    let mark = |mark: &str| message.find(mark).map(|at| message.split_at(at));
+    let kinds = ["invalid type: ", "invalid value: ", "invalid length ", "unknown field ", "unknown variant "];
+    for kind in kinds {
+        let Some((path, rest)) = mark(kind) else { continue };
+        let rest = rest.get(kind.len()..).unwrap_or_default();
+        let (found, wanted) = rest.rsplit_once(", expected ").or_else(|| rest.split_once(", ")).unwrap_or((rest, ""));
+        let found = match kind {
+            "invalid length " => format!("a list of {found}"),
+            "unknown field " => format!("the key {found}"),
+            _ => found_words(found),
+        };
+        let wanted = wanted_words(wanted);
+        return format!("{path}found {found}{}", if wanted.is_empty() { wanted } else { format!(", wanted {wanted}") });
+    }
+    for (kind, says) in [("missing field ", "is missing"), ("duplicate field ", "is there twice")] {
+        if let Some((path, rest)) = mark(kind) {
+            return format!("{path}the key {} {says}", rest.get(kind.len()..).unwrap_or_default());
+        }
+    }
+    message.to_string()
+}
+
+/// A value as serde shows it: `string "hello"`, ``integer `5` ``, `sequence`.
+fn found_words(found: &str) -> String {
+    match found {
+        "sequence" => return "a list".into(),
+        "map" => return "keys with values".into(),
+        "unit value" => return "nothing".into(),
+        _ => {}
+    }
+    let quoted =
+        ["string ", "integer ", "floating point ", "boolean "].iter().find_map(|kind| found.strip_prefix(kind));
+    quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", value.trim_matches(['"', '`'])))
+}
+
+/// What serde expected, by the names of its types.
+fn wanted_words(wanted: &str) -> String {
+    let list_of = wanted.strip_prefix("an array of length ").or_else(|| wanted.strip_prefix("a tuple of size "));
+    match wanted {
+        "a string" => "a text".into(),
+        "a sequence" => "a list".into(),
+        "a map" => "keys with values".into(),
+        "a boolean" => "`true` or `false`".into(),
+        "f64" | "f32" => "a number".into(),
+        "u8" | "u16" | "u32" | "u64" | "usize" | "i8" | "i16" | "i32" | "i64" => "a whole number".into(),
+        _ if wanted.starts_with("struct ") => "keys with values".into(),
+        _ if wanted.starts_with("variant ") || wanted.starts_with("enum ") => "a name".into(),
+        _ => list_of.map_or_else(|| wanted.to_string(), |length| format!("a list of {length}")),
+    }
 }

@@ -4,7 +4,7 @@
 
 use super::frames::Issue;
 use super::names;
-use super::table::{self, Source, Want};
+use super::table::{self, Source, Want, unreadable};
 use super::whole;
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Event, Recording};
@@ -31,8 +31,10 @@ pub struct Read {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
+    // The log first: one that is not there has no scene beside it either.
+    let source = table::open(path)?;
     let scene = scene.map_or_else(|| scene_beside(path), read_scene)?;
-    let mut read = columns(table::open(path)?)?;
+    let mut read = columns(source)?;
     read.recording.scene = scene;
     if let Some(file) = beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
         read.recording.events = read_events(&file)?;
@@ -61,8 +63,7 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
 /// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let name = path.display().to_string();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| InputError::new(&name, format!("cannot be opened: {error}")))?;
+    let text = std::fs::read_to_string(path).map_err(|error| InputError::unreadable(&name, &error))?;
     let scene: Scene = yaml::read(&text, &name)?;
     check_scene(&scene).map_err(|message| InputError::new(&name, message))?;
     Ok(scene)
@@ -160,7 +161,7 @@ pub fn beside(log: &Path, ending: &str) -> [PathBuf; 2] {
 
 fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
     let file = path.display().to_string();
-    let unreadable = |error: ::csv::Error| InputError::new(&file, format!("cannot be read: {error}"));
+    let unreadable = |error: ::csv::Error| unreadable(&file, &error);
     let mut reader = ::csv::Reader::from_path(path).map_err(unreadable)?;
     if reader.headers().map_err(unreadable)?.iter().ne(EVENT_COLUMNS) {
         return Err(InputError::new(

@@ -1,33 +1,44 @@
-//! Dead force sensors: a finger's force that keeps exactly one value while the hand moves is no contact.
+//! Dead sensors: a force that is repeated bit by bit while the hand moves was not measured.
 //!
-//! A working sensor has noise, and a contact force changes when the hand moves. A force that is repeated bit by bit for
-//! [`STUCK_SECS`] while the fingertip moves, or while another force changes, was not measured; nor was a single component
-//! that is repeated while the others change. The whole vector then reads zero, so that a dead sensor is never one long contact.
+//! A force that is constant proves nothing by itself: a simulated grip is, and so is a steady grip that a coarse sensor rounds. A whole
+//! vector that is repeated for [`STUCK_SECS`] while the fingertip moves, or while another force changes, is dead
+//!
+//! - all along, when the sensor repeats itself during most of the log and never reads zero: it has no rest;
+//! - in that interval, when the sensor is lively otherwise: its noise is far finer than what it repeats.
+//!
+//! A dead force reads zero, so that it is never one long contact. A fingertip that stands still while the others of its hand travel is only told.
 
 use super::frames::Issue;
+use super::measured::Columns;
 use super::names;
+use crate::base::hands::{Finger, Side};
 use crate::base::units::Dimension;
-use std::borrow::Cow;
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// How long a value must be repeated, s.
 const STUCK_SECS: f64 = 1.0;
-/// A channel with such a run is dead all along when most of its samples are repeated for this long, s: a sensor that updates now and then.
+/// A sensor without rest is dead all along when most of its samples are repeated for this long, s: it updates now and then.
 const LAZY_SECS: f64 = 0.25;
-/// Repeated values nearer to zero than this are left alone: a sensor that rounds reads small constants. N.
-const STUCK_ABOVE: f64 = 0.05;
+/// A force nearer to zero than this is rest, N.
+const REST: f64 = 0.05;
 /// How far a fingertip must get in that time, m.
 const MOVED: f64 = 0.010;
 /// Or how much another force must change, N.
 const CHANGED: f64 = 0.1;
-/// How much the other components must change for one to be stuck alone, as a share of its value: a steady grip, rounded, repeats itself too.
-const CHANGED_SHARE: f64 = 0.05;
+/// How far the other fingertips must get while one stands still, m.
+const TRAVELLED: f64 = 0.050;
+/// The fewest changes that tell whether a sensor is lively.
+const CHANGES: usize = 10;
+/// Noise turns round at two of three changes, a ramp at none: the least share of turns.
+const TURNS: f64 = 0.25;
+/// How many times the finest change a usual one is: less, and the sensor rounds.
+const FINER: f64 = 5.0;
 
-type Columns<'a> = BTreeMap<&'a str, (Dimension, Cow<'a, [f64]>)>;
+/// A vector over the log.
+type Vector<'a> = [&'a [f64]; 3];
 
-/// Puts zeros where a force sensor of a finger is dead, and tells where.
-pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
+/// Puts zeros where a force sensor of a finger is dead, and tells where; those in `trust` are left alone.
+pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Issue> {
     let channels: Vec<String> = columns
         .keys()
         .filter_map(|name| names::meaning(name))
@@ -38,35 +49,26 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         .collect();
     let mut issues = vec![];
     // All are judged before the first is silenced: each is a witness against the others.
-    let found: Vec<(String, Vec<Stuck>)> = channels
+    let found: Vec<(&String, Vec<Range<usize>>)> = channels
         .iter()
-        .map(|channel| (channel.clone(), stuck(time, columns, channel, &channels)))
-        .filter(|(_, intervals)| !intervals.is_empty())
+        .filter(|channel| !trust.contains(channel))
+        .map(|channel| (channel, stuck(time, columns, channel, &channels)))
         .collect();
     for (channel, intervals) in found {
-        for Stuck { rows, value_at } in &intervals {
-            let value: Vec<String> = components(columns, &channel)
-                .map(|values| values.get(*value_at).map_or_else(String::new, f64::to_string))
-                .collect();
-            let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
-            issues.push(Issue {
-                kind: "stuck_sensor".into(),
-                start_s: at(rows.start),
-                end_s: at(rows.end),
-                channel: channel.clone(),
-                message: format!(
-                    "the force stays at exactly ({}) N while the hand moves; it counts as no contact",
-                    value.join(", ")
-                ),
-            });
+        for rows in &intervals {
+            let message = format!(
+                "the force stays at exactly {} while the hand moves; it reads zero here; `trust: [{channel}]` in a binding keeps it",
+                value(columns, channel, longest(time, columns, channel, rows), "N")
+            );
+            issues.push(Issue { message, ..interval(time, channel, rows) });
         }
         for component in ["x", "y", "z"] {
-            if let Some((_, values)) = columns.get_mut(format!("{channel}.{component}").as_str()) {
+            if let (false, Some((_, values))) =
+                (intervals.is_empty(), columns.get_mut(format!("{channel}.{component}").as_str()))
+            {
                 let values = values.to_mut();
-                for Stuck { rows, .. } in &intervals {
-                    if let Some(values) = values.get_mut(rows.clone()) {
-                        values.fill(0.0);
-                    }
+                for rows in &intervals {
+                    values.get_mut(rows.clone()).unwrap_or_default().fill(0.0);
                 }
             }
         }
@@ -74,83 +76,137 @@ pub fn silence(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
     issues
 }
 
-fn components<'a>(columns: &'a Columns, channel: &str) -> impl Iterator<Item = &'a [f64]> {
-    ["x", "y", "z"]
-        .into_iter()
-        .filter_map(move |component| columns.get(format!("{channel}.{component}").as_str()))
-        .map(|(_, values)| values.as_ref())
-}
-
-/// An interval in which a sensor is dead, and a row that shows the value it keeps.
-struct Stuck {
-    rows: Range<usize>,
-    value_at: usize,
-}
-
-/// The rows in which the sensor behind a channel is dead; all rows, when it is dead in more than half of them.
-fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Stuck> {
-    let parts: Vec<&[f64]> = components(columns, channel).collect();
-    let [x, y, z] = parts.as_slice() else { return vec![] };
-    let position = channel.strip_suffix(".force").map(|finger| format!("{finger}.position")).unwrap_or_default();
-    let others = || forces.iter().filter(|other| *other != channel).flat_map(|other| components(columns, other));
-    let moves = |rows: &Range<usize>| {
-        components(columns, &position).any(|values| range(values, rows) > MOVED)
-            || others().any(|values| range(values, rows) > CHANGED)
-    };
-    let mut found: Vec<Range<usize>> = repeats(time, [x, y, z], STUCK_SECS).into_iter().filter(moves).collect();
-    for values in [x, y, z] {
-        let alone = |rows: &Range<usize>| {
-            let value = values.get(rows.start).map_or(0.0, |value| value.abs());
-            parts.iter().any(|part| range(part, rows) > CHANGED.max(CHANGED_SHARE * value))
-        };
-        found.extend(repeats(time, [values], STUCK_SECS).into_iter().filter(alone));
-    }
-    found.sort_by_key(|rows| rows.start);
-    let longest = found.iter().max_by_key(|rows| rows.len()).map_or(0, |rows| rows.start);
-    let mut joined: Vec<Stuck> = vec![];
-    for rows in found {
-        match joined.last_mut() {
-            Some(last) if rows.start <= last.rows.end => last.rows.end = last.rows.end.max(rows.end),
-            _ => joined.push(Stuck { value_at: rows.start, rows }),
+/// Tells of fingertips whose position is repeated bit by bit while every other fingertip of the hand travels.
+pub fn frozen(time: &[f64], columns: &Columns) -> Vec<Issue> {
+    let mut issues = vec![];
+    for side in Side::BOTH {
+        let tips: Vec<(String, Vector)> = Finger::ALL
+            .into_iter()
+            .filter(|finger| *finger != Finger::Palm)
+            .map(|finger| format!("{side}.{finger}.position"))
+            .filter_map(|channel| vector(columns, &channel).map(|values| (channel, values)))
+            .collect();
+        for (channel, values) in &tips {
+            let others: Vec<&Vector> = tips.iter().filter(|(other, _)| other != channel).map(|(_, it)| it).collect();
+            let travel = |rows: &Range<usize>| {
+                !others.is_empty() && others.iter().all(|tip| tip.iter().any(|axis| range(axis, rows) > TRAVELLED))
+            };
+            issues.extend(repeats(time, *values, STUCK_SECS).iter().filter(|rows| travel(rows)).map(|rows| {
+                let message = format!(
+                    "the fingertip stays at exactly {} while the others of its hand travel; it is read as it is",
+                    value(columns, channel, rows.start, "m")
+                );
+                Issue { message, ..interval(time, channel, rows) }
+            }));
         }
     }
-    let stuck: usize = joined.iter().map(|stuck| stuck.rows.len()).sum();
-    let lazy: usize = repeats(time, [x, y, z], LAZY_SECS).iter().map(Range::len).sum();
-    if !joined.is_empty() && stuck.max(lazy) * 2 > time.len() {
-        joined = vec![Stuck { rows: 0..time.len(), value_at: longest }];
+    issues
+}
+
+/// The rows in which the sensor behind a channel is dead.
+fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Range<usize>> {
+    let Some(force) = vector(columns, channel) else { return vec![] };
+    let tip = channel.strip_suffix(".force").and_then(|finger| vector(columns, &format!("{finger}.position")));
+    let others: Vec<Vector> =
+        forces.iter().filter(|other| *other != channel).filter_map(|other| vector(columns, other)).collect();
+    let moves = |rows: &Range<usize>| {
+        tip.iter().flatten().any(|axis| range(axis, rows) > MOVED)
+            || others.iter().flatten().any(|axis| range(axis, rows) > CHANGED)
+    };
+    let loaded = |rows: &Range<usize>| norm(&force, rows.start) >= REST;
+    let runs: Vec<Range<usize>> =
+        repeats(time, force, STUCK_SECS).into_iter().filter(|rows| loaded(rows) && moves(rows)).collect();
+    let lazy: usize = repeats(time, force, LAZY_SECS).iter().map(Range::len).sum();
+    let rests = (0..time.len()).any(|row| norm(&force, row) < REST);
+    let all = 0..time.len();
+    if !rests && lazy * 2 > time.len() && (!runs.is_empty() || moves(&all)) {
+        vec![all]
+    } else if is_lively(time, &force) {
+        runs
+    } else {
+        vec![]
     }
-    joined
+}
+
+/// Whether a sensor has noise while it is loaded, far finer than its changes: such a sensor never repeats itself for long.
+fn is_lively(time: &[f64], force: &Vector) -> bool {
+    let mut repeated = vec![false; time.len()];
+    for rows in repeats(time, *force, LAZY_SECS) {
+        repeated.get_mut(rows).unwrap_or_default().fill(true);
+    }
+    let counts = |row: usize| norm(force, row) >= REST && repeated.get(row) == Some(&false);
+    force.iter().any(|axis| {
+        let at = |row: usize| axis.get(row).copied().unwrap_or_default();
+        let rows = (1..time.len()).filter(|row| counts(*row) && counts(row - 1));
+        let mut changes: Vec<f64> = rows.map(|row| at(row) - at(row - 1)).filter(|change| *change != 0.0).collect();
+        let turns = changes.iter().zip(changes.iter().skip(1)).filter(|(one, next)| *one * *next < 0.0).count();
+        if changes.len() < CHANGES || (turns as f64) < TURNS * changes.len() as f64 {
+            return false;
+        }
+        let middle = changes.len() / 2;
+        let (finer, usual, _) = changes.select_nth_unstable_by(middle, |a, b| a.abs().total_cmp(&b.abs()));
+        finer.iter().map(|change| change.abs()).fold(usual.abs(), f64::min) * FINER <= usual.abs()
+    })
+}
+
+fn vector<'a>(columns: &'a Columns, channel: &str) -> Option<Vector<'a>> {
+    let axis = |axis: &str| columns.get(format!("{channel}.{axis}").as_str()).map(|(_, values)| values.as_ref());
+    Some([axis("x")?, axis("y")?, axis("z")?])
+}
+
+fn norm(values: &Vector, row: usize) -> f64 {
+    values.iter().map(|axis| axis.get(row).map_or(0.0, |value| value * value)).sum::<f64>().sqrt()
+}
+
+/// A vector for a message.
+fn value(columns: &Columns, channel: &str, row: usize, unit: &str) -> String {
+    let parts = vector(columns, channel).map(|axes| axes.map(|axis| axis.get(row).copied().unwrap_or_default()));
+    let [x, y, z] = parts.unwrap_or_default();
+    format!("({x}, {y}, {z}) {unit}")
+}
+
+/// The first row of the longest repetition within some rows.
+fn longest(time: &[f64], columns: &Columns, channel: &str, rows: &Range<usize>) -> usize {
+    let runs = vector(columns, channel).map_or(vec![], |values| repeats(time, values, 0.0));
+    let within = runs.into_iter().filter(|run| rows.start <= run.start && run.end <= rows.end);
+    within.max_by_key(|run| (run.len(), std::cmp::Reverse(run.start))).map_or(rows.start, |run| run.start)
 }
 
 /// How far values are apart within some rows.
 fn range(values: &[f64], rows: &Range<usize>) -> f64 {
     let values = values.get(rows.clone()).unwrap_or_default();
-    let (low, high) = values
-        .iter()
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let measured = values.iter().filter(|value| !value.is_nan());
+    let (low, high) =
+        measured.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
     high - low
 }
 
-/// Runs of rows in which all the columns keep exactly one value, for at least `secs` and far enough from zero.
-///
-/// A force that comes out of an exact zero and returns to one was switched on and off, as a script does: no sensor dies so neatly.
-fn repeats<const N: usize>(time: &[f64], columns: [&[f64]; N], secs: f64) -> Vec<Range<usize>> {
-    let at = |row: usize| columns.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
-    let norm = |row: usize| at(row).iter().map(|value| value * value).sum::<f64>().sqrt();
+/// Runs of rows in which a vector keeps exactly one value for at least `secs`.
+fn repeats(time: &[f64], columns: Vector, secs: f64) -> Vec<Range<usize>> {
+    let at = |row: usize| columns.map(|column| column.get(row).copied().unwrap_or(f64::NAN).to_bits());
     let mut runs = vec![];
     let mut start = 0;
     for row in 0..time.len() {
         let next = row + 1;
-        if next < time.len() && at(row).map(f64::to_bits) == at(next).map(f64::to_bits) {
+        if next < time.len() && at(row) == at(next) {
             continue;
         }
         let lasted = time.get(row).zip(time.get(start)).map_or(0.0, |(to, from)| to - from);
-        let switched =
-            start > 0 && next < time.len() && norm(start - 1) < f64::MIN_POSITIVE && norm(next) < f64::MIN_POSITIVE;
-        if lasted >= secs && norm(start) >= STUCK_ABOVE && !switched {
+        if lasted >= secs && at(start).iter().all(|bits| !f64::from_bits(*bits).is_nan()) {
             runs.push(start..next);
         }
         start = next;
     }
     runs
+}
+
+fn interval(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
+    let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
+    Issue {
+        kind: "stuck_sensor".into(),
+        start_s: at(rows.start),
+        end_s: at(rows.end),
+        channel: channel.into(),
+        message: String::new(),
+    }
 }

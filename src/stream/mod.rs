@@ -1,15 +1,18 @@
 //! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
 
 pub mod binding;
+mod convex;
 pub mod csv;
 mod dead;
 mod derive;
+mod dropouts;
 pub mod frames;
 mod geometry;
 pub mod labels;
 mod measured;
 pub mod names;
 mod open;
+mod strangers;
 pub mod table;
 mod timebase;
 pub mod whole;

@@ -36,6 +36,10 @@ pub struct Opened {
     pub hand_file: Option<String>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
+    /// Forces that count as they are, although they stay constant.
+    pub trust: Vec<String>,
+    /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
+    pub slips: Vec<(String, InputError)>,
 }
 
 /// Opens a log.
@@ -54,18 +58,25 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
         let csv::Read { recording, issues, row_time } = csv::read(&log, request.scene.as_deref())?;
-        return Ok(Opened { log, recording, issues, row_time, hand_file: None, params: vec![] });
+        let (params, trust, slips) = (vec![], vec![], vec![]);
+        return Ok(Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips });
     };
     let file = BindingFile::read(binding)?;
+    let source = table::open(&log)?;
     let scene = match (&request.scene, &file.binding.scene) {
         (Some(path), _) => csv::read_scene(path)?,
         (None, Some(scene)) => scene.clone(),
         (None, None) => csv::scene_beside(&log)?,
     };
-    let csv::Read { recording, issues, row_time } =
-        bind(table::open(&log)?, &file, scene).map_err(|error| in_log(&log, error))?;
-    let Binding { hand_file, params, .. } = file.binding;
-    Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect() })
+    let slips = file.check(&scene)?;
+    // Of a name that nobody knows, anything else that is wrong with it is no news.
+    let said = |error: InputError| {
+        slips.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
+    };
+    let bound = bind(source, &file, scene).map_err(|error| in_log(&log, said(error)))?;
+    let csv::Read { recording, issues, row_time } = bound;
+    let Binding { hand_file, params, trust, .. } = file.binding;
+    Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
 }
 
 impl Opened {
@@ -74,7 +85,12 @@ impl Opened {
     /// # Errors
     /// As [`frames`](super::frames()), with the name of the log.
     pub fn frames(&self, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
-        let mut frames = derive::frames(&self.recording, channels).map_err(|error| in_log(&self.log, error))?;
+        let unread = self.slips.iter().find(|(channel, _)| !derive::reads(channels, channel));
+        if let Some((_, error)) = unread {
+            return Err(error.clone());
+        }
+        let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
+            .map_err(|error| in_log(&self.log, error))?;
         frames.issues.splice(0..0, self.issues.iter().cloned());
         frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         Ok(frames)

@@ -61,7 +61,7 @@ pub struct Table {
 /// When the file cannot be read, is empty, or has a header that is no text.
 pub fn open(path: &Path) -> Result<Source, InputError> {
     let file = path.display().to_string();
-    let bytes = File::open(path).map_err(|error| InputError::new(&file, format!("cannot be opened: {error}")))?;
+    let bytes = File::open(path).map_err(|error| InputError::unreadable(&file, &error))?;
     let delimiter = if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("tsv")) { b'\t' } else { b',' };
     Source::new(Box::new(BufReader::new(bytes)), file, delimiter)
 }
@@ -241,6 +241,12 @@ impl Rows {
         if self.table.time.is_empty() {
             return Err(InputError::new(file, "the file has no whole row"));
         }
+        if let (1, Some((count, ..))) = (self.table.time.len(), self.repeated) {
+            let message = format!("all {} rows have the same time stamp", count + 1);
+            return Err(
+                InputError::new(file, message).help("stamps need more digits than the step between rows is long")
+            );
+        }
         if let Some((count, row, start_s, end_s)) = self.repeated {
             let rows = if count == 1 { "row repeats" } else { "rows repeat" };
             let message = format!(
@@ -258,9 +264,13 @@ impl Rows {
     }
 }
 
-fn unreadable(file: &str, error: &::csv::Error) -> InputError {
+/// What keeps delimited text from being read.
+pub(super) fn unreadable(file: &str, error: &::csv::Error) -> InputError {
     let place = error.position().map_or(file.to_string(), |at| format!("{file} row {}", at.line()));
-    InputError::new(place, format!("cannot be read: {error}"))
+    match error.kind() {
+        ::csv::ErrorKind::Io(error) => InputError::unreadable(place, error),
+        _ => InputError::new(place, format!("cannot be read: {error}")),
+    }
 }
 
 fn text_of(cell: &[u8]) -> Result<&str, String> {

@@ -1,7 +1,8 @@
 //! The even time base: rows in, gap-free stretches of frames out.
 //!
 //! Durations in rules become numbers of samples, so the step must be even. A step longer than [`GAP_STEPS`] ends a stretch. A few odd
-//! steps are told; more than [`ODD_SHARE`] of them, and the log is refused with the advice to resample.
+//! steps are told; more than [`ODD_SHARE`] of them, and the log is refused with the advice to resample. So is one with so many gaps that its
+//! rate changes, or with a rate that no hand is recorded at: its stamps are in another unit.
 
 use super::frames::Issue;
 use crate::base::error::InputError;
@@ -13,6 +14,11 @@ pub const GAP_STEPS: f64 = 1.5;
 pub const EVEN_WITHIN: f64 = 0.10;
 /// The share of steps that may be odd without being gaps.
 pub const ODD_SHARE: f64 = 0.01;
+
+/// This many gaps are looked at as a share of the steps; fewer are gaps, however short the log.
+const MANY_GAPS: usize = 10;
+/// The shortest and the longest step that is believed, s.
+const STEPS: Range<f64> = 1e-4..1.0;
 
 /// Which rows become frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +37,7 @@ pub struct Timebase {
 /// When time does not rise, when fewer than two rows are kept, or when the steps are too uneven.
 pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<Timebase, InputError> {
     rising(time)?;
-    let step = usual_step(time)?;
+    let step = believable_step(time)?;
     let rows: Vec<usize> = keep.iter().enumerate().filter_map(|(row, keep)| keep.then_some(row)).collect();
     if rows.is_empty() {
         return Err(InputError::new("the log", "in no row is every channel measured"));
@@ -39,6 +45,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
     let mut stretches = vec![];
     let mut start = 0;
     let (mut odd, mut even_steps, mut even_time) = (vec![], 0_usize, 0.0);
+    let mut gaps = vec![];
     for (frame, (row, next)) in rows.iter().zip(rows.iter().skip(1)).enumerate() {
         let (from, to) = (at(time, *row), at(time, *next));
         let steps = (to - from) / step;
@@ -52,7 +59,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
                     ms(to - from),
                     ms(step)
                 );
-                issues.push(Issue { kind: "gap".into(), start_s: from, end_s: to, channel: String::new(), message });
+                gaps.push(Issue { kind: "gap".into(), start_s: from, end_s: to, channel: String::new(), message });
             }
         } else if (steps - 1.0).abs() > EVEN_WITHIN {
             odd.push((from, to));
@@ -62,6 +69,20 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
         }
     }
     stretches.push(start..rows.len());
+    let steps = rows.len() - 1;
+    if gaps.len() >= MANY_GAPS && gaps.len() as f64 > ODD_SHARE * steps as f64 {
+        let first_s = gaps.first().map_or(0.0, |gap| gap.start_s);
+        let message = format!(
+            "the rate changes: {} of {steps} steps are longer than {GAP_STEPS} times the usual {} ms, first at {first_s} s",
+            gaps.len(),
+            ms(step)
+        );
+        let mean_hz = (1.0 / step).round().max(1.0);
+        return Err(InputError::new("the log", message).help(format!(
+            "give a binding with `resample: {mean_hz} Hz`; it bridges steps up to 100 ms, `bridge` says another length"
+        )));
+    }
+    issues.append(&mut gaps);
     if let (Some((start_s, _)), Some((_, end_s))) = (odd.first(), odd.last()) {
         let share = odd.len() as f64 / (odd.len() + even_steps) as f64;
         let found = format!(
@@ -105,6 +126,25 @@ pub fn usual_step(time: &[f64]) -> Result<f64, InputError> {
         ));
     }
     Ok(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}
+
+/// The median step, s, of a log that may be of a hand.
+///
+/// # Errors
+/// When there are fewer than two rows, or the step is so short or so long that the stamps must be in another unit.
+pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
+    let step = usual_step(time)?;
+    let (found, unit) = if step > STEPS.end {
+        (format!("{} s", ms(step) / 1e3), "ms")
+    } else if step > 0.0 && step < STEPS.start * (1.0 - 1e-6) {
+        (format!("{} ms", ms(step)), "s")
+    } else {
+        return Ok(step);
+    };
+    let message =
+        format!("there is one row every {found}, wanted between {} ms and {} ms", ms(STEPS.start), ms(STEPS.end));
+    let help = format!("if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding");
+    Err(InputError::new("the log", message).help(help))
 }
 
 /// Checks that time is finite and rises from row to row.

@@ -6,6 +6,7 @@ mod derived;
 mod never_panics;
 mod robosuite;
 mod round_trip;
+mod touch;
 
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
 use teachtree::base::hands::Side;

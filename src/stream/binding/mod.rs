@@ -2,6 +2,7 @@
 
 mod adjust;
 mod apply;
+mod check;
 mod pattern;
 mod resample;
 
@@ -21,7 +22,7 @@ use std::path::Path;
 /// The most rule parameters that a binding may override.
 pub const MAX_PARAMS: usize = 3;
 /// The highest rate to resample to, Hz.
-pub const MAX_RATE_HZ: f64 = 100_000.0;
+pub const MAX_RATE_HZ: f64 = 10_000.0;
 
 /// A binding as it stands in its file.
 #[derive(Clone, Debug, Deserialize)]
@@ -57,6 +58,9 @@ pub struct Binding {
     /// An interval in which some channels should read zero.
     #[serde(default)]
     pub tare: Option<Tare>,
+    /// Forces that count as they are, although they stay constant.
+    #[serde(default)]
+    pub trust: Vec<String>,
     /// The bodies and hands; beside the log when left out.
     #[serde(default)]
     pub scene: Option<Scene>,
@@ -101,8 +105,7 @@ impl BindingFile {
     /// What it says that a binding cannot say, at `file:line:column`.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path)
-            .map_err(|error| InputError::new(&name, format!("cannot be opened: {error}")))?;
+        let text = std::fs::read_to_string(path).map_err(|error| InputError::unreadable(&name, &error))?;
         Self::parse(text, name)
     }
 

@@ -6,9 +6,10 @@
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
-use crate::base::units::Dimension;
+use crate::stream::dropouts::moves;
 use crate::stream::geometry::unit;
 use crate::stream::names::{self, Meaning};
+use crate::stream::timebase::believable_step;
 use indexmap::IndexMap;
 
 /// The most frames that resampling makes.
@@ -23,8 +24,11 @@ struct Sample {
 /// Brings a recording to an even rate, Hz; steps and drop-outs up to `bridge`, s, are bridged.
 ///
 /// # Errors
-/// When that would make more frames than can be meant.
+/// When that would make more frames than can be meant, or the stamps are in another unit than the binding says.
 pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recording, InputError> {
+    if recording.time.len() > 1 {
+        believable_step(&recording.time)?;
+    }
     let samples = samples(&recording.time, rate_hz, bridge)?;
     let time = &recording.time;
     let mut columns: IndexMap<String, Column> = IndexMap::with_capacity(recording.columns.len());
@@ -50,11 +54,6 @@ pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recor
     let labels = recording.labels.into_iter().map(|(name, texts)| (name, hold(texts))).collect();
     let time = samples.iter().map(|sample| sample.time).collect();
     Ok(Recording { time, columns, labels, scene: recording.scene, events: recording.events })
-}
-
-/// Whether a quantity changes evenly between samples: poses and velocities do, forces and flags do not.
-fn moves(dimension: Dimension, shape: Shape) -> bool {
-    shape == Shape::Rotation || matches!(dimension, Dimension::LENGTH | Dimension::SPEED | Dimension::ANGULAR_SPEED)
 }
 
 /// The new samples: on the grid that begins with the first old one, none inside a gap.

@@ -1,10 +1,19 @@
-//! What the target of a hand touches: one slot a body that some object may touch.
+//! What an object touches: one contact for each body that it may touch, from the best source there is.
 //!
-//! Contacts come from the log, `contact.<a>.<b>`, read in either orientation. [`contacts`] is the only place that asks where a contact comes from.
+//! 1. The log's forces, `contact.<a>.<b>.force`, read in either orientation.
+//! 2. The log's flags, `contact.<a>.<b>`: such a contact bears the object's weight, along a normal from the shapes or from the roles.
+//! 3. For an object of which the log has no contact at all, shapes and poses ([`touch`](super::touch)).
 
-use super::motion::vector;
+use super::hands::HandTrack;
+use super::motion::{Columns3, Motion, vector};
+use super::touch;
+use crate::base::scene::Role;
+use crate::stream::frames::Issue;
+use crate::stream::geometry::face_normal;
 use crate::stream::measured::Measured;
 use nalgebra::Vector3;
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// A force on a contact that is less than this has no direction worth the name, N.
 const DIRECTED_ABOVE: f64 = 1e-6;
@@ -14,39 +23,57 @@ pub const TOUCH_ON: f64 = 0.05;
 pub const TOUCH_OFF: f64 = 0.02;
 
 /// The contact between two bodies over the whole log, as seen by the first.
-#[derive(Clone, Copy)]
 pub struct Contact<'a> {
-    force: Option<[&'a [f64]; 3]>,
-    normal: Option<[&'a [f64]; 3]>,
-    flag: Option<&'a [f64]>,
-    /// 1 when the log has it as seen by the first body, -1 when by the second.
+    force: Option<Columns3<'a>>,
+    normal: Option<Columns3<'a>>,
+    flag: Option<Cow<'a, [f64]>>,
+    /// 1 when the columns are as seen by the first body, -1 when by the second.
     sign: f64,
 }
 
+/// Contacts by object and other body, as indices in the scene.
+pub type Contacts<'a> = BTreeMap<(usize, usize), Contact<'a>>;
+
 impl<'a> Contact<'a> {
+    /// A contact that the log does not have: force, normal and flag at each frame.
+    pub fn derived(forces: &[Vector3<f64>], normals: impl Iterator<Item = Vector3<f64>>, flags: &[bool]) -> Self {
+        let columns = |rows: Vec<Vector3<f64>>| {
+            [0, 1, 2].map(|axis| Cow::Owned(rows.iter().map(|row| row[axis]).collect::<Vec<f64>>()))
+        };
+        let flag = flags.iter().map(|flag| f64::from(u8::from(*flag))).collect();
+        Self {
+            force: Some(columns(forces.to_vec())),
+            normal: Some(columns(normals.collect())),
+            flag: Some(Cow::Owned(flag)),
+            sign: 1.0,
+        }
+    }
+
     /// The contact between two bodies, if the log has it.
-    pub fn between(measured: &'a Measured, body: &str, other: &str) -> Option<Self> {
+    fn logged(measured: &'a Measured, body: &str, other: &str) -> Option<Self> {
+        let borrowed = |channel: &str| measured.vec3(channel).map(|columns| columns.map(Cow::Borrowed));
         let read = |a: &str, b: &str, sign: f64| {
             let name = format!("contact.{a}.{b}");
-            let (force, flag) = (measured.vec3(&format!("{name}.force")), measured.scalar(&name));
-            (force.is_some() || flag.is_some()).then(|| Self {
-                force,
-                normal: measured.vec3(&format!("{name}.normal")),
-                flag,
-                sign,
-            })
+            let (force, flag) = (borrowed(&format!("{name}.force")), measured.scalar(&name).map(Cow::Borrowed));
+            let normal = borrowed(&format!("{name}.normal"));
+            (force.is_some() || flag.is_some()).then_some(Self { force, normal, flag, sign })
         };
         read(body, other, 1.0).or_else(|| read(other, body, -1.0))
     }
 
+    /// Whether the log has the force of a contact under this order of the names.
+    pub fn is_logged_as(measured: &Measured, a: &str, b: &str) -> bool {
+        measured.vec3(&format!("contact.{a}.{b}.force")).is_some()
+    }
+
     /// Force of the other body on this one, reference frame, N.
     pub fn force(&self, frame: usize) -> Vector3<f64> {
-        self.force.map_or_else(Vector3::zeros, |force| vector(&force, frame) * self.sign)
+        self.force.as_ref().map_or_else(Vector3::zeros, |force| vector(force, frame) * self.sign)
     }
 
     /// Unit normal from the other body to this one, reference frame: as logged, else the direction of the force; zero without contact.
     pub fn normal(&self, frame: usize) -> Vector3<f64> {
-        let normal = self.normal.map_or_else(Vector3::zeros, |normal| vector(&normal, frame) * self.sign);
+        let normal = self.normal.as_ref().map_or_else(Vector3::zeros, |normal| vector(normal, frame) * self.sign);
         normal
             .try_normalize(1e-6)
             .or_else(|| self.force(frame).try_normalize(DIRECTED_ABOVE))
@@ -55,7 +82,7 @@ impl<'a> Contact<'a> {
 
     /// Whether the bodies touch at each frame of a log: as logged, else from the force.
     pub fn touching(&self, frame: usize, was: bool) -> bool {
-        match self.flag.and_then(|flag| flag.get(frame)) {
+        match self.flag.as_ref().and_then(|flag| flag.get(frame)) {
             Some(flag) => *flag > 0.5,
             None if was => self.force(frame).norm() >= TOUCH_OFF,
             None => self.force(frame).norm() > TOUCH_ON,
@@ -63,14 +90,98 @@ impl<'a> Contact<'a> {
     }
 }
 
-/// The bodies that some object may touch, as indices in the scene, in scene order.
-pub fn partners(measured: &Measured, objects: &[usize]) -> Vec<usize> {
+/// The contacts of all objects.
+pub fn contacts<'a>(
+    measured: &'a Measured,
+    motions: &[Motion],
+    tracks: &[HandTrack],
+    objects: &[usize],
+) -> Contacts<'a> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map(|(name, _)| name.as_str());
-    let touched = |body: &usize| {
-        let pairs = objects.iter().filter(|object| *object != body);
-        pairs
-            .filter_map(|object| name(*object).zip(name(*body)))
-            .any(|(object, body)| Contact::between(measured, object, body).is_some())
+    let mut contacts = Contacts::new();
+    for object in objects.iter().copied() {
+        let others = (0..measured.scene.bodies.len()).filter(|other| *other != object);
+        let logged: Vec<(usize, Contact)> =
+            others.filter_map(|other| Some((other, Contact::logged(measured, name(object)?, name(other)?)?))).collect();
+        if logged.is_empty() {
+            let derived = touch::contacts(measured, motions, tracks, object);
+            contacts.extend(derived.into_iter().map(|(other, contact)| ((object, other), contact)));
+        }
+        for (other, contact) in logged {
+            let contact = match (&contact.force, &contact.flag) {
+                (None, Some(flag)) => flagged(measured, motions, (object, other), flag, &contact),
+                _ => contact,
+            };
+            contacts.insert((object, other), contact);
+        }
+    }
+    contacts
+}
+
+/// A contact of which the log has no force: it bears the nominal one along its normal.
+fn flagged<'a>(
+    measured: &Measured,
+    motions: &[Motion],
+    (object, other): (usize, usize),
+    flag: &[f64],
+    logged: &Contact,
+) -> Contact<'a> {
+    let flags: Vec<bool> = flag.iter().map(|flag| *flag > 0.5).collect();
+    let normal = |(frame, touches): (usize, &bool)| {
+        let known = || logged.normal(frame).try_normalize(1e-6);
+        let from_shapes = || touch::gap_at(measured, motions, object, other, frame).map(|gap| gap.normal);
+        let from_roles = || normal_by_role(measured, motions, (object, other), frame);
+        touches.then(|| known().or_else(from_shapes).or_else(from_roles)).flatten().unwrap_or_else(Vector3::zeros)
     };
-    (0..measured.scene.bodies.len()).filter(touched).collect()
+    let normals: Vec<Vector3<f64>> = flags.iter().enumerate().map(normal).collect();
+    let bears = touch::nominal(measured, object);
+    let forces: Vec<Vector3<f64>> = normals.iter().map(|normal| normal * bears).collect();
+    Contact::derived(&forces, normals.into_iter(), &flags)
+}
+
+/// The normal of a contact as far as the roles tell: upwards from a support, level from a wall, else out of the other body towards the object.
+fn normal_by_role(
+    measured: &Measured,
+    motions: &[Motion],
+    (object, other): (usize, usize),
+    frame: usize,
+) -> Option<Vector3<f64>> {
+    let (_, body) = measured.scene.bodies.get_index(other)?;
+    let (at, there) = (motions.get(object)?.pose(frame), motions.get(other)?.pose(frame));
+    let between = at.translation.vector - there.translation.vector;
+    match body.role {
+        Role::Support => Some(Vector3::z()),
+        Role::Wall => Vector3::new(between.x, between.y, 0.0).try_normalize(1e-9),
+        Role::Object | Role::Socket => {
+            let point_in_body = there.inverse_transform_point(&at.translation.vector.into());
+            let out = face_normal(body, &point_in_body).map(|normal| there.rotation * normal);
+            out.or_else(|| between.try_normalize(1e-9))
+        }
+    }
+}
+
+/// Tells of objects of which nothing says when something carries them.
+pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts) -> Vec<Issue> {
+    let body = |index: usize| measured.scene.bodies.get_index(index);
+    let carried = |object: usize| {
+        contacts
+            .keys()
+            .filter(|(one, _)| *one == object)
+            .any(|(_, other)| body(*other).is_some_and(|(_, it)| it.role != Role::Wall))
+    };
+    let told = objects.iter().filter(|object| !carried(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
+        let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
+        let support_name = support.map_or("table", |(name, _)| name.as_str());
+        let lacking = if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
+            format!("shapes (`parts`) of `{name}` and of what carries it")
+        } else {
+            format!("its true place: by its shape `{name}` never comes near anything")
+        };
+        let message = format!(
+            "nothing tells when `{name}` is carried: Grasp cannot be told from Translate, and Place is not found; wanted \
+             `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene"
+        );
+        measured.over_all("no_support", &format!("contact.{name}"), message)
+    });
+    told.collect()
 }

@@ -2,12 +2,15 @@
 //!
 //! Every derived channel is documented in `base::channels::DERIVED`; here is how each is computed. All work is linear in the number of frames.
 
+mod balance;
 mod contacts;
 mod hands;
 mod motion;
+mod plausible;
 mod raw;
 mod sockets;
 mod targets;
+mod touch;
 
 use super::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 use super::measured::Measured;
@@ -19,6 +22,7 @@ use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
 use motion::Motion;
 use raw::Slots;
+use std::collections::BTreeSet;
 use targets::Derivation;
 
 /// Computes the channels that the rules read, in this order, from a recording.
@@ -26,20 +30,27 @@ use targets::Derivation;
 /// # Errors
 /// When the log lacks a channel that is needed, has one in another dimension, or has no usable time base.
 pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
-    let measured = Measured::new(recording, |column| asks(channels, column))?;
+    frames_trusting(recording, channels, &[])
+}
+
+/// The same, with forces that count as they are although they stay constant.
+///
+/// # Errors
+/// As [`frames`].
+pub fn frames_trusting(
+    recording: &Recording,
+    channels: &[ChannelSpec],
+    trust: &[String],
+) -> Result<Frames, InputError> {
+    let measured = Measured::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
     issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
-    let partners = contacts::partners(&measured, &objects);
-    let hands: Vec<HandLayout> = sides(&measured)
+    let mut hands: Vec<HandLayout> = sides(&measured)
         .into_iter()
-        .map(|side| HandLayout {
-            side,
-            fingers: hands::fingers(&measured, side),
-            contacts: partners.iter().filter_map(|body| body_name(&measured, *body)).collect(),
-        })
+        .map(|side| HandLayout { side, fingers: hands::fingers(&measured, side), contacts: vec![] })
         .collect();
 
     // Targets need the very `fingers.contact` that the rules see, and have a default of their own when no rule reads it.
@@ -47,14 +58,25 @@ pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames,
     let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
     let mut tracks = vec![];
     for hand in &hands {
-        let touches = match raw::read(&measured, touch, Some(hand.side), &hand.fingers, &mut vec![]) {
+        let touches: raw::Array = match raw::read(&measured, touch, Some(hand.side), &hand.fingers, &mut vec![]) {
             Ok(slots) => slots.into_iter().filter_map(|slot| slot.into_iter().next()).collect(),
             // Refused below if a rule reads it; a hand without such sensors closes its gripper or touches nothing.
             Err(_) => closed(&measured, hand),
         };
+        issues.extend(plausible::far_touches(&measured, &motions, hand, &touches));
         tracks.push(hands::track(&measured, &motions, hand.side, &hand.fingers, &touches));
     }
-    let derivation = Derivation::new(&measured, &motions, &objects, &partners, &tracks);
+    let contacts = contacts::contacts(&measured, &motions, &tracks, &objects);
+    if channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
+        issues.extend(contacts::never_carried(&measured, &objects, &contacts));
+        issues.extend(plausible::wrong_signs(&measured, &contacts, &tracks, &objects));
+    }
+    let partners: BTreeSet<usize> = contacts.keys().map(|(_, partner)| *partner).collect();
+    let partners: Vec<usize> = partners.into_iter().collect();
+    for hand in &mut hands {
+        hand.contacts = partners.iter().filter_map(|body| body_name(&measured, *body)).collect();
+    }
+    let derivation = Derivation::new(&measured, &motions, &objects, &partners, &tracks, contacts);
 
     let mut frames = Frames {
         layout: Layout { rate_hz: measured.rate_hz, hands },
@@ -91,6 +113,11 @@ fn unseen(measured: &Measured, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
     let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
     measured.vec3(&channel).is_none().then(|| measured.over_all("missing_channel", &channel, message))
+}
+
+/// Whether rules with these channels read this raw channel.
+pub fn reads(channels: &[ChannelSpec], channel: &str) -> bool {
+    ["", ".x", ".w"].iter().any(|component| asks(channels, &format!("{channel}{component}")))
 }
 
 /// Whether one of the raw channels is read from this column.

@@ -72,6 +72,12 @@ fn quaternion(columns: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
     unit(columns.map(|column| column.get(frame).copied().unwrap_or_default()))
 }
 
+/// A vector at each frame, as three columns.
+pub fn columns(measured: &Measured, value: impl Fn(usize) -> Vector3<f64>) -> [Vec<f64>; 3] {
+    let rows: Vec<Vector3<f64>> = (0..measured.len()).map(value).collect();
+    [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).collect())
+}
+
 /// The slope of each column at each frame, in its unit per second.
 pub fn slopes(measured: &Measured, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
     columns.map(|column| slope(measured, |frame| column.get(frame).copied().unwrap_or_default()))
@@ -97,7 +103,7 @@ fn turn_rates(measured: &Measured, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
             |axis: usize| line_slope(turned.iter().map(|(other, turn)| (measured.time.get(*other), turn[axis])), now);
         Vector3::new(along(0), along(1), along(2))
     });
-    [0, 1, 2].map(|axis| rates.iter().map(|rate| rate[axis]).collect())
+    columns(measured, |frame| rates.get(frame).copied().unwrap_or_default())
 }
 
 fn frame_time(measured: &Measured, frame: usize) -> f64 {

@@ -37,13 +37,13 @@ pub fn read(
                 .map(|slot| measured.vec3(slot).map(|force| vec![norm_above(measured, force, *on, *off)]))
                 .collect();
             if !any && norms.iter().all(Option::is_none) {
-                return Err(lacking(measured, spec, side, &format!(", nor {} to tell it from", shown(channel, side))));
+                return Err(lacking(measured, spec, side, Some(&shown(channel, side))));
             }
             norms
         }
         Absent::Constant(value) => slots.iter().map(|_| Some(constant(*value))).collect(),
         Absent::Refused | Absent::Derived if !any && !slots.is_empty() => {
-            return Err(lacking(measured, spec, side, ""));
+            return Err(lacking(measured, spec, side, None));
         }
         Absent::Refused | Absent::Derived => vec![None; slots.len()],
     };
@@ -57,7 +57,7 @@ pub fn read(
                 issues.push(measured.over_all("missing_channel", slot, message));
                 constant(0.0)
             }
-            None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, "")),
+            None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, None)),
         });
     }
     Ok(columns)
@@ -105,18 +105,27 @@ fn touches_any(measured: &Measured, slot: &str) -> Option<Vec<Vec<f64>>> {
     (!flags.is_empty()).then(|| vec![(0..measured.len()).map(|frame| f64::from(u8::from(any(frame)))).collect()])
 }
 
-fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, also: &str) -> InputError {
+fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, instead: Option<&str>) -> InputError {
     let mut has = measured.channels();
     let all = has.len();
     has.truncate(24);
+    // What is lacking may be there under a name that nobody knows.
+    let ignored = measured.issues.iter().find(|issue| issue.kind == "unknown_channel");
     let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
     InputError::new(
         format!("channel {}", side.map_or_else(|| spec.name.clone(), |side| format!("{side}.{}", spec.name))),
-        format!("the rules need {}, which the log lacks{also}", shown(&spec.name, side)),
+        match instead {
+            None => format!("the rules need {}, which the log lacks", shown(&spec.name, side)),
+            Some(instead) => format!(
+                "the rules need {}; the log has neither that nor {instead} to tell it from",
+                shown(&spec.name, side)
+            ),
+        },
     )
     .help(format!(
-        "the log has {}{more}; a binding can name another hand file, whose signals need other channels",
-        has.join(", ")
+        "the log has {}{more}{}; a binding can name another hand file, whose signals need other channels",
+        has.join(", "),
+        ignored.map_or_else(String::new, |issue| format!(", and `{}`, but {}", issue.channel, issue.message))
     ))
 }
 

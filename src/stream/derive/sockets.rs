@@ -87,8 +87,9 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
             }
         }
     }
-    for (over, socket) in plugged.over.iter_mut().zip(&plugged.socket) {
-        *over &= socket.is_none();
+    for (over, depth) in plugged.over.iter_mut().zip(&plugged.depth) {
+        // Rules take an object for inserted only from some depth on: until then it is still searching.
+        *over &= *depth <= SEARCH_BELOW;
     }
     plugged
 }

@@ -1,6 +1,6 @@
 //! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
 
-use super::contacts::Contact;
+use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
 use super::motion::{Motion, slope, vector};
 use super::raw::Slots;
@@ -24,8 +24,7 @@ pub struct Derivation<'a> {
     sockets: Vec<Socket<'a>>,
     /// For each body that is ever a target.
     plugged: BTreeMap<usize, Plugged>,
-    /// For each pair of an object and a partner.
-    contacts: BTreeMap<(usize, usize), Contact<'a>>,
+    contacts: Contacts<'a>,
 }
 
 impl<'a> Derivation<'a> {
@@ -36,20 +35,12 @@ impl<'a> Derivation<'a> {
         objects: &'a [usize],
         partners: &'a [usize],
         tracks: &'a [HandTrack],
+        contacts: Contacts<'a>,
     ) -> Self {
         let sockets = sockets(measured.scene);
         let is_target = |body: &&usize| tracks.iter().any(|track| track.target.contains(&Some(**body)));
         let plugged =
             objects.iter().filter(is_target).map(|body| (*body, plugged(measured, motions, &sockets, *body))).collect();
-        let name = |body: usize| measured.scene.bodies.get_index(body).map(|(name, _)| name.as_str());
-        let pairs = objects
-            .iter()
-            .flat_map(|object| partners.iter().map(move |partner| (*object, *partner)))
-            .filter(|(object, partner)| object != partner);
-        let contact = |(object, partner): (usize, usize)| {
-            Some(((object, partner), Contact::between(measured, name(object)?, name(partner)?)?))
-        };
-        let contacts = pairs.filter_map(contact).collect();
         Self { measured, motions, objects, partners, tracks, sockets, plugged, contacts }
     }
 

@@ -96,3 +96,18 @@ fn a_huge_field_is_refused() {
     let wants = [teachtree::stream::table::Want::Time(1.0), teachtree::stream::table::Want::Number(1.0)];
     insta::assert_snapshot!(source.read(&wants).unwrap_err());
 }
+
+#[test]
+fn brackets_that_stand_too_deep_are_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = folder.path().join("deep.yaml");
+    for (text, place) in [("[".repeat(100_000), "1:"), ("{a: ".repeat(100_000), "1:"), ("- '['\n".repeat(100), "")] {
+        std::fs::write(&binding, text).unwrap();
+        let log = "tests/fixtures/bindings/foreign.csv".into();
+        let error = open(&OpenRequest { log, binding: Some(binding.clone()), scene: None }).unwrap_err();
+        let too_deep = error.message == "the brackets stand more than 64 deep in each other";
+        // Brackets in quotes are text.
+        assert_eq!(too_deep, !place.is_empty(), "{error}");
+        assert!(error.place.contains(place), "{error}");
+    }
+}

@@ -1,7 +1,10 @@
 //! What a binding makes of a foreign log.
 
 use teachtree::base::recording::Recording;
+use teachtree::base::scene::Scene;
 use teachtree::base::units::Dimension;
+use teachtree::stream::binding::{BindingFile, bind};
+use teachtree::stream::table::Source;
 use teachtree::stream::{OpenRequest, Opened, open};
 
 fn opened() -> Opened {
@@ -51,4 +54,32 @@ fn signs_and_tare_are_applied() {
     // The column reads 0.25 N at rest and 2.25 N in contact; it is bound with a minus and tared.
     assert!(at(&recording, "right.thumb.force.x", 0.1).abs() < 1e-12);
     assert!((at(&recording, "right.thumb.force.x", 0.4) + 2.0).abs() < 1e-12);
+}
+
+#[test]
+fn seconds_that_are_called_milliseconds_are_refused() {
+    let rows: String = (0..50).map(|row| format!("{},1,2,3\n", f64::from(row) * 0.01)).collect();
+    let log = format!("t,x,y,z\n{rows}");
+    let text = "time: t [ms]\nresample: 100 Hz\nchannels: {box.position: '<xyz>'}\n";
+    let file = BindingFile::parse(text.into(), "binding.yaml".into()).unwrap();
+    let source = Source::new(Box::new(std::io::Cursor::new(log.into_bytes())), "log.csv", b',').unwrap();
+    insta::assert_snapshot!(bind(source, &file, Scene::default()).unwrap_err());
+}
+
+#[test]
+fn a_trusted_force_counts_although_it_is_constant() {
+    let scene = Some("tests/fixtures/logs/box.yaml".into());
+    let log: std::path::PathBuf = "tests/fixtures/logs/stuck_sensor.csv".into();
+    let folder = tempfile::tempdir().unwrap();
+    let binding = folder.path().join("trust.yaml");
+    std::fs::write(&binding, "trust: [right.thumb.force]\n").unwrap();
+    let stuck = |binding| {
+        let opened = open(&OpenRequest { log: log.clone(), binding, scene: scene.clone() }).unwrap();
+        let frames = opened.frames(&[super::ask("load")]).unwrap();
+        let told =
+            frames.issues.iter().any(|issue| issue.kind == "stuck_sensor" && issue.channel == "right.thumb.force");
+        (told, super::column(&frames, "load", 0, 0)[0])
+    };
+    assert_eq!(stuck(None), (true, 0.0));
+    assert_eq!(stuck(Some(binding)), (false, 0.8));
 }

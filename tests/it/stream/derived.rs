@@ -180,6 +180,8 @@ fn a_peg_goes_into_a_ring_that_the_other_hand_holds() {
     near(depth[150], 0.010, 1e-12);
     assert!(depth[..100].iter().all(|depth| *depth == 0.0));
     assert_eq!((over[50], over[150]), (1.0, 0.0));
+    // It searches until it is 5 mm deep: rules take it for inserted at some depth before that.
+    assert_eq!((over[101], over[110], over[124], over[126]), (1.0, 1.0, 1.0, 0.0));
     near(spin[150], 0.5, 1e-9);
     let closing = column(&frames, "closing", 0, 0);
     near(closing[150], 0.020, 1e-9);
