@@ -1,7 +1,10 @@
 //! Reading YAML: the only place that names the YAML crate. Every error carries file, line and column.
 
 use super::error::InputError;
-use serde::{Serialize, de::DeserializeOwned};
+use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
+use std::marker::PhantomData;
 
 /// The largest YAML text that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -24,6 +27,31 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         let message = message.split(" at line ").next().unwrap_or(&message).to_string();
         InputError::new(place, message)
     })
+}
+
+/// A map as a list: its entries in the order of the text, also those whose key stands there twice.
+pub struct Entries<K, V>(pub Vec<(K, V)>);
+
+impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Deserialize<'de> for Entries<K, V> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Collect<K, V>(PhantomData<(K, V)>);
+        impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Visitor<'de> for Collect<K, V> {
+            type Value = Entries<K, V>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a map")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(Entries(entries))
+            }
+        }
+        deserializer.deserialize_map(Collect(PhantomData))
+    }
 }
 
 /// Writes a value as YAML.

@@ -6,6 +6,7 @@ use super::rules::{RuleArgs, load};
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::json::Meta;
+use crate::analysis::number::fixed;
 use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -122,6 +123,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut meta = None;
     for scored in scored {
         let scored = scored?;
+        for warning in scored.warnings {
+            eprintln!("warning: {warning}");
+        }
         relabelled.extend(scored.relabelled);
         raw.extend(scored.raw);
         meta.get_or_insert(scored.meta);
@@ -150,6 +154,8 @@ struct Scored {
     relabelled: Vec<Row>,
     raw: Vec<Row>,
     meta: Meta,
+    /// What is to be said about the labels.
+    warnings: Vec<String>,
 }
 
 /// What is read once for all recordings.
@@ -175,9 +181,14 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
         [track] => Some(track.who),
         _ => None,
     };
+    let mut warnings = Vec::new();
     let truth = match &args.labels {
         Some(path) => {
             let labels = labels::read(&label_file(path, log)?, &opened.row_time)?;
+            if labels.contradicted_s > 0.0 {
+                let time = fixed(labels.contradicted_s, 3);
+                warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
+            }
             Truth::of_labels(&labels, args.track.map(Who::from).or(only), map, &known)?
         }
         None => own_truth(&opened, map)?,
@@ -189,7 +200,7 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     };
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
     let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
-    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta })
+    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta, warnings })
 }
 
 fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
