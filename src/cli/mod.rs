@@ -54,6 +54,26 @@ enum Failure {
     Input(InputError),
     /// The input cannot be used, and the whole text of why is here.
     Text(String),
+    /// Several of them.
+    Several(Vec<Failure>),
+}
+
+impl Failure {
+    /// No failure when there is none.
+    fn all(failures: Vec<Self>) -> Result<(), Self> {
+        if failures.is_empty() { Ok(()) } else { Err(Self::Several(failures)) }
+    }
+
+    /// Says what went wrong; how the program is to exit.
+    fn say(&self) -> u8 {
+        match self {
+            Self::No => return 1,
+            Self::Input(error) => eprintln!("error: {error}"),
+            Self::Text(text) => eprint!("{text}"),
+            Self::Several(failures) => return failures.iter().map(Self::say).max().unwrap_or(0),
+        }
+        2
+    }
 }
 
 impl From<InputError> for Failure {
@@ -77,14 +97,6 @@ pub fn main() -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::No) => ExitCode::from(1),
-        Err(Failure::Input(error)) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-        Err(Failure::Text(text)) => {
-            eprint!("{text}");
-            ExitCode::from(2)
-        }
+        Err(failure) => ExitCode::from(failure.say()),
     }
 }

@@ -19,7 +19,8 @@ pub struct RuleArgs {
     pub set: Vec<(String, String)>,
 }
 
-fn name_and_value(text: &str) -> Result<(String, String), String> {
+/// Reads `NAME=VALUE`.
+pub fn name_and_value(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("wanted NAME=VALUE, such as `touch_on=0.1N`")?;
     Ok((name.trim().to_string(), value.trim().to_string()))
 }

@@ -139,12 +139,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Text => report::score::text(&scores, &meta),
         Format::Json => score::json(&scores, &meta),
     };
+    let inputs: Vec<&Path> = logs.iter().chain(&args.labels).map(PathBuf::as_path).collect();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
-        output::write(path, report::score::picture(score, &meta).as_bytes())?;
+        output::write(path, &report::score::picture(score, &meta), &inputs)?;
     }
     match &args.out {
-        Some(path) => output::write(path, text.as_bytes())?,
-        None => output::print(&text),
+        Some(path) => output::write(path, &text, &inputs)?,
+        None => output::print(&text)?,
     }
     Ok(())
 }

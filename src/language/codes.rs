@@ -105,10 +105,12 @@ codes! {
     /// there are too many files
     TOO_MANY_FILES = "E704";
     /// there are too many mistakes to list
-    TOO_MANY_REPORTS = "E705";
+    TOO_MANY_ERRORS = "E705";
 
     /// a declaration is never used
     UNUSED = "W201";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
+    /// there are too many warnings to list
+    TOO_MANY_WARNINGS = "W701";
 }

@@ -78,8 +78,7 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
 
 fn finish(mut loader: Loader, request: &Request) -> Loaded {
     if !loader.unkept().is_empty() {
-        let rules = request.files.first().map(PathBuf::as_path);
-        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND), rules);
+        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
     let Loader { sources, files, mut findings, incomplete, named, .. } = loader;
     let input = resolve::Input {
@@ -96,13 +95,18 @@ fn finish(mut loader: Loader, request: &Request) -> Loaded {
     Loaded { rules: (!wrong).then_some(rules), sources, diagnostics }
 }
 
-/// The findings by file and place; those beyond the bound are only counted.
+/// The findings by file and place; those beyond the bound are only counted. (Warnings are looked for only when there is no error.)
 fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(Diagnostic::place);
     if findings.len() > MAX_REPORTS {
-        let rest = findings.len() - MAX_REPORTS;
-        findings.truncate(MAX_REPORTS);
-        findings.push(Diagnostic::error(codes::TOO_MANY_REPORTS, format!("there are {rest} more findings")));
+        let rest = findings.split_off(MAX_REPORTS);
+        let told = format!("there are {} more findings", rest.len());
+        let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
+        findings.push(if rest.iter().any(is_error) {
+            Diagnostic::error(codes::TOO_MANY_ERRORS, told)
+        } else {
+            Diagnostic::warning(codes::TOO_MANY_WARNINGS, told)
+        });
     }
     findings
 }

@@ -144,6 +144,32 @@ pub struct Expr {
     pub span: Span,
 }
 
+impl Expr {
+    /// The expressions that this one is made of.
+    pub fn arguments(&self) -> Vec<&Self> {
+        match &self.kind {
+            ExprKind::Pick(a, _)
+            | ExprKind::Component(a, _)
+            | ExprKind::Negate(a)
+            | ExprKind::Not(a)
+            | ExprKind::Hysteresis { value: a, .. }
+            | ExprKind::Window(_, a, _)
+            | ExprKind::Rate(a, _)
+            | ExprKind::Rises(a)
+            | ExprKind::Falls(a) => vec![a],
+            ExprKind::Arithmetic(_, a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
+            ExprKind::And(all) | ExprKind::Or(all) | ExprKind::Call(_, all) => all.iter().collect(),
+            ExprKind::Bool(_)
+            | ExprKind::Number(_)
+            | ExprKind::Param(_)
+            | ExprKind::Channel(..)
+            | ExprKind::Signal(..)
+            | ExprKind::Latch(..)
+            | ExprKind::From { .. } => Vec::new(),
+        }
+    }
+}
+
 /// What an expression computes. Operators map over arrays; a single value beside an array is used for every element.
 #[derive(Clone, Debug)]
 pub enum ExprKind {
@@ -229,6 +255,18 @@ pub enum Arithmetic {
     Multiply,
     /// Quotient; a division by zero gives an infinity or NaN, and every comparison with NaN is false.
     Divide,
+}
+
+impl Arithmetic {
+    /// The result.
+    pub fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+        }
+    }
 }
 
 /// A comparison.

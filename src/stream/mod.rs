@@ -12,6 +12,7 @@ pub mod names;
 mod open;
 pub mod table;
 mod timebase;
+pub mod whole;
 
 pub use derive::frames;
 pub use open::{OpenRequest, Opened, open};

@@ -62,3 +62,42 @@ fn equal_conditions_are_shared() {
     assert_eq!(graph(&rules(1)).values.len(), graph(&rules(20)).values.len());
     assert_eq!(tests(&graph(&rules(20))), 1);
 }
+
+/// Opens a graph for one right hand with a thumb at 1 kHz.
+fn open_for_a_hand(graph: &Graph) -> Result<usize, String> {
+    use teachtree::base::hands::{Finger, Side};
+    use teachtree::stream::frames::{HandLayout, Layout};
+    let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
+    let plan = teachtree::engine::open::open(graph, &layout).map_err(|error| error.to_string())?;
+    Ok(plan.conditions.len())
+}
+
+/// A chain of declarations is as long as its author likes: nothing recurses along it, and nothing walks it again for each of its members.
+#[test]
+fn long_chains_of_signals_and_latches_compile() {
+    let tree = |last: &str| format!("primitive A, B\ntree t for each hand {{ {last} => A\n else => B }}\n");
+    let mut signals = String::from("stream { speed : scalar m/s }\nsignal s0 = speed above 2 m/s until below 1 m/s\n");
+    let mut latches = String::from("stream { speed : scalar m/s }\nlatch s0 set speed > 2 m/s clear speed < 1 m/s\n");
+    for at in 1..4000 {
+        let before = at - 1;
+        let _ = writeln!(signals, "signal s{at} = rises(s{before}) or falls(s{before})");
+        let _ = writeln!(latches, "latch s{at} set s{before} clear not s{before}");
+    }
+    for rules in [signals + &tree("s3999"), latches + &tree("s3999")] {
+        assert!(open_for_a_hand(&graph(&rules)).unwrap() > 4000);
+    }
+}
+
+#[test]
+fn windows_that_no_memory_holds_are_refused() {
+    let rules = |duration: &str| {
+        format!(
+            "stream {{ speed : scalar m/s }}\nprimitive A, B\n\
+             tree t for each hand {{ rate(speed, {duration}) > 1 m/s^2 => A\n else => B }}\n"
+        )
+    };
+    assert!(open_for_a_hand(&graph(&rules("60 s"))).is_ok());
+    let error = open_for_a_hand(&graph(&rules("1000000 s"))).unwrap_err();
+    assert!(error.contains("at most"), "{error}");
+}

@@ -121,7 +121,7 @@ impl<'a> Scan<'a> {
             "task" => at.checked_sub(1).is_none_or(|before| self.word(before) != "extend"),
             "for" => {
                 let in_tree_head = at.checked_sub(2).is_some_and(|tree| self.word(tree) == "tree");
-                self.word(at + 1) == "each" && self.leads(at) && !in_tree_head
+                self.word(at + 1) == "each" && self.word(at + 2) == "hand" && !in_tree_head
             }
             word => ITEM_WORDS.contains(&word) || HAND_WORDS.contains(&word),
         }
@@ -191,14 +191,16 @@ impl<'a> Scan<'a> {
         for at in 0..self.tokens.len() {
             let Some(token) = self.tokens.get(at).copied() else { break };
             let word = self.word(at);
-            if token.leads && self.begins_item(at) && word != "for" && !HAND_WORDS.contains(&word) {
+            let text = self.text;
+            let shown = |bracket: Token| text.get(bracket.start..bracket.end);
+            let leads_item = token.leads && self.begins_item(at);
+            if matches!(word, "=>" | "{" | "becomes") || leads_item {
+                // None of these can stand inside parentheses.
+                self.give_up(&mut open, at, |bracket| shown(bracket) != Some("{"), findings);
+            }
+            if leads_item && ITEM_WORDS.contains(&word) {
                 // A declaration that is indented deeper than the line of the brace is meant to stand in it.
                 self.give_up(&mut open, at, |bracket| bracket.indent >= token.indent, findings);
-            } else if word == "=>" || word == "{" || word == "becomes" || token.leads && self.begins_item(at) {
-                // None of these can stand inside parentheses.
-                let text = self.text;
-                let is_brace = |bracket: Token| text.get(bracket.start..bracket.end) == Some("{");
-                self.give_up(&mut open, at, |bracket| !is_brace(bracket), findings);
             }
             match token.kind {
                 Kind::Open => {
@@ -221,13 +223,7 @@ impl<'a> Scan<'a> {
                     };
                     if open.iter().any(|open| self.word(*open) == wanted) && (wanted == "{" || self.tops(&open, wanted))
                     {
-                        let text = self.text;
-                        self.give_up(
-                            &mut open,
-                            at,
-                            |bracket| text.get(bracket.start..bracket.end) != Some(wanted),
-                            findings,
-                        );
+                        self.give_up(&mut open, at, |bracket| shown(bracket) != Some(wanted), findings);
                     }
                     if open.last().is_some_and(|last| self.word(*last) == wanted) {
                         if let Some(last) = open.pop() {

@@ -54,7 +54,8 @@ fn each_code_has_a_case() {
         codes::TOO_LONG,
         codes::TOO_LARGE,
         codes::TOO_MANY_FILES,
-        codes::TOO_MANY_REPORTS,
+        codes::TOO_MANY_ERRORS,
+        codes::TOO_MANY_WARNINGS,
         codes::BAD_OVERRIDE,
     ]);
     let all: BTreeSet<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
@@ -108,8 +109,14 @@ fn limits_are_told() {
     assert_eq!(seen, [codes::TOO_LONG, codes::TOO_LARGE, codes::TOO_LARGE, codes::TOO_MANY_FILES]);
 
     let loaded = language::load_text("my.rules", &"signal a = b\n".repeat(300));
-    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_REPORTS);
+    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_ERRORS);
     assert_eq!(loaded.diagnostics.len(), 201);
+
+    let unused: String = (0..300).map(|at| format!("param p{at} = 1\n")).collect();
+    let tree = "primitive A\ntree t for each hand { else => A }\n";
+    let loaded = language::load_text("my.rules", &format!("{unused}{tree}"));
+    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_WARNINGS);
+    assert!(loaded.rules.is_some(), "warnings do not keep rules from running");
 }
 
 #[cfg(unix)]

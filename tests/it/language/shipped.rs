@@ -178,6 +178,29 @@ fn a_file_beside_yours_replaces_the_shipped_one() {
 }
 
 #[test]
+fn copies_of_shipped_files_are_the_shipped_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = |name: &str, from: &str, to: &str| {
+        let text = SHIPPED.iter().find(|(shipped, _)| *shipped == name).unwrap().1.replace(from, to);
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    copy("contact.rules", "", "");
+    copy("stream.rules", "0.05 N", "0.07 N");
+    let copied = folder.path().join("contact.rules");
+    // A copy still looks beside itself first: the changed file is found through it, and once.
+    let beside = load(copied.to_str().unwrap(), None, &[]);
+    assert_eq!(beside.sources.files.len(), 4);
+    assert_eq!(rules(beside).param("touch_on").unwrap().value, 0.07);
+    let shipped = rules(language::load(&Request::default()));
+    assert_eq!(shipped.param("touch_on").unwrap().value, 0.05);
+    let both = language::load(&Request {
+        files: vec![PathBuf::from("rules/contact.rules"), folder.path().join("contact.rules")],
+        ..Request::default()
+    });
+    assert_eq!(rules(both).digest(), shipped.digest());
+}
+
+#[test]
 fn samples_of_the_design_load() {
     let loaded = load("tests/fixtures/language/bimanual.rules", None, &[]);
     assert!(loaded.rules.is_some(), "{}", report(&loaded));
