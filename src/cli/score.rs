@@ -121,8 +121,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut relabelled = Vec::new();
     let mut raw = Vec::new();
     let mut meta = None;
+    let mut failures = Vec::new();
     for scored in scored {
-        let scored = scored?;
+        let scored = match scored {
+            Ok(scored) => scored,
+            // The other recordings are worth having all the same. What is wrong with all of them is said once.
+            Err(failure) => {
+                if !failures.contains(&failure) {
+                    failures.push(failure);
+                }
+                continue;
+            }
+        };
         for warning in scored.warnings {
             eprintln!("warning: {warning}");
         }
@@ -134,20 +144,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.raw {
         scores.push(Score::new(Stage::Raw, raw));
     }
-    let meta = meta.unwrap_or_default();
-    let text = match args.format {
-        Format::Text => report::score::text(&scores, &meta),
-        Format::Json => score::json(&scores, &meta),
-    };
-    let inputs: Vec<&Path> = logs.iter().chain(&args.labels).map(PathBuf::as_path).collect();
+    let Some(meta) = meta else { return Failure::all(failures) };
+    write(args, &scores, &meta, &logs)?;
+    Failure::all(failures)
+}
+
+fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
+    let files = [&args.labels, &args.sequences, &args.binding, &args.scene].into_iter().flatten();
+    let map = args.map.as_deref().map(Path::new);
+    let inputs: Vec<&Path> =
+        logs.iter().chain(files).chain(&args.rules.rules).map(PathBuf::as_path).chain(map).collect();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
-        output::write(path, &report::score::picture(score, &meta), &inputs)?;
+        output::write(path, &report::score::picture(score, meta), &inputs)?;
     }
+    let text = match args.format {
+        Format::Text => report::score::text(scores, meta),
+        Format::Json => score::json(scores, meta),
+    };
     match &args.out {
-        Some(path) => output::write(path, &text, &inputs)?,
-        None => output::print(&text)?,
+        Some(path) => output::write(path, &text, &inputs),
+        None => output::print(&text),
     }
-    Ok(())
 }
 
 /// The score of one recording.

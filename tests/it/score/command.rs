@@ -92,6 +92,17 @@ fn a_relabelled_truth_is_told_as_the_result_is() {
 }
 
 #[test]
+fn a_log_that_cannot_be_read_hides_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    std::fs::write(folder.path().join("0.csv"), "time [s]\n").unwrap();
+    let output = teachtree(&["score", folder.path().to_str().unwrap()], "1");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stdout.clone()).unwrap().starts_with("1 recording, "));
+    assert!(complained(&output).contains("0.csv"), "{}", complained(&output));
+}
+
+#[test]
 fn what_cannot_be_scored_is_said() {
     let folder = tempfile::tempdir().unwrap();
     let empty = folder.path().to_str().unwrap();
@@ -101,7 +112,7 @@ fn what_cannot_be_scored_is_said() {
         "demos/robosuite/sawyer_nut_assembly.binding.yaml",
     ];
     let with = |more: &[&'static str]| [&["score"][..], &real, more].concat();
-    let labels = folder.path().join("labels.csv");
+    let labels = folder.path().join("1_segments.csv");
     std::fs::write(&labels, "label,start_s,end_s\nGrasp,0,1\n").unwrap();
     for (args, wanted) in [
         (vec!["score", empty], "the folder has no `.csv` log"),

@@ -44,7 +44,7 @@ fn json_of_an_example() {
 fn nothing_known_is_written_as_nothing() {
     let nothing = Score::new(Stage::Raw, vec![Row { log: "log.csv".into(), who: RIGHT, tally: tally("", "Move 1") }]);
     insta::assert_snapshot!(text(std::slice::from_ref(&nothing), &meta("")));
-    let written = json(&[nothing.clone()], &meta(""));
+    let written = json(std::slice::from_ref(&nothing), &meta(""));
     let parsed: serde_json::Value = serde_json::from_str(&written).unwrap();
     assert!(parsed["results"][0]["all"]["accuracy"].is_null() && parsed["results"][0]["all"]["tasks"].is_null());
     assert!(picture(&nothing, &meta("")).ends_with("</svg>\n"));
