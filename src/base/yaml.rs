@@ -2,7 +2,10 @@
 //! not of the types that read them.
 
 use super::error::InputError;
-use serde::{Serialize, de::DeserializeOwned};
+use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::fmt;
+use std::marker::PhantomData;
 
 /// The largest YAML text that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -30,6 +33,31 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         // The crate appends the place that we already give.
         InputError::new(place, in_plain_words(message.split(" at line ").next().unwrap_or(&message)))
     })
+}
+
+/// A map as a list: its entries in the order of the text, also those whose key stands there twice.
+pub struct Entries<K, V>(pub Vec<(K, V)>);
+
+impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Deserialize<'de> for Entries<K, V> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Collect<K, V>(PhantomData<(K, V)>);
+        impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Visitor<'de> for Collect<K, V> {
+            type Value = Entries<K, V>;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a map")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+                let mut entries = Vec::new();
+                while let Some(entry) = map.next_entry()? {
+                    entries.push(entry);
+                }
+                Ok(Entries(entries))
+            }
+        }
+        deserializer.deserialize_map(Collect(PhantomData))
+    }
 }
 
 /// Writes a value as YAML.

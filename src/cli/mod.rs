@@ -47,6 +47,7 @@ enum Command {
 }
 
 /// How a command ended.
+#[derive(PartialEq)]
 enum Failure {
     /// The answer is no; it has been said.
     No,

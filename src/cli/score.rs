@@ -6,6 +6,7 @@ use super::rules::{RuleArgs, load};
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::json::Meta;
+use crate::analysis::number::fixed;
 use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -120,8 +121,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut relabelled = Vec::new();
     let mut raw = Vec::new();
     let mut meta = None;
+    let mut failures = Vec::new();
     for scored in scored {
-        let scored = scored?;
+        let scored = match scored {
+            Ok(scored) => scored,
+            // The other recordings are worth having all the same. What is wrong with all of them is said once.
+            Err(failure) => {
+                if !failures.contains(&failure) {
+                    failures.push(failure);
+                }
+                continue;
+            }
+        };
+        for warning in scored.warnings {
+            eprintln!("warning: {warning}");
+        }
         relabelled.extend(scored.relabelled);
         raw.extend(scored.raw);
         meta.get_or_insert(scored.meta);
@@ -130,20 +144,27 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.raw {
         scores.push(Score::new(Stage::Raw, raw));
     }
-    let meta = meta.unwrap_or_default();
-    let text = match args.format {
-        Format::Text => report::score::text(&scores, &meta),
-        Format::Json => score::json(&scores, &meta),
-    };
-    let inputs: Vec<&Path> = logs.iter().chain(&args.labels).map(PathBuf::as_path).collect();
+    let Some(meta) = meta else { return Failure::all(failures) };
+    write(args, &scores, &meta, &logs)?;
+    Failure::all(failures)
+}
+
+fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
+    let files = [&args.labels, &args.sequences, &args.binding, &args.scene].into_iter().flatten();
+    let map = args.map.as_deref().map(Path::new);
+    let inputs: Vec<&Path> =
+        logs.iter().chain(files).chain(&args.rules.rules).map(PathBuf::as_path).chain(map).collect();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
-        output::write(path, &report::score::picture(score, &meta), &inputs)?;
+        output::write(path, &report::score::picture(score, meta), &inputs)?;
     }
+    let text = match args.format {
+        Format::Text => report::score::text(scores, meta),
+        Format::Json => score::json(scores, meta),
+    };
     match &args.out {
-        Some(path) => output::write(path, &text, &inputs)?,
-        None => output::print(&text)?,
+        Some(path) => output::write(path, &text, &inputs),
+        None => output::print(&text),
     }
-    Ok(())
 }
 
 /// The score of one recording.
@@ -151,6 +172,8 @@ struct Scored {
     relabelled: Vec<Row>,
     raw: Vec<Row>,
     meta: Meta,
+    /// What is to be said about the labels.
+    warnings: Vec<String>,
 }
 
 /// What is read once for all recordings.
@@ -176,9 +199,14 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
         [track] => Some(track.who),
         _ => None,
     };
+    let mut warnings = Vec::new();
     let truth = match &args.labels {
         Some(path) => {
             let labels = labels::read(&label_file(path, log)?, &opened.row_time)?;
+            if labels.contradicted_s > 0.0 {
+                let time = fixed(labels.contradicted_s, 3);
+                warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
+            }
             Truth::of_labels(&labels, args.track.map(Who::from).or(only), map, &known)?
         }
         None => own_truth(&opened, map)?,
@@ -190,7 +218,7 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     };
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
     let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
-    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta })
+    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta, warnings })
 }
 
 fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {

@@ -5,14 +5,18 @@
 //! right,Approach,1.2,1.9             57,141,S1
 //! ```
 //!
-//! Invariants: every interval is longer than nothing and lies in order; those of one track and kind are apart. What no row covers is not labelled.
+//! Invariants: every interval is longer than nothing; those of one track and kind are in order and apart. What no row covers, and what
+//! two rows label differently, is not labelled.
 
 use super::names;
 use crate::base::error::InputError;
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// The most rows that are read.
 pub const MAX_ROWS: usize = 100_000;
+/// The most rows that may be about one time.
+const MAX_AT_ONCE: usize = 100;
 /// The longest name, in bytes.
 const MAX_NAME: usize = 200;
 
@@ -28,8 +32,10 @@ const ROWS: [&[&str]; 2] = [&["start_frame", "start_row"], &["end_frame", "end_r
 pub struct Labels {
     /// Its name in messages.
     pub file: String,
-    /// The intervals, by start.
+    /// The intervals, by track and kind, each in order of time.
     pub intervals: Vec<Interval>,
+    /// Time that two rows label differently, s; it counts as not labelled.
+    pub contradicted_s: f64,
 }
 
 /// One labelled interval.
@@ -68,28 +74,42 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
         let place = error.position().map_or(file.clone(), |at| format!("{file} row {}", at.line()));
         InputError::new(place, format!("cannot be read: {error}"))
     };
-    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).from_path(path).map_err(unreadable)?;
+    let mut reader =
+        ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_path(path).map_err(unreadable)?;
     let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();
     let columns = Columns::find(&header).map_err(|message| {
         InputError::new(format!("{file} row 1"), message)
             .help("a label file has the columns `track,label,start_s,end_s` or `start_frame,end_frame,label`")
     })?;
-    let mut intervals = Vec::new();
+    let mut tracks: BTreeMap<(Option<String>, Kind), Vec<Interval>> = BTreeMap::new();
+    let mut rows = 0;
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
-        if intervals.len() == MAX_ROWS {
+        rows += 1;
+        if rows > MAX_ROWS {
             return Err(InputError::new(&file, format!("the file has more than {MAX_ROWS} rows of labels")));
         }
         let row = record.position().map_or(0, ::csv::Position::line);
+        if record.len() != header.len() {
+            let message = format!("found {} fields, wanted {} as in the header", record.len(), header.len());
+            return Err(InputError::new(format!("{file} row {row}"), message));
+        }
         let wrong = |column: usize, message: String| {
             let title = header.get(column).map_or("", String::as_str);
             InputError::new(format!("{file} row {row} column {title}"), message)
         };
-        intervals.extend(columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?);
+        let interval = columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?;
+        if let Some(interval) = interval {
+            tracks.entry((interval.track.clone(), interval.kind)).or_default().push(interval);
+        }
     }
-    intervals.sort_by(|one, other| one.start_s.total_cmp(&other.start_s));
-    apart(&file, &intervals)?;
-    Ok(Labels { file, intervals })
+    let mut labels = Labels { file, ..Labels::default() };
+    for mut of_track in tracks.into_values() {
+        labels.contradicted_s += apart(&mut of_track)
+            .map_err(|(row, message)| InputError::new(format!("{} row {row}", labels.file), message))?;
+        labels.intervals.append(&mut of_track);
+    }
+    Ok(labels)
 }
 
 fn plain(title: &str) -> String {
@@ -108,11 +128,15 @@ struct Columns {
 
 impl Columns {
     fn find(header: &[String]) -> Result<Self, String> {
+        /// Columns that a message lists.
+        const TOLD: usize = 8;
         let any = |names: &[&str]| header.iter().position(|title| names.contains(&title.as_str()));
         let wanted = |names: &[&str]| {
             let near = names.iter().find_map(|name| names::nearest(name, header.iter().map(String::as_str)));
             let meant = near.map_or_else(String::new, |near| format!("; was `{near}` meant?"));
-            format!("found the columns {}, wanted {}{meant}", header.join(", "), names.join(" or "))
+            let more = if header.len() > TOLD { ", …" } else { "" };
+            let found: Vec<&str> = header.iter().take(TOLD).map(String::as_str).collect();
+            format!("found the columns {}{more}, wanted {}{meant}", found.join(", "), names.join(" or "))
         };
         let name = any(&NAME).ok_or_else(|| wanted(&NAME))?;
         let [start_s, end_s] = SECONDS.map(|name| any(&[name]));
@@ -187,20 +211,35 @@ fn shown(cell: &str) -> String {
     cell.chars().take(40).collect()
 }
 
-/// Checks that intervals of one track and kind do not overlap.
-fn apart(file: &str, intervals: &[Interval]) -> Result<(), InputError> {
-    let mut last: std::collections::BTreeMap<(Option<&str>, Kind), &Interval> = std::collections::BTreeMap::new();
-    for interval in intervals {
-        if let Some(before) = last.insert((interval.track.as_deref(), interval.kind), interval)
-            && before.end_s > interval.start_s
-        {
-            let message = format!(
-                "`{}` begins at {} s, before `{}` of row {} ends at {} s",
-                interval.name, interval.start_s, before.name, before.row, before.end_s
-            );
-            return Err(InputError::new(format!("{file} row {}", interval.row), message)
-                .help("at any time a track has one label; give each hand its own with a column `track`"));
+/// Sorts intervals of one track and kind by start and takes them apart. Returns how much time has labels that contradict each other, s; it is nobody's.
+fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (u64, String)> {
+    let mut cuts: Vec<f64> = intervals.iter().flat_map(|interval| [interval.start_s, interval.end_s]).collect();
+    cuts.sort_by(f64::total_cmp);
+    cuts.dedup();
+    intervals.sort_by(|one, other| one.start_s.total_cmp(&other.start_s));
+    let mut coming = intervals.drain(..).peekable();
+    let mut present: Vec<Interval> = Vec::new();
+    let mut apart: Vec<Interval> = Vec::new();
+    let mut contradicted_s = 0.0;
+    for (start_s, end_s) in cuts.iter().copied().zip(cuts.iter().copied().skip(1)) {
+        present.retain(|interval| interval.end_s > start_s);
+        while let Some(next) = coming.next_if(|next| next.start_s <= start_s) {
+            if present.len() == MAX_AT_ONCE {
+                return Err((next.row, format!("more than {MAX_AT_ONCE} labels for one time, at {start_s} s")));
+            }
+            present.push(next);
+        }
+        let Some(first) = present.first() else { continue };
+        if present.iter().any(|other| other.name != first.name) {
+            contradicted_s += end_s - start_s;
+            continue;
+        }
+        match apart.last_mut() {
+            Some(last) if last.row == first.row && last.end_s >= start_s => last.end_s = end_s,
+            _ => apart.push(Interval { start_s, end_s, ..first.clone() }),
         }
     }
-    Ok(())
+    drop(coming);
+    *intervals = apart;
+    Ok(contradicted_s)
 }

@@ -10,6 +10,7 @@ mod graph;
 mod language;
 mod report;
 mod scenarios;
+mod score;
 mod stream;
 mod tidy;
 #[cfg(feature = "world")]

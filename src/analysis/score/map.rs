@@ -1,7 +1,7 @@
 //! From foreign names to ours: `S1: [Move, Approach]`, `S2: Grasp`, `S9: mask` (docs/score.md).
 
 use crate::base::error::InputError;
-use crate::base::yaml;
+use crate::base::yaml::{self, Entries};
 use crate::language::rules::Rules;
 use crate::stream::names::nearest;
 use indexmap::IndexMap;
@@ -20,15 +20,15 @@ pub struct NameMap {
 }
 
 /// A name in YAML, where `1` is a number.
-#[derive(Deserialize, PartialEq, Eq, Hash)]
-#[serde(untagged)]
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "wanted a name")]
 enum Name {
     Text(String),
     Number(i64),
 }
 
 #[derive(Deserialize)]
-#[serde(untagged)]
+#[serde(untagged, expecting = "wanted a name or a list of names")]
 enum Names {
     One(String),
     Several(Vec<String>),
@@ -40,11 +40,11 @@ impl NameMap {
     /// # Errors
     /// What is no map from names to names.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let map: IndexMap<Name, Names> = yaml::read(text, file).map_err(|error| {
+        let map: Entries<Name, Names> = yaml::read(text, file).map_err(|error| {
             error.help("a map has lines such as `S1: [Move, Approach]`, `S2: Grasp` and `S9: mask`")
         })?;
         let mut entries = IndexMap::new();
-        for (foreign, ours) in map {
+        for (foreign, ours) in map.0 {
             let foreign = match foreign {
                 Name::Text(text) => text,
                 Name::Number(number) => number.to_string(),
@@ -136,14 +136,12 @@ impl Known {
         }
     }
 
-    /// The error with the nearest known name, else with what could be done.
+    /// The error with the nearest known name, else with all of them.
     pub(super) fn advise(&self, error: InputError, name: &str) -> InputError {
         let names: Vec<&str> = self.primitives.iter().chain(&self.tasks).map(String::as_str).collect();
         match nearest(name, names.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => {
-                error.help(format!("wanted one of {}; or `{MASK}` in a map, to leave its time out", names.join(", ")))
-            }
+            None => error.help(format!("wanted one of {}", names.join(", "))),
         }
     }
 }

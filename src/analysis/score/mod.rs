@@ -165,20 +165,18 @@ fn analysed(analysis: &Analysis) -> Vec<(f64, f64)> {
 /// The boundaries of the truth: the starts of its segments, except where the scored time begins or something was cut out.
 /// `late_s` says how late the segments are that the result has, by their number.
 fn boundaries(truth: &[Piece], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
-    let mut boundaries = Vec::new();
     let before = std::iter::once(None).chain(truth.iter().map(Some));
-    let labelled = before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE);
-    for (number, (before, piece)) in labelled.enumerate() {
-        if let Some(before) = before.filter(|_| !piece.cut) {
-            boundaries.push(Boundary {
-                before: before.name.clone(),
-                after: piece.name.clone(),
-                by_contact: contact::by_contact(&before.name, &piece.name),
-                late_s: late_s.get(&number).copied(),
-            });
-        }
-    }
-    boundaries
+    let segments = before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE).enumerate();
+    let boundaries = segments.filter_map(|(number, (before, piece))| {
+        let before = before.filter(|_| !piece.cut)?;
+        Some(Boundary {
+            before: before.name.clone(),
+            after: piece.name.clone(),
+            by_contact: contact::by_contact(&before.name, &piece.name),
+            late_s: late_s.get(&number).copied(),
+        })
+    });
+    boundaries.collect()
 }
 
 /// The tasks of a hand with their primitives: those whose middle lies in the task.

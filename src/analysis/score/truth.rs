@@ -3,7 +3,7 @@
 //! Invariants: the spans of a list are in order and apart; time that no span of primitives covers is not scored. Tasks are listed in full:
 //! where no span of tasks is, there is no task.
 
-use super::map::{Known, NameMap, SEPARATE};
+use super::map::{Known, MASK, NameMap, SEPARATE};
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -126,7 +126,10 @@ fn ours(interval: &Interval, known: &Known) -> Result<String, String> {
     if names.contains(&interval.name) {
         return Ok(interval.name.clone());
     }
-    Err(format!("found `{}`, wanted a {what} of the rules or a name in the map", interval.name))
+    Err(format!(
+        "found `{}`, wanted a {what} of the rules or a name in the map (`{MASK}` leaves its time out)",
+        interval.name
+    ))
 }
 
 /// When tasks of a hand begin, s.

@@ -18,7 +18,7 @@ const WIDTH: f64 = 1200.0;
 const MATRICES: [f64; 2] = [140.0, 770.0];
 const MATRIX_WIDTH: f64 = 420.0;
 /// Room above a matrix for the names of its columns.
-const HEAD: f64 = 96.0;
+const HEAD: f64 = 124.0;
 /// The largest cell.
 const CELL: f64 = 36.0;
 /// The axis of boundary errors.

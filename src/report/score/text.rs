@@ -9,7 +9,7 @@ use crate::analysis::score::{BoundaryErrors, Row, Score, Share, Tally, TaskPair}
 /// Mistakes that are listed.
 const LISTED: usize = 20;
 /// The longest name of a recording that is shown whole.
-const LOG: usize = 34;
+const LOG: usize = 28;
 /// Columns of the names before the measures over all.
 const GUTTER: usize = 18;
 
@@ -45,8 +45,8 @@ fn over_all(tally: &Tally) -> Vec<String> {
     let mut line = |name: &str, text: String| lines.push(format!("{name:GUTTER$}{text}"));
     if tally.tasks.is_some() {
         line("tasks found", share(tally.tasks_found()));
-        line("false tasks", tally.false_tasks().to_string());
         line("  in sequence", share(tally.task_sequences()));
+        line("false tasks", tally.false_tasks().to_string());
     }
     line("sequences equal", share(tally.sequences));
     line("frame accuracy", percent(tally.accuracy()));
@@ -142,25 +142,12 @@ fn mistakes(score: &Score) -> Vec<String> {
 }
 
 fn primitives(tally: &Tally) -> Vec<String> {
-    let header = [
-        "primitive",
-        "true s",
-        "found s",
-        "precision",
-        "recall",
-        "segments",
-        "F1 10 %",
-        "25 %",
-        "50 %",
-        "starts",
-        "median",
-        "95th ms",
-    ];
+    let header =
+        ["primitive", "true s", "found s", "precision", "recall", "segments", "F1 50 %", "starts", "median", "95th ms"];
     let mut table = Table::new(&header);
     for name in tally.primitives() {
         let segments = tally.segments.get(name).copied().unwrap_or_default();
-        let [ten, quarter, half] =
-            segments.f1().map(|f1| f1.map_or_else(|| NOTHING.to_string(), |f1| fixed(f1 * 100.0, 1)));
+        let [.., half] = segments.f1();
         let errors = tally.errors_of(name);
         table.row([
             name.into(),
@@ -169,9 +156,7 @@ fn primitives(tally: &Tally) -> Vec<String> {
             percent(tally.precision(name)),
             percent(tally.recall(name)),
             format!("{}/{}", segments.results, segments.truths),
-            ten,
-            quarter,
-            half,
+            percent(half),
             format!("{}/{}", errors.found.right, errors.found.of),
             ms(errors.median_s()),
             ms(errors.p95_s()),

@@ -1,0 +1,11 @@
+//! Tests of `analysis::score`, of label files and of the command.
+
+mod build;
+#[cfg(feature = "world")]
+mod command;
+mod labels;
+mod measures;
+mod names;
+mod property;
+mod tasks;
+mod written;

@@ -1,0 +1,130 @@
+//! `teachtree score` as a user meets it.
+
+use serde_json::Value;
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn teachtree(args: &[&str], threads: &str) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_teachtree"))
+        .args(args)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("RAYON_NUM_THREADS", threads)
+        .output()
+        .unwrap()
+}
+
+fn said(output: &Output) -> String {
+    assert!(output.status.success(), "{}", complained(output));
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn complained(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn recorded(folder: &Path, seeds: &[&str]) {
+    for seed in seeds {
+        let log = folder.join(format!("{seed}.csv"));
+        let output = teachtree(&["teach", "paper_box", "paper_box", "-o", log.to_str().unwrap(), "--seed", seed], "1");
+        said(&output);
+    }
+}
+
+#[test]
+fn a_folder_is_its_logs_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1", "2"]);
+    let name = folder.path().to_str().unwrap();
+    let picture = folder.path().join("score.svg");
+    let args = ["score", name, "--raw", "--format", "json", "--picture", picture.to_str().unwrap()];
+    let together = said(&teachtree(&args, "2"));
+    assert_eq!(together, said(&teachtree(&args, "1")), "threads change nothing");
+    assert!(std::fs::read_to_string(&picture).unwrap().starts_with("<svg"));
+    let together: Value = serde_json::from_str(&together).unwrap();
+    assert_eq!(together["recordings"], 2);
+    for (at, result) in [(0, "relabelled"), (1, "raw")] {
+        assert_eq!(together["results"][at]["result"], result);
+        for (row, seed) in [(0, "1"), (1, "2")] {
+            let log = folder.path().join(format!("{seed}.csv"));
+            let alone = said(&teachtree(&["score", log.to_str().unwrap(), "--raw", "--format", "json"], "2"));
+            let alone: Value = serde_json::from_str(&alone).unwrap();
+            assert_eq!(alone["results"][at]["rows"][0], together["results"][at]["rows"][row]);
+        }
+    }
+    // The trees say what the world says, but for when some motions begin.
+    let raw = &together["results"][1]["all"];
+    assert!(raw["accuracy"].as_f64().unwrap() > 0.95, "{}", raw["accuracy"]);
+}
+
+#[test]
+fn own_labels_in_a_file_score_as_in_the_log() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    let log = folder.path().join("1.csv");
+    let mut reader = csv::Reader::from_path(&log).unwrap();
+    let label = reader.headers().unwrap().iter().position(|name| name == "right.label").unwrap();
+    let labels: Vec<String> = reader.records().map(|row| row.unwrap()[label].to_string()).collect();
+    let mut text = "start_frame,end_frame,label\n".to_string();
+    let mut start = 0;
+    for run in labels.chunk_by(|one, next| one == next) {
+        text.push_str(&format!("{start},{},{}\n", start + run.len(), run[0].to_lowercase()));
+        start += run.len();
+    }
+    std::fs::write(folder.path().join("1_segments.csv"), text).unwrap();
+    let map = "move=Move,approach=Approach,slide=Slide,grasp=Grasp,translate=Translate,follow=Follow,place=Place,release=Release,push=Push,trace=Trace";
+    let (log, folder) = (log.to_str().unwrap(), folder.path().to_str().unwrap());
+    let own = said(&teachtree(&["score", log], "1"));
+    assert_eq!(own, said(&teachtree(&["score", log, "--labels", folder, "--map", map], "1")));
+}
+
+#[test]
+fn a_relabelled_truth_is_told_as_the_result_is() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    let name = folder.path().to_str().unwrap();
+    let sequences = |args: &[&str]| {
+        let score: Value = serde_json::from_str(&said(&teachtree(args, "1"))).unwrap();
+        score["results"][0]["all"]["sequences"]["right"].as_u64().unwrap()
+    };
+    // The true slide before the grasp, and the true push within the trace, are joined by the rules.
+    assert_eq!(sequences(&["score", name, "--format", "json"]), 0);
+    assert_eq!(sequences(&["score", name, "--format", "json", "--relabel-truth"]), 1);
+}
+
+#[test]
+fn a_log_that_cannot_be_read_hides_no_others() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    std::fs::write(folder.path().join("0.csv"), "time [s]\n").unwrap();
+    let output = teachtree(&["score", folder.path().to_str().unwrap()], "1");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stdout.clone()).unwrap().starts_with("1 recording, "));
+    assert!(complained(&output).contains("0.csv"), "{}", complained(&output));
+}
+
+#[test]
+fn what_cannot_be_scored_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let empty = folder.path().to_str().unwrap();
+    let real = [
+        "demos/robosuite/SawyerNutAssembly_demo_1.csv",
+        "--binding",
+        "demos/robosuite/sawyer_nut_assembly.binding.yaml",
+    ];
+    let with = |more: &[&'static str]| [&["score"][..], &real, more].concat();
+    let labels = folder.path().join("1_segments.csv");
+    std::fs::write(&labels, "label,start_s,end_s\nGrasp,0,1\n").unwrap();
+    for (args, wanted) in [
+        (vec!["score", empty], "the folder has no `.csv` log"),
+        (with(&[]), "the log does not say what is true"),
+        (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
+        (with(&["--labels", "docs"]), "the log has no label file"),
+        (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: the file cannot be read"),
+        (with(&["--labels", "nowhere.csv", "--map", "S1"]), "wanted FOREIGN=OURS"),
+        (vec!["score", "a.csv", "b.csv", "--labels", labels.to_str().unwrap()], "one label file for 2 recordings"),
+    ] {
+        let output = teachtree(&args, "1");
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(complained(&output).contains(wanted), "{args:?}: {}", complained(&output));
+    }
+}

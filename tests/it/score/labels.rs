@@ -1,0 +1,84 @@
+//! Label files: what is read, and what is said of a bad one.
+
+use std::path::PathBuf;
+use teachtree::stream::labels::{Kind, Labels, read};
+
+/// When the five rows of a log were, s; the third repeats the stamp of the second.
+const ROW_TIME: [f64; 5] = [0.0, 0.1, 0.1, 0.2, 0.4];
+
+fn reading(text: &str) -> Result<Labels, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path: PathBuf = folder.path().join("labels.csv");
+    std::fs::write(&path, text).unwrap();
+    let folder = format!("{}/", folder.path().display());
+    read(&path, &ROW_TIME).map_err(|error| error.to_string().replace(&folder, ""))
+}
+
+fn intervals(text: &str) -> Vec<(String, f64, f64)> {
+    reading(text).unwrap().intervals.into_iter().map(|label| (label.name, label.start_s, label.end_s)).collect()
+}
+
+#[test]
+fn times_are_seconds() {
+    let labels = reading("track,label,start_s,end_s,who\nright,Grasp,0.5,1.25,me\nleft,Move,0,2,you\n").unwrap();
+    let told: Vec<_> = labels
+        .intervals
+        .iter()
+        .map(|label| (label.track.as_deref(), label.name.as_str(), label.start_s, label.end_s, label.row))
+        .collect();
+    assert_eq!(told, [(Some("left"), "Move", 0.0, 2.0, 3), (Some("right"), "Grasp", 0.5, 1.25, 2)]);
+}
+
+#[test]
+fn frames_are_rows_of_the_log_from_0_and_the_end_is_not_included() {
+    let wanted = [("S1".to_string(), 0.0, 0.1), ("S2".to_string(), 0.1, 0.4)];
+    assert_eq!(intervals("start_frame,end_frame,surgeme,success\n0,1,S1,1\n2,4,S2,0\n"), wanted);
+    // One past the last row is when the last row ends: one step after it began.
+    let rows = intervals("start_row,end_row_excl,t_start,t_last,label\n3,5,0.2,0.4,7\n");
+    assert_eq!(rows, [("7".to_string(), 0.2, 0.6000000000000001)]);
+}
+
+#[test]
+fn rows_without_name_or_length_label_nothing() {
+    assert_eq!(intervals("label,start_s,end_s\n,0,1\nGrasp,1,1\n"), []);
+}
+
+#[test]
+fn tasks_are_labels_too() {
+    let labels = reading("kind,label,start_s,end_s\ntask,pick,0,4\nprimitive,Move,0,1\ntask,pick,4,8\n").unwrap();
+    let kinds: Vec<_> = labels.intervals.iter().map(|label| (label.kind, label.start_s)).collect();
+    // Two tasks of one name that meet are two.
+    assert_eq!(kinds, [(Kind::Primitive, 0.0), (Kind::Task, 0.0), (Kind::Task, 4.0)]);
+}
+
+#[test]
+fn time_with_two_names_is_not_labelled() {
+    let labels = reading("label,start_s,end_s\nA,0,2\nA,1,3\nB,2.5,5\nC,3.5,4\n").unwrap();
+    let told: Vec<_> = labels.intervals.iter().map(|label| (label.name.as_str(), label.start_s, label.end_s)).collect();
+    assert_eq!(told, [("A", 0.0, 2.0), ("A", 2.0, 2.5), ("B", 3.0, 3.5), ("B", 4.0, 5.0)]);
+    assert!((labels.contradicted_s - 1.0).abs() < 1e-9);
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_place() {
+    let crowd = format!("label,start_s,end_s\n{}", "A,0,1\n".repeat(101));
+    let long = format!("label,start_s,end_s\n{},0,1\n", "A".repeat(201));
+    let cases = [
+        ("no label", "name,start_s,end_s\nA,0,1\n"),
+        ("no end", "label,start_s\nA,0\n"),
+        ("no frames", "label,start_frame,last_frame\nA,0,1\n"),
+        ("misspelt", "lable,start_s,end_s\nA,0,1\n"),
+        ("no time", "label,start_s,end_s\nA,0,soon\n"),
+        ("not finite", "label,start_s,end_s\nA,0,inf\n"),
+        ("no row", "label,start_frame,end_frame\nA,0,1.5\n"),
+        ("beyond the log", "label,start_frame,end_frame\nA,2,9\n"),
+        ("backwards", "label,start_s,end_s\nA,2,1\n"),
+        ("strange track", "track,label,start_s,end_s\nmiddle,A,0,1\n"),
+        ("strange kind", "kind,label,start_s,end_s\nguess,A,0,1\n"),
+        ("too few cells", "label,start_s,end_s\nA,0\n"),
+        ("too many at once", &crowd),
+        ("too long", &long),
+    ];
+    let told: String = cases.iter().map(|(name, text)| format!("{name}\n  {}\n", reading(text).unwrap_err())).collect();
+    insta::assert_snapshot!(told);
+}
