@@ -39,6 +39,9 @@ type LeafOnFrame = Option<Label>;
 
 type Outcome<T> = Result<T, InputError>;
 
+/// A declaration of a hand: whether it is a latch, its position, whose.
+type Declared = (bool, u32, Option<Side>);
+
 /// Values by what they are of, whose, and when.
 type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
 
@@ -51,8 +54,8 @@ struct Reference<'a> {
     /// Values of signals and latches that were asked for before.
     signals: RefCell<Known<SignalId, Value>>,
     latches: RefCell<Known<LatchId, bool>>,
-    /// The targets that a signal or latch reads: whose, and whether it is a latch.
-    targets: RefCell<HashMap<(bool, u32, Option<Side>), BTreeSet<Side>>>,
+    /// The targets that a signal or latch reads.
+    targets: RefCell<HashMap<Declared, BTreeSet<Side>>>,
 }
 
 impl<'a> Reference<'a> {
@@ -161,13 +164,13 @@ impl<'a> Reference<'a> {
                     let inner = &self.rules.latches[latch.index()];
                     targets.extend(self.targets_of((true, latch.0, side(*hand, this)), &[&inner.set, &inner.clear]));
                 }
-                _ => targets.extend(self.targets(&expr.arguments(), this)),
+                _ => targets.extend(self.targets(&expr.parts(), this)),
             }
         }
         targets
     }
 
-    fn targets_of(&self, declared: (bool, u32, Option<Side>), inner: &[&Expr]) -> BTreeSet<Side> {
+    fn targets_of(&self, declared: Declared, inner: &[&Expr]) -> BTreeSet<Side> {
         if let Some(targets) = self.targets.borrow().get(&declared) {
             return targets.clone();
         }

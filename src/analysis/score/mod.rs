@@ -165,10 +165,10 @@ fn analysed(analysis: &Analysis) -> Vec<(f64, f64)> {
 /// The boundaries of the truth: the starts of its segments, except where the scored time begins or something was cut out.
 /// `late_s` says how late the segments are that the result has, by their number.
 fn boundaries(truth: &[Piece], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
-    let mut number = 0;
     let mut boundaries = Vec::new();
     let before = std::iter::once(None).chain(truth.iter().map(Some));
-    for (before, piece) in before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE) {
+    let labelled = before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE);
+    for (number, (before, piece)) in labelled.enumerate() {
         if let Some(before) = before.filter(|_| !piece.cut) {
             boundaries.push(Boundary {
                 before: before.name.clone(),
@@ -177,7 +177,6 @@ fn boundaries(truth: &[Piece], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
                 late_s: late_s.get(&number).copied(),
             });
         }
-        number += 1;
     }
     boundaries
 }
