@@ -164,7 +164,7 @@ impl<'a> Reference<'a> {
                     let inner = &self.rules.latches[latch.index()];
                     targets.extend(self.targets_of((true, latch.0, side(*hand, this)), &[&inner.set, &inner.clear]));
                 }
-                _ => targets.extend(self.targets(&expr.parts(), this)),
+                _ => targets.extend(self.targets(&expr.arguments(), this)),
             }
         }
         targets

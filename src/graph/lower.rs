@@ -85,7 +85,7 @@ fn signals_of(expr: &Expr, this: Hand, found: &mut BTreeSet<(SignalId, Hand)>) {
     if let ExprKind::Signal(signal, hand) = &expr.kind {
         found.insert((*signal, if *hand == Hand::This { this } else { *hand }));
     }
-    for arg in expr.parts() {
+    for arg in expr.arguments() {
         signals_of(arg, this, found);
     }
 }
