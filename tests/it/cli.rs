@@ -167,12 +167,25 @@ fn exit_status_tells_a_no_from_bad_input() {
         &["analyze", "README.md"],
         &["teach", "nowhere", "nobody", "-o", "x.csv"],
         &["walk"],
-        &["check", "no_such.rules"],
-        &["check", "--hand", "no_such.rules"],
     ] {
         let output = teachtree(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
         assert!(complained(&output).contains("error: "), "{args:?}: {}", complained(&output));
+    }
+}
+
+#[test]
+fn a_rule_file_that_is_not_there_is_bad_input() {
+    for args in [
+        &["check", "no_such.rules"][..],
+        &["check", "--hand", "no_such.rules"],
+        &["graph", "no_such.rules"],
+        &["graph", "rules/stream.rules"],
+    ] {
+        let output = teachtree(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
+        assert_eq!(said(&output), "", "{args:?}");
+        assert!(complained(&output).starts_with("error[E"), "{args:?}: {}", complained(&output));
     }
 }
 
