@@ -140,12 +140,20 @@ impl Source {
 
     /// Whether a row may be the beginning of a whole one: too short, or as long and wrong in its last cell only.
     fn is_cut(&self, record: &ByteRecord) -> bool {
+        // What swallowed the rows behind it is no row that was being written.
+        if spans_lines(record) {
+            return false;
+        }
         record.len() < self.header.len()
             || (record.len() == self.header.len() && record.iter().next_back().and_then(number).is_none())
     }
 
     /// Checks every cell of a row before any is stored, so that a row is taken whole or not at all.
     fn check(&self, record: &ByteRecord, row: u64, wants: &[Want]) -> Result<Stamp, InputError> {
+        if spans_lines(record) {
+            let message = "a cell goes on over the end of its line: a quote is opened and not closed";
+            return Err(InputError::new(format!("{} row {row}", self.file), message));
+        }
         if record.len() != self.header.len() {
             let message = format!("found {} fields, wanted {} as in the header", record.len(), self.header.len());
             return Err(InputError::new(format!("{} row {row}", self.file), message));
@@ -296,4 +304,9 @@ fn shown(cell: &[u8]) -> String {
         head.push('…');
     }
     head
+}
+
+/// Whether a cell holds the end of a line: no number or name of a log does.
+fn spans_lines(record: &ByteRecord) -> bool {
+    record.iter().any(|cell| cell.contains(&b'\n'))
 }

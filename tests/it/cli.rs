@@ -246,3 +246,18 @@ fn links_are_followed_and_devices_stay_devices() {
     use std::os::unix::fs::FileTypeExt;
     assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
 }
+
+/// A quote that is never closed makes one cell of the rest of the log; that must not pass for a cut last row.
+#[test]
+fn an_unclosed_quote_does_not_swallow_a_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs/whole.csv")).unwrap();
+    let mut lines: Vec<String> = whole.lines().map(str::to_string).collect();
+    lines[3].insert(0, '"');
+    let log = folder.path().join("quote.csv");
+    std::fs::write(&log, lines.join("\n") + "\n").unwrap();
+    let output = teachtree(&["analyze", log.to_str().unwrap(), "--scene", "tests/fixtures/logs/box.yaml"]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(complained(&output).contains("row 4: a cell goes on"), "{}", complained(&output));
+}
