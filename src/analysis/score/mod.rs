@@ -35,6 +35,9 @@ use map::SEPARATE;
 use std::collections::BTreeMap;
 use std::fmt;
 
+/// Segments that share no time stand for each other only when their starts are this near, s.
+const SAME_BOUNDARY_S: f64 = 1.0;
+
 /// Which result is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
@@ -143,8 +146,13 @@ fn tally(truth: &TrackTruth, track: &Track, analysis: &Analysis, stage: Stage) -
         tally.edits.push(1.0 - alignment.edits as f64 / longest as f64);
         tally.sequences.count(alignment.edits == 0);
     }
-    let late: BTreeMap<usize, f64> =
-        alignment.pairs.iter().filter_map(|&(one, other)| Some((one, late_s(one, other)?))).collect();
+    let late = alignment.pairs.iter().filter_map(|&(one, other)| {
+        let (truth, result) = pair(one, other)?;
+        let late_s = late_s(one, other)?;
+        let meet = truth.start_s < result.end_s && result.start_s < truth.end_s;
+        (meet || late_s.abs() <= SAME_BOUNDARY_S).then_some((one, late_s))
+    });
+    let late: BTreeMap<usize, f64> = late.collect();
     tally.boundaries = boundaries(&layout.truth, &late);
     tally.tasks = truth.tasks.as_ref().map(|tasks| task_pairs(tasks, track, &trues, &results));
     Some(tally)

@@ -84,6 +84,16 @@ fn a_boundary_without_its_segment_is_not_found() {
 }
 
 #[test]
+fn a_segment_of_another_time_is_not_the_same() {
+    // The only Grasp of the result is alone in its sequence, but it is 5 s late; the Place is 0.9 s late.
+    let tally = tally("Move 1 Grasp 1 Place 0.5 Move 7.5", "Move 3.4 Place 0.6 Move 2 Grasp 1 Move 3");
+    let found: Vec<(&str, bool)> =
+        tally.boundaries.iter().map(|boundary| (boundary.after.as_str(), boundary.late_s.is_some())).collect();
+    assert_eq!(found, [("Grasp", false), ("Place", false), ("Move", true)]);
+    near(self::tally("Move 1 Place 0.5 Move 3", "Move 1.9 Place 0.6 Move 2").errors_of("Place").median_s(), 0.9);
+}
+
+#[test]
 fn of_equal_alignments_the_nearest_in_time_counts() {
     // Which of two Trace the one true Trace is cannot be told from the sequence.
     let tally = tally("Push 3 Trace 2 Release 1", "Push 1 Trace 0.5 Push 1.6 Trace 1.9 Release 1");
