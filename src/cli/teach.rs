@@ -4,7 +4,6 @@ use super::progress::Progress;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
-use crate::base::yaml;
 use crate::stream::csv;
 use crate::world::{self, Operator};
 use std::path::{Path, PathBuf};
@@ -36,10 +35,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Records an operator in a scene, with a progress bar.
 pub fn record(scene: &str, operator: &str, seed: u64) -> Result<Recording, Failure> {
-    let scene = match read(scene)? {
-        Some(text) => yaml::read(&text, scene)?,
-        None => world::scene(scene)?,
-    };
+    let scene = if is_file(scene) { csv::read_scene(Path::new(scene))? } else { world::scene(scene)? };
     let operator = match read(operator)? {
         Some(text) => Operator::read(&text, operator)?,
         None => world::operator(operator)?,
@@ -50,9 +46,14 @@ pub fn record(scene: &str, operator: &str, seed: u64) -> Result<Recording, Failu
 
 /// The text of a file; `None` for what is no path but the name of something shipped.
 fn read(name: &str) -> Result<Option<String>, InputError> {
-    if !Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
+    if !is_file(name) {
         return Ok(None);
     }
     let text = std::fs::read_to_string(name);
     text.map(Some).map_err(|error| InputError::new(name, format!("the file cannot be read: {error}")))
+}
+
+/// Whether a name is a path rather than the name of something shipped.
+fn is_file(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
 }

@@ -261,3 +261,16 @@ fn an_unclosed_quote_does_not_swallow_a_log() {
     assert_eq!(output.status.code(), Some(2), "{}", said(&output));
     assert!(complained(&output).contains("row 4: a cell goes on"), "{}", complained(&output));
 }
+
+/// What is recorded can be analysed: a scene with a name that no log can carry is refused before anything is taught.
+#[test]
+fn a_scene_that_no_log_can_carry_is_not_taught_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/paper_box.yaml")).unwrap();
+    let (scene, log) = (folder.path().join("dotted.yaml"), folder.path().join("log.csv"));
+    std::fs::write(&scene, text.replace("right_cube", "right.cube")).unwrap();
+    let output = teachtree(&["teach", scene.to_str().unwrap(), "paper_box", "-o", log.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complained(&output).contains("right.cube"), "{}", complained(&output));
+    assert!(!log.exists());
+}
