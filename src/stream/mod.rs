@@ -4,11 +4,13 @@ pub mod binding;
 pub mod csv;
 mod dead;
 mod derive;
+pub mod formats;
 pub mod frames;
 mod geometry;
 mod measured;
 pub mod names;
 mod open;
+pub mod sheet;
 pub mod table;
 mod timebase;
 

@@ -3,8 +3,8 @@
 use super::binding::{Binding, BindingFile, bind};
 use super::csv;
 use super::derive;
+use super::formats;
 use super::frames::{Frames, Issue};
-use super::table;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -41,27 +41,20 @@ pub struct Opened {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
-    let ending = request.log.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if !matches!(ending.as_str(), "csv" | "tsv" | "txt") {
-        return Err(InputError::new(
-            request.log.display().to_string(),
-            format!("found a file that ends in `.{ending}`, wanted `.csv`, `.tsv` or `.txt`"),
-        )
-        .help("logs of other formats have to be exported as CSV"));
-    }
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
         let csv::Read { recording, issues } = csv::read(&log, request.scene.as_deref())?;
         return Ok(Opened { log, recording, issues, hand_file: None, params: vec![] });
     };
     let file = BindingFile::read(binding)?;
-    let scene = match (&request.scene, &file.binding.scene) {
-        (Some(path), _) => csv::read_scene(path)?,
-        (None, Some(scene)) => scene.clone(),
-        (None, None) => csv::scene_beside(&log)?,
+    let mut source = formats::open(&log)?;
+    let scene = match (&request.scene, &file.binding.scene, source.scene.take()) {
+        (Some(path), ..) => csv::read_scene(path)?,
+        (None, Some(scene), _) => scene.clone(),
+        (None, None, Some(own)) => own,
+        (None, None, None) => csv::scene_beside(&log)?,
     };
-    let csv::Read { recording, issues } =
-        bind(table::open(&log)?, &file, scene).map_err(|error| in_log(&log, error))?;
+    let csv::Read { recording, issues } = bind(source, &file, scene).map_err(|error| in_log(&log, error))?;
     let Binding { hand_file, params, .. } = file.binding;
     Ok(Opened { log, recording, issues, hand_file, params: params.into_iter().collect() })
 }
