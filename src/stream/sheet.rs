@@ -108,6 +108,13 @@ impl Memory {
         self.columns.insert(name, cells);
     }
 
+    /// Adds a whole column before the others.
+    pub fn push_first(&mut self, name: &str, cells: Cells) {
+        self.columns.shift_remove(name);
+        self.push_column(name.to_string(), cells);
+        self.columns.move_index(self.columns.len() - 1, 0);
+    }
+
     fn column(&mut self, name: &str, empty: impl FnOnce() -> Cells) -> Result<&mut Cells, InputError> {
         let expected = self.columns.get_index(self.next).is_some_and(|(column, _)| column == name);
         let index = if expected { Some(self.next) } else { self.columns.get_index_of(name) };

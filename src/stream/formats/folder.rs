@@ -25,6 +25,9 @@ pub fn open(path: &Path, episode: Option<usize>) -> Result<Source, InputError> {
             format!("this folder is no data set with an episode {episode}: meta/info.json is not there"),
         ));
     }
+    if path.join("metadata.yaml").is_file() {
+        return bag(path);
+    }
     let mut files = files(path)?;
     files.retain(|file| text_ending(file) && !is_beside(file));
     if files.is_empty() {
@@ -47,6 +50,16 @@ pub fn open(path: &Path, episode: Option<usize>) -> Result<Source, InputError> {
         return Err(InputError::new(name, format!("the folder holds no table that can be read: {why}")));
     }
     Ok(Source { refused, ..Source::many(name, sheets) })
+}
+
+#[cfg(feature = "mcap")]
+fn bag(path: &Path) -> Result<Source, InputError> {
+    super::mcap::folder(path)
+}
+
+#[cfg(not(feature = "mcap"))]
+fn bag(path: &Path) -> Result<Source, InputError> {
+    Err(InputError::new(path.display().to_string(), "this build cannot read bags, its feature `mcap` is off"))
 }
 
 #[cfg(feature = "parquet")]

@@ -2,11 +2,18 @@
 
 pub mod delimited;
 mod folder;
+mod json;
+pub mod jsonl;
 #[cfg(feature = "parquet")]
 mod lerobot;
+#[cfg(feature = "mcap")]
+mod mcap;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 mod qualisys;
+mod rosbag;
+mod rosmsg;
+mod topics;
 
 use super::csv;
 use super::frames::Issue;
@@ -20,11 +27,14 @@ use std::path::{Path, PathBuf};
 /// Endings of names that a table of text may have.
 const TEXT_ENDINGS: [&str; 6] = ["csv", "tsv", "txt", "dat", "log", "tab"];
 
-/// Opens a log of any format. `path#3` is episode 3 of a data set.
+/// Opens a log of any format. `path#3` is episode 3 of a data set, `-` are JSON lines on standard input.
 ///
 /// # Errors
 /// When it cannot be opened, is of no format that is read here, or its head is wrong.
 pub fn open(path: &Path) -> Result<Source, InputError> {
+    if path == Path::new("-") {
+        return jsonl::source(std::io::stdin().lock(), "standard input".into());
+    }
     let (path, episode) = episode(path);
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::new(&name, format!("cannot be opened: {error}"));
@@ -41,8 +51,14 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
     match magic.as_slice() {
         [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
+        #[cfg(feature = "mcap")]
+        [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(bytes, name),
         #[cfg(feature = "parquet")]
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
+        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
+        [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
+            jsonl::source(BufReader::new(bytes), name)
+        }
         _ if text_ending(&path) => delimited::source(Box::new(BufReader::new(bytes)), name),
         _ => Err(unknown(&path)),
     }
