@@ -9,6 +9,7 @@ mod check;
 #[cfg(feature = "world")]
 mod demo;
 mod graph;
+mod inspect;
 mod output;
 #[cfg(feature = "world")]
 mod progress;
@@ -35,6 +36,8 @@ enum Command {
     Demo(demo::Args),
     /// Report every mistake of rule files, and what running them costs
     Check(check::Args),
+    /// Show what a log holds and what could be recognised from it; write a binding to fill in
+    Inspect(inspect::Args),
     /// Segment recordings into primitive motions and name their tasks
     Analyze(analyze::Args),
     #[cfg(feature = "world")]
@@ -67,6 +70,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "world")]
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
+        Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),

@@ -7,10 +7,12 @@ mod derive;
 pub mod formats;
 pub mod frames;
 mod geometry;
+pub mod inspect;
 mod measured;
 pub mod names;
 mod open;
 pub mod sheet;
+pub mod skeleton;
 pub mod table;
 mod timebase;
 

@@ -184,10 +184,16 @@ impl Rows for Memory {
                 Some(Want::Time(to_seconds)) => *to_seconds,
                 _ => 1.0,
             };
-            let value = match columns.get_index(column) {
-                Some((_, Cells::Numbers(values))) => values.get(row).copied().unwrap_or(f64::NAN),
-                Some((_, Cells::Texts(texts))) => texts.get(row).and_then(|text| number(text)).unwrap_or(f64::NAN),
-                None => f64::NAN,
+            let (value, found) = match columns.get_index(column) {
+                Some((_, Cells::Numbers(values))) => {
+                    let value = values.get(row).copied().unwrap_or(f64::NAN);
+                    (value, if value.is_nan() { String::new() } else { value.to_string() })
+                }
+                Some((_, Cells::Texts(texts))) => {
+                    let text = texts.get(row).map_or("", String::as_str);
+                    (number(text).unwrap_or(f64::NAN), shown(text))
+                }
+                None => (f64::NAN, String::new()),
             };
             let seconds = value * to_seconds;
             if seconds.is_finite() {
@@ -195,7 +201,7 @@ impl Rows for Memory {
             }
             let title = header.get(column).map_or("", String::as_str);
             let place = column_place(&format!("{place} row {}", row + 1), title);
-            Err(InputError::new(place, format!("found `{value}`, wanted a time")))
+            Err(InputError::new(place, format!("found `{found}`, wanted a time")))
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);

@@ -6,6 +6,8 @@ mod analysis;
 #[cfg(feature = "world")]
 mod cli;
 mod engine;
+#[cfg(feature = "cli")]
+mod inspect;
 mod language;
 mod report;
 mod scenarios;

@@ -161,10 +161,7 @@ impl Header {
         let mut columns = IndexMap::new();
         let titles = source.header();
         for (index, title) in titles.iter().enumerate() {
-            let (name, unit) = names::split_unit(title);
-            // A bracket that holds no unit is part of the name: `state[3]`.
-            let (name, unit) =
-                if unit.is_some_and(|unit| compound(unit).is_ok()) { (name, unit) } else { (title.as_str(), None) };
+            let (name, unit) = names::split_known_unit(title);
             columns.entry(name.to_string()).or_insert((index, unit.map(str::to_string)));
         }
         Self { titles, columns, refused: source.refused.clone() }

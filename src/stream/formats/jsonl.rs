@@ -106,7 +106,12 @@ impl<R: BufRead> Lines<R> {
                     Err(self
                         .error("found no object, wanted one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
                 }
-                Err(error) => Err(self.error(format!("found no JSON object: {error}"))),
+                Err(error) => {
+                    let text = error.to_string();
+                    let what = text.split(" at line ").next().unwrap_or_default();
+                    let place = format!("{} row {} letter {}", self.file, self.row, error.column());
+                    Err(InputError::new(place, format!("found no JSON object: {what}")))
+                }
             };
         }
     }

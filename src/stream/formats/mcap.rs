@@ -10,8 +10,7 @@ use super::truncated;
 use crate::base::error::InputError;
 use crate::base::yaml;
 use ::mcap::McapError;
-use ::mcap::records::Record;
-use ::mcap::sans_io::linear_reader::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use ::mcap::records::{ChunkHeader, Record};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -19,9 +18,7 @@ use std::io::Read;
 use std::path::{Component, Path};
 
 /// The longest record that is read, in bytes.
-const MAX_RECORD: usize = 256 << 20;
-/// How many bytes are read at once, at most.
-const MAX_READ: usize = 1 << 20;
+const MAX_RECORD: u64 = 256 << 20;
 
 /// Reads a file.
 ///
@@ -80,30 +77,79 @@ fn finish(topics: Topics, cut: Option<String>) -> Result<Source, InputError> {
     Ok(source)
 }
 
+/// How a file begins and ends.
+const MAGIC: [u8; 8] = [0x89, b'M', b'C', b'A', b'P', b'0', b'\r', b'\n'];
+
 /// Reads the messages of a file; what is to be told when it ends too early.
-fn read(mut bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
-    let options = LinearReaderOptions::default().with_record_length_limit(MAX_RECORD).with_validate_chunk_crcs(true);
-    let mut reader = LinearReader::new_with_options(options);
-    let mut known = Known::default();
-    while let Some(event) = reader.next_event() {
-        let damaged = |error: McapError| InputError::new(file, format!("cannot be read as MCAP: {}", told(&error)));
-        match event {
-            Ok(LinearReadEvent::ReadRequest(wanted)) => {
-                let buffer = reader.insert(wanted.min(MAX_READ));
-                let read =
-                    bytes.read(buffer).map_err(|error| InputError::new(file, format!("cannot be read: {error}")))?;
-                reader.notify_read(read);
-            }
-            Ok(LinearReadEvent::Record { opcode, data }) => {
-                known.take(::mcap::parse_record(opcode, data).map_err(damaged)?, topics)?;
-            }
-            Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) if !topics.is_empty() => {
-                return Ok(Some(format!("{file} ends in the middle of a record; what is before counts")));
-            }
-            Err(error) => return Err(damaged(error)),
-        }
+fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
+    let mut bytes = std::io::BufReader::new(bytes);
+    let mut magic = [0; MAGIC.len()];
+    if bytes.read_exact(&mut magic).is_err() || magic != MAGIC {
+        return Err(InputError::new(file, "cannot be read as MCAP: it does not begin as one"));
     }
-    Ok(None)
+    match Known::default().records(&mut bytes, true, topics) {
+        Ok(()) => Ok(None),
+        Err(Fault::Cut) if !topics.is_empty() => {
+            Ok(Some(format!("{file} ends in the middle of a record; what is before counts")))
+        }
+        Err(Fault::Cut) => Err(InputError::new(file, "cannot be read as MCAP: it ends before its first message")),
+        Err(Fault::Damaged(message)) => Err(InputError::new(file, format!("cannot be read as MCAP: {message}"))),
+        Err(Fault::Log(error)) => Err(error),
+    }
+}
+
+/// Why reading stopped.
+enum Fault {
+    /// The file ends in the middle of a record.
+    Cut,
+    Damaged(String),
+    Log(InputError),
+}
+
+impl From<McapError> for Fault {
+    fn from(error: McapError) -> Self {
+        Self::Damaged(told(&error))
+    }
+}
+
+/// The kind of the next record and its bytes; nothing at the end.
+fn record(bytes: &mut impl Read) -> Result<Option<(u8, Vec<u8>)>, Fault> {
+    let unreadable = |error: std::io::Error| Fault::Damaged(error.to_string());
+    let mut head = vec![];
+    bytes.by_ref().take(9).read_to_end(&mut head).map_err(unreadable)?;
+    let (kind, length) = match head.as_slice() {
+        [] => return Ok(None),
+        [kind, length @ ..] => (*kind, length.try_into().map(u64::from_le_bytes).map_err(|_| Fault::Cut)?),
+    };
+    if length > MAX_RECORD {
+        return Err(Fault::Damaged(format!("a record says that it has {length} bytes, at most {MAX_RECORD} are read")));
+    }
+    let mut body = vec![];
+    bytes.take(length).read_to_end(&mut body).map_err(unreadable)?;
+    if (body.len() as u64) < length { Err(Fault::Cut) } else { Ok(Some((kind, body))) }
+}
+
+/// The records in a chunk.
+fn decompressed(header: &ChunkHeader, data: &[u8]) -> Result<Vec<u8>, Fault> {
+    let wrong = |error: std::io::Error| Fault::Damaged(format!("a chunk cannot be decompressed: {error}"));
+    let mut plain = vec![];
+    match header.compression.as_str() {
+        "" => plain.extend_from_slice(data),
+        "zstd" => {
+            let decoder = ::zstd::stream::read::Decoder::new(data).map_err(wrong)?;
+            decoder.take(MAX_RECORD).read_to_end(&mut plain).map_err(wrong)?;
+        }
+        "lz4" => {
+            let decoder = ::lz4::Decoder::new(data).map_err(wrong)?;
+            decoder.take(MAX_RECORD).read_to_end(&mut plain).map_err(wrong)?;
+        }
+        other => return Err(Fault::Damaged(format!("a chunk is compressed as `{other}`, wanted `zstd` or `lz4`"))),
+    }
+    // No sum at all is written as zero.
+    if header.uncompressed_crc != 0 && header.uncompressed_crc != crc32fast::hash(&plain) {
+        return Err(Fault::Damaged("a chunk is damaged: its check sum is another one".into()));
+    }
+    Ok(plain)
 }
 
 /// What went wrong, in one line: the library's own words, with those of what it wraps.
@@ -124,6 +170,22 @@ struct Known {
 }
 
 impl Known {
+    /// Reads records to the end; `outer` ones may be chunks of others.
+    fn records(&mut self, bytes: &mut impl Read, outer: bool, topics: &mut Topics) -> Result<(), Fault> {
+        while let Some((kind, body)) = record(bytes)? {
+            match ::mcap::parse_record(kind, &body)? {
+                Record::Chunk { header, data } if outer => {
+                    self.records(&mut decompressed(&header, &data)?.as_slice(), false, topics)?;
+                }
+                // What follows is an index and a summary, which are not needed.
+                Record::DataEnd(_) | Record::Footer(_) if outer => return Ok(()),
+                record => self.take(record, topics).map_err(Fault::Log)?,
+            }
+        }
+        // A file ends with its footer, a chunk with its last record.
+        if outer { Err(Fault::Cut) } else { Ok(()) }
+    }
+
     fn take(&mut self, record: Record, topics: &mut Topics) -> Result<(), InputError> {
         match record {
             Record::Schema { header, data } => {

@@ -2,6 +2,10 @@
 
 #[cfg(feature = "parquet")]
 mod columnar;
+mod damaged;
+mod lines;
+#[cfg(feature = "mcap")]
+mod messages;
 mod text;
 
 use std::path::{Path, PathBuf};
