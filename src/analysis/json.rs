@@ -59,8 +59,13 @@ pub fn json(analysis: &Analysis, meta: &Meta) -> String {
             "message": issue.message,
         })).collect::<Vec<_>>(),
     });
+    printed(&document)
+}
+
+/// A document as text: one line for whatever lists no objects, numbers by the one printer.
+pub(super) fn printed(document: &Value) -> String {
     let mut text = String::new();
-    print(&document, 0, &mut text);
+    print(document, 0, &mut text);
     text.push('\n');
     text
 }

@@ -64,7 +64,7 @@ impl<'a> Measures<'a> {
         }
     }
 
-    /// Whether a channel of [`CHANNELS`] is there.
+    /// Whether a channel that keys ask for is there.
     pub fn has(&self, channel: &str) -> bool {
         match channel {
             TARGET => self.target.is_some(),

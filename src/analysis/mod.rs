@@ -15,6 +15,7 @@ mod measures;
 pub mod number;
 mod relabel;
 mod rounds;
+pub mod score;
 mod show;
 mod spans;
 mod stretch;
@@ -23,9 +24,11 @@ mod tasks;
 pub use measures::channels;
 pub use rounds::MAX_ROUNDS;
 
+use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::engine::open::frames as frames_of;
 use crate::engine::runs::Leaves;
-use crate::language::rules::Rules;
+use crate::language::rules::{RelabelKind, Rules};
 use crate::stream::frames::{Frames, Issue};
 use lane::Piece;
 use measures::Measures;
@@ -131,6 +134,24 @@ pub struct TaskSpan {
     pub open_end: bool,
     /// The segments after relabelling.
     pub segments: Vec<Segment>,
+}
+
+/// Whether every duration of settling, tasks and relabelling can be honoured at a rate.
+///
+/// # Errors
+/// The first one that is shorter than one sample, at its place in the rules.
+pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
+    let settling = rules.trees.iter().filter_map(|tree| tree.settle.as_ref());
+    let keys = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
+    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
+        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
+        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
+    });
+    for duration in settling.chain(keys).chain(limits).filter(|duration| duration.value > 0.0) {
+        frames_of(duration.value, rate_hz)
+            .map_err(|error| InputError { place: rules.sources.place(duration.span), ..error })?;
+    }
+    Ok(())
 }
 
 /// Finds the segments and tasks of a recording, from the leaves of each of its gap-free stretches.

@@ -16,3 +16,13 @@ pub fn decimals(value: f64, places: usize) -> String {
     let short = if fixed.contains('.') { fixed.trim_end_matches('0').trim_end_matches('.') } else { &fixed };
     if short == "-0" { "0".into() } else { short.to_string() }
 }
+
+/// Prints a number with exactly `places` decimals, for columns.
+pub fn fixed(value: f64, places: usize) -> String {
+    let text = format!("{value:.places$}");
+    match text.strip_prefix('-') {
+        _ if !value.is_finite() => "null".into(),
+        Some(digits) if digits.chars().all(|digit| matches!(digit, '0' | '.')) => digits.into(),
+        _ => text,
+    }
+}

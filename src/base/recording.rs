@@ -12,7 +12,7 @@ pub struct Recording {
     /// Columns by canonical name, component included (`right.thumb.force.x`), each as long as `time`, in SI.
     /// A value that was not measured is NaN until `stream` decides what becomes of it.
     pub columns: IndexMap<String, Column>,
-    /// Ground truth by name (`right.label`, `both.label`), one text per row; never read by the rules.
+    /// Ground truth by name (`right.label`, `both.label`, `right.task`), one text per row, empty where there is none; never read by the rules.
     pub labels: IndexMap<String, Vec<String>>,
     /// The bodies and hands.
     pub scene: Scene,

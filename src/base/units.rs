@@ -150,6 +150,7 @@ pub const UNITS: &[Unit] = &[
     Unit { symbol: "rad", in_si: 1.0, dimension: Dimension::ANGLE },
     Unit { symbol: "deg", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
     Unit { symbol: "Hz", in_si: 1.0, dimension: Dimension::FREQUENCY },
+    Unit { symbol: "kHz", in_si: 1e3, dimension: Dimension::FREQUENCY },
     Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 

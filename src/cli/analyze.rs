@@ -9,7 +9,7 @@ use crate::graph::lower;
 use crate::language::Rules;
 use crate::report::{self, Style};
 use crate::stream::{self, OpenRequest, Opened, frames::Frames};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `analyze`.
 #[derive(clap::Args)]
@@ -65,26 +65,42 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.report.is_some() && args.logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
+    let mut inputs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
+    inputs.extend(args.binding.iter().chain(&args.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();
+    let mut failures = Vec::new();
     for log in &args.logs {
-        let request = OpenRequest { log: log.clone(), binding: args.binding.clone(), scene: args.scene.clone() };
-        let opened = stream::open(&request)?;
-        let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
-        let binding = args.binding.as_ref().map(|path| path.display().to_string());
-        let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
-        let analysed = analyse(&rules, &opened, binding, params)?;
-        let to_terminal = args.out.is_none();
-        out.push_str(&written(&analysed, args.format, to_terminal)?);
-        if let Some(path) = &args.report {
-            let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
-            output::write(path, page.as_bytes())?;
+        match one(args, log, &inputs) {
+            // A table has one header.
+            Ok(text) if args.format == Format::Csv && !out.is_empty() => {
+                out.push_str(text.split_once('\n').map_or("", |(_, rows)| rows));
+            }
+            Ok(text) => out.push_str(&text),
+            // The other recordings are worth having all the same.
+            Err(failure) => failures.push(failure),
         }
     }
     match &args.out {
-        Some(path) => output::write(path, out.as_bytes())?,
-        None => output::print(&out),
+        Some(_) if out.is_empty() => {}
+        Some(path) => output::write(path, &out, &inputs)?,
+        None => output::print(&out)?,
     }
-    Ok(())
+    Failure::all(failures)
+}
+
+/// Analyses one recording: what is to be said about it.
+fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
+    let request = OpenRequest { log: log.into(), binding: args.binding.clone(), scene: args.scene.clone() };
+    let opened = stream::open(&request)?;
+    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let binding = args.binding.as_ref().map(|path| path.display().to_string());
+    let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
+    let analysed = analyse(&rules, &opened, binding, params)?;
+    if let Some(path) = &args.report {
+        let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
+        output::write(path, &page, inputs)?;
+    }
+    written(&analysed, args.format, args.out.is_none())
 }
 
 /// Runs the rules over an opened recording.
@@ -95,6 +111,7 @@ pub fn analyse(
     params: Vec<(String, String)>,
 ) -> Result<Analysed, Failure> {
     let frames = opened.frames(&report::channels(rules))?;
+    analysis::check_rate(rules, frames.layout.rate_hz)?;
     let leaves = evaluate(&lower(rules), &frames)?;
     let analysis = analysis::analyse(rules, &frames, &leaves);
     let meta = Meta {

@@ -1,5 +1,6 @@
 //! `teachtree check`: every mistake at once, and what running the rules costs.
 
+use super::rules::name_and_value;
 use super::{Failure, output};
 use crate::base::diagnostic::{Severity, render};
 use crate::base::hands::{Finger, Side};
@@ -22,24 +23,20 @@ pub struct Args {
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     /// Override a param, such as `touch_on=0.1N`; may be repeated
-    #[arg(long = "set", value_name = "NAME=VALUE")]
-    set: Vec<String>,
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value)]
+    set: Vec<(String, String)>,
 }
 
 /// Runs `check`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut overrides = Vec::new();
-    for set in &args.set {
-        let pair = set.split_once('=').ok_or_else(|| {
-            Failure::Text(format!("error: --set {set}: wanted NAME=VALUE, such as `touch_on=0.1N`\n"))
-        })?;
-        overrides.push((pair.0.trim().to_string(), pair.1.trim().to_string()));
+    let (files, hand_file, overrides) = (args.files.clone(), args.hand.clone(), args.set.clone());
+    let loaded = language::load(&Request { files, hand_file, overrides, needs_tree: false });
+    if loaded.unread {
+        return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
     }
-    let request = Request { files: args.files.clone(), hand_file: args.hand.clone(), overrides };
-    let loaded = language::load(&request);
     let count = |severity| loaded.diagnostics.iter().filter(|found| found.severity == severity).count();
     let (errors, warnings) = (count(Severity::Error), count(Severity::Warning));
-    output::print(&render(&loaded.diagnostics, &loaded.sources, output::color()));
+    output::print(&render(&loaded.diagnostics, &loaded.sources, output::color()))?;
     let plural = |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
     let files: Vec<&str> = loaded.sources.files.iter().map(|file| file.name.as_str()).collect();
     let mut out = String::new();
@@ -50,7 +47,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(rules) = &loaded.rules {
         out.push_str(&cost(rules)?);
     }
-    output::print(&out);
+    output::print(&out)?;
     if errors > 0 || loaded.rules.is_none() { Err(Failure::No) } else { Ok(()) }
 }
 

@@ -34,11 +34,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = load(&RuleArgs::default(), None, &[])?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
     let analysis = args.out.join("analysis.json");
-    output::write(&analysis, json(&analysed.analysis, &analysed.meta).as_bytes())?;
+    output::write(&analysis, &json(&analysed.analysis, &analysed.meta), &[])?;
     let report = args.out.join("report.html");
     let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
-    output::write(&report, page.as_bytes())?;
-    output::print(&timeline(&analysed, true));
-    output::print(&format!("\nwritten: {}, {}, {}\n", opened.log.display(), analysis.display(), report.display()));
+    output::write(&report, &page, &[])?;
+    output::print(&timeline(&analysed, true))?;
+    output::print(&format!("\nwritten: {}, {}, {}\n", opened.log.display(), analysis.display(), report.display()))?;
     Ok(())
 }

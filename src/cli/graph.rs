@@ -15,6 +15,6 @@ pub struct Args {
 /// Runs `graph`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = load(&RuleArgs { rules: args.files.clone(), ..RuleArgs::default() }, None, &[])?;
-    output::print(&text(&lower(&rules)));
+    output::print(&text(&lower(&rules)))?;
     Ok(())
 }

@@ -95,18 +95,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
     let log = inspect(source, time.as_deref(), rate)?;
     if let Some(path) = &args.skeleton {
-        output::write(path, skeleton(&log).as_bytes())?;
+        let inputs = [Some(&args.log), args.binding.as_ref(), args.scene.as_ref()].into_iter().flatten();
+        let inputs: Vec<&Path> = inputs.chain(&args.rules.rules).map(PathBuf::as_path).collect();
+        output::write(path, &skeleton(&log), &inputs)?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args)? } else { Recognition::foreign() };
-    output::print(&match args.format {
+    let text = match args.format {
         Format::Text => text(&log, &recognition),
         Format::Json => {
             let document = Document { schema: "teachtree.inspection/1", log: &log, recognition: &recognition };
             let json = serde_json::to_string_pretty(&document);
             json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n"
         }
-    });
-    Ok(())
+    };
+    Ok(output::print(&text)?)
 }
 
 /// What the rules could tell of the log.

@@ -11,9 +11,9 @@ mod demo;
 mod graph;
 mod inspect;
 mod output;
-#[cfg(feature = "world")]
 mod progress;
 mod rules;
+mod score;
 #[cfg(feature = "world")]
 mod teach;
 
@@ -40,6 +40,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Segment recordings into primitive motions and name their tasks
     Analyze(analyze::Args),
+    /// Compare what is found in recordings with what is true
+    Score(score::Args),
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
@@ -55,6 +57,26 @@ enum Failure {
     Input(InputError),
     /// The input cannot be used, and the whole text of why is here.
     Text(String),
+    /// Several of them.
+    Several(Vec<Failure>),
+}
+
+impl Failure {
+    /// No failure when there is none.
+    fn all(failures: Vec<Self>) -> Result<(), Self> {
+        if failures.is_empty() { Ok(()) } else { Err(Self::Several(failures)) }
+    }
+
+    /// Says what went wrong; how the program is to exit.
+    fn say(&self) -> u8 {
+        match self {
+            Self::No => return 1,
+            Self::Input(error) => eprintln!("error: {error}"),
+            Self::Text(text) => eprint!("{text}"),
+            Self::Several(failures) => return failures.iter().map(Self::say).max().unwrap_or(0),
+        }
+        2
+    }
 }
 
 impl From<InputError> for Failure {
@@ -72,20 +94,13 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
+        Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::No) => ExitCode::from(1),
-        Err(Failure::Input(error)) => {
-            eprintln!("error: {error}");
-            ExitCode::from(2)
-        }
-        Err(Failure::Text(text)) => {
-            eprint!("{text}");
-            ExitCode::from(2)
-        }
+        Err(failure) => ExitCode::from(failure.say()),
     }
 }

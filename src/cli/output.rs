@@ -1,32 +1,27 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
 use crate::base::error::InputError;
+use crate::stream::whole;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
 /// The width of a line where no terminal says one, in characters.
 const USUAL_WIDTH: usize = 100;
 
-/// Writes a file whole or not at all.
+/// Writes a file whole or not at all; never over a file that the command reads.
 ///
 /// # Errors
-/// When the folder cannot be written.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), InputError> {
-    let fail =
-        |error: std::io::Error| InputError::new(path.display().to_string(), format!("cannot be written: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or_else(|| Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(fail)?;
-    file.write_all(bytes).map_err(fail)?;
-    // A temporary file is private; what is written here is for others to read, as a plain file would be.
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        file.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+/// When the place cannot be written, or is one of `inputs`.
+pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
+    let place = std::fs::canonicalize(path).ok();
+    if place.is_some() && inputs.iter().any(|input| std::fs::canonicalize(input).ok() == place) {
+        let message = "is an input of this command and would be lost";
+        return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }
-    file.persist(path).map_err(|error| fail(error.error))?;
-    Ok(())
+    whole::write(path, |out| out.write_all(text.as_bytes()))
 }
 
+#[cfg(feature = "world")]
 /// Makes a folder with all above it.
 ///
 /// # Errors
@@ -37,8 +32,17 @@ pub fn make_folder(path: &Path) -> Result<(), InputError> {
 }
 
 /// Prints a text on standard output. A reader that goes away early is no error.
-pub fn print(text: &str) {
-    let _ = std::io::stdout().lock().write_all(text.as_bytes());
+///
+/// # Errors
+/// When it cannot be written, as on a full disk.
+pub fn print(text: &str) -> Result<(), InputError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(InputError::new("standard output", format!("cannot be written: {error}")))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Whether standard output wants colour.

@@ -19,7 +19,8 @@ pub struct RuleArgs {
     pub set: Vec<(String, String)>,
 }
 
-fn name_and_value(text: &str) -> Result<(String, String), String> {
+/// Reads `NAME=VALUE`.
+pub fn name_and_value(text: &str) -> Result<(String, String), String> {
     let (name, value) = text.split_once('=').ok_or("wanted NAME=VALUE, such as `touch_on=0.1N`")?;
     Ok((name.trim().to_string(), value.trim().to_string()))
 }
@@ -30,6 +31,7 @@ pub fn load(args: &RuleArgs, hand_file: Option<&str>, params: &[(String, String)
         files: args.rules.clone(),
         hand_file: args.hand.clone().or_else(|| hand_file.map(str::to_string)),
         overrides: params.iter().chain(&args.set).cloned().collect(),
+        needs_tree: true,
     };
     let loaded = language::load(&request);
     let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();

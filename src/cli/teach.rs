@@ -30,7 +30,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = record(&args.scene, &args.operator, args.seed)?;
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()));
+    output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     Ok(())
 }
 

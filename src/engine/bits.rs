@@ -145,11 +145,6 @@ impl BitDelay {
         self.at = 0;
     }
 
-    /// Bytes of memory.
-    pub const fn bytes(&self) -> usize {
-        self.ring.len() * 8
-    }
-
     /// Moves a block through.
     pub fn run(&mut self, bits: &Bits, len: usize, out: &mut Bits) {
         let mut frame = 0;
@@ -185,11 +180,6 @@ impl NumberDelay {
     pub fn clear(&mut self) {
         self.ring.fill(0.0);
         self.at = 0;
-    }
-
-    /// Bytes of memory.
-    pub const fn bytes(&self) -> usize {
-        self.ring.len() * 8
     }
 
     /// Moves a block through.

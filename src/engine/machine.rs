@@ -3,9 +3,9 @@
 
 use super::bits::get;
 use super::columns::Columns;
-use super::plan::{Memory, MemoryId, OpenTree, Plan};
+use super::plan::{Memory, MemoryId, Plan};
 use super::runs::Run;
-use crate::graph::{Leaf, Target};
+use crate::graph::{Decision, Leaf, Target};
 use crate::language::rules::Label;
 
 /// What a tree said on the frame before.
@@ -104,7 +104,7 @@ impl Machine {
         }
         for (tree, open) in plan.trees.iter().enumerate() {
             let before = self.states[tree];
-            let now = match decide(open, &self.values) {
+            let now = match decide(&open.decision, &self.values) {
                 Leaf::Primitive(label) => State::Label(label),
                 Leaf::Separate => State::Separate,
                 Leaf::Stay => before,
@@ -185,13 +185,13 @@ const fn beginning(memory: &Memory) -> u32 {
     }
 }
 
-fn decide(tree: &OpenTree, values: &[bool]) -> Leaf {
-    let mut target = tree.root;
+fn decide(decision: &Decision<MemoryId>, values: &[bool]) -> Leaf {
+    let mut target = decision.root;
     loop {
         match target {
             Target::Leaf(leaf) => return leaf,
             Target::Test(at) => {
-                let test = &tree.tests[at as usize];
+                let test = &decision.tests[at as usize];
                 target = if values[test.condition.index()] { test.yes } else { test.no };
             }
         }

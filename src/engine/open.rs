@@ -5,16 +5,21 @@ mod functions;
 mod memory;
 mod operators;
 
-use super::plan::{BitId, Condition, Memory, MemoryId, Number, NumberId, OpenTest, OpenTree, Plan, Step};
+use super::plan::{BitId, Condition, Memory, MemoryId, Number, NumberId, OpenTree, Plan, Step};
 use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::graph::{Exact, Graph, Op, Tree, ValueId};
+use crate::graph::{Decision, Exact, Graph, Op, Test, Tree, ValueId};
 use crate::language::rules::{Function, Hand, LatchId, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::hash::Hash;
 use std::rc::Rc;
+
+/// The longest window, in samples: more than an hour at 1 kHz.
+const MAX_WINDOW: f64 = 4e6;
+/// The most memory from one frame to the next, in bytes.
+const MAX_STATE: usize = 256 << 20;
 
 /// Opens a graph for the slots of a log.
 ///
@@ -31,24 +36,33 @@ pub fn open(graph: &Graph, layout: &Layout) -> Result<Plan, InputError> {
         imports: HashMap::new(),
         values: HashMap::new(),
         latches: HashMap::new(),
+        targets: HashMap::new(),
         tallies: Vec::new(),
     };
     let trees = opening.list_trees();
     // The trees are known before their tests: `from` names a tree by its position.
-    opening.plan.trees = trees
-        .iter()
-        .map(|(tree, side)| OpenTree { scope: tree.scope, side: *side, tests: Vec::new(), root: tree.decision.root })
-        .collect();
+    let empty = |root| Decision { tests: Vec::new(), root };
+    let open =
+        |(tree, side): &(&Tree, _)| OpenTree { scope: tree.scope, side: *side, decision: empty(tree.decision.root) };
+    opening.plan.trees = trees.iter().map(open).collect();
+    opening.make_all(&trees)?;
     for (at, (tree, side)) in trees.into_iter().enumerate() {
         let mut tests = Vec::with_capacity(tree.decision.tests.len());
         for test in &tree.decision.tests {
             let condition = opening.value(test.condition, side)?.single();
             let condition = opening.memory_of(condition);
-            tests.push(OpenTest { condition, yes: test.yes, no: test.no });
+            tests.push(Test { condition, yes: test.yes, no: test.no });
         }
-        opening.plan.trees[at].tests = tests;
+        opening.plan.trees[at].decision.tests = tests;
     }
     opening.align_imports();
+    let state = opening.plan.cost().state_bytes;
+    if state > MAX_STATE {
+        let message = format!("the windows need {} MB of state, at most {} MB are taken", state >> 20, MAX_STATE >> 20);
+        return Err(
+            InputError::new("rules", message).help("shorten the longest windows, or resample the log to a lower rate")
+        );
+    }
     Ok(opening.plan)
 }
 
@@ -82,6 +96,8 @@ struct Opening<'a> {
     imports: HashMap<BitId, u32>,
     values: HashMap<(ValueId, Option<Side>), Rc<Slots>>,
     latches: HashMap<(LatchId, Option<Side>), Item>,
+    /// The hands whose targets a made value reads.
+    targets: HashMap<(ValueId, Option<Side>), memory::Targets>,
     tallies: Vec<Vec<MemoryId>>,
 }
 
@@ -230,6 +246,32 @@ impl<'a> Opening<'a> {
         frames(duration.get(), self.plan.layout.rate_hz)
     }
 
+    /// Makes the values that trees ask for and all that they are made of, arguments first, so that no call goes deeper than one value.
+    fn make_all(&mut self, trees: &[(&Tree, Option<Side>)]) -> Result<(), InputError> {
+        let mut open: Vec<(ValueId, Option<Side>)> = Vec::new();
+        for (tree, side) in trees {
+            open.extend(tree.decision.tests.iter().map(|test| (test.condition, *side)));
+        }
+        let mut needed = BTreeSet::new();
+        while let Some((id, this)) = open.pop() {
+            if !needed.insert((id, this)) {
+                continue;
+            }
+            let value = self.graph.value(id);
+            if let Op::Latch(latch, hand) = &value.op {
+                let (latch, side) = (&self.graph.latches[latch.index()], Self::side(*hand, this));
+                open.extend([(latch.set, side), (latch.clear, side)]);
+            }
+            open.extend(value.args.iter().map(|arg| (*arg, this)));
+        }
+        for (id, this) in needed {
+            let targets = self.find_targets(id, this);
+            self.targets.insert((id, this), targets);
+            self.value(id, this)?;
+        }
+        Ok(())
+    }
+
     fn value(&mut self, id: ValueId, this: Option<Side>) -> Result<Rc<Slots>, InputError> {
         if let Some(slots) = self.values.get(&(id, this)) {
             return Ok(Rc::clone(slots));
@@ -363,14 +405,14 @@ pub fn frames(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
         let help = "resample the log to a higher rate in its binding, or override the param that sets the duration";
         return Err(InputError::new("rules", message).help(help));
     }
-    if samples > 1e9 {
-        return Err(InputError::new(
-            "rules",
-            format!("a duration of {duration_s} s is too long to be counted in samples"),
-        ));
+    if samples > MAX_WINDOW {
+        let message = format!(
+            "a duration of {duration_s} s is {samples:.0} samples at {rate_hz:.1} Hz, at most {MAX_WINDOW:.0} are counted"
+        );
+        return Err(InputError::new("rules", message));
     }
     // In range: checked above.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and 1e9")]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "between 1 and MAX_WINDOW")]
     let frames = samples.round() as u32;
     Ok(frames.max(1))
 }

@@ -9,7 +9,7 @@
 //! the same delay, and the machine runs [`Plan::delay`] frames behind the input.
 
 use crate::base::hands::Side;
-use crate::graph::{Exact, Target};
+use crate::graph::{Decision, Exact};
 use crate::language::rules::{Arithmetic, Comparison, Label, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
 
@@ -171,21 +171,8 @@ pub struct OpenTree {
     pub scope: TreeScope,
     /// The hand, for a tree for each hand.
     pub side: Option<Side>,
-    /// The tests; the targets of a test stand before it.
-    pub tests: Vec<OpenTest>,
-    /// Where to begin.
-    pub root: Target,
-}
-
-/// A test of an opened tree.
-#[derive(Clone, Copy, Debug)]
-pub struct OpenTest {
-    /// What is asked.
-    pub condition: MemoryId,
-    /// Where to go when it holds.
-    pub yes: Target,
-    /// Where to go when it does not.
-    pub no: Target,
+    /// The tests.
+    pub decision: Decision<MemoryId>,
 }
 
 /// The plan.
@@ -252,27 +239,12 @@ impl Plan {
             numbers: self.numbers.len(),
             conditions: self.conditions.len(),
             memories: self.memories.len(),
-            tests: self.trees.iter().map(OpenTree::depth).sum(),
+            tests: self.trees.iter().map(|tree| tree.decision.depth()).sum(),
             state_bytes: numbers.sum::<usize>()
                 + conditions.sum::<usize>()
                 + memories.sum::<usize>()
                 + self.trees.len() * std::mem::size_of::<Label>(),
             look_ahead_frames: self.delay,
         }
-    }
-}
-
-impl OpenTree {
-    /// The longest path, in tests.
-    pub fn depth(&self) -> usize {
-        let mut depths: Vec<usize> = Vec::with_capacity(self.tests.len());
-        let below = |target: Target, depths: &[usize]| match target {
-            Target::Test(at) => depths.get(at as usize).copied().unwrap_or(0),
-            Target::Leaf(_) => 0,
-        };
-        for test in &self.tests {
-            depths.push(1 + below(test.yes, &depths).max(below(test.no, &depths)));
-        }
-        below(self.root, &depths)
     }
 }

@@ -39,6 +39,9 @@ type LeafOnFrame = Option<Label>;
 
 type Outcome<T> = Result<T, InputError>;
 
+/// A declaration of a hand: whether it is a latch, its position, whose.
+type Declared = (bool, u32, Option<Side>);
+
 /// Values by what they are of, whose, and when.
 type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
 
@@ -51,12 +54,14 @@ struct Reference<'a> {
     /// Values of signals and latches that were asked for before.
     signals: RefCell<Known<SignalId, Value>>,
     latches: RefCell<Known<LatchId, bool>>,
+    /// The targets that a signal or latch reads.
+    targets: RefCell<HashMap<Declared, BTreeSet<Side>>>,
 }
 
 impl<'a> Reference<'a> {
     fn new(rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
-        let (signals, latches) = (RefCell::default(), RefCell::default());
-        Self { rules, frames, stretch, leaves: HashMap::new(), signals, latches }
+        let (signals, latches, targets) = (RefCell::default(), RefCell::default(), RefCell::default());
+        Self { rules, frames, stretch, leaves: HashMap::new(), signals, latches, targets }
     }
 
     fn run(mut self) -> Outcome<Leaves> {
@@ -153,15 +158,24 @@ impl<'a> Reference<'a> {
                 }
                 ExprKind::Signal(signal, hand) => {
                     let inner = &self.rules.signals[signal.index()].expr;
-                    targets.extend(self.targets(&[inner], side(*hand, this)));
+                    targets.extend(self.targets_of((false, signal.0, side(*hand, this)), &[inner]));
                 }
                 ExprKind::Latch(latch, hand) => {
-                    let latch = &self.rules.latches[latch.index()];
-                    targets.extend(self.targets(&[&latch.set, &latch.clear], side(*hand, this)));
+                    let inner = &self.rules.latches[latch.index()];
+                    targets.extend(self.targets_of((true, latch.0, side(*hand, this)), &[&inner.set, &inner.clear]));
                 }
-                _ => targets.extend(self.targets(&arguments(expr), this)),
+                _ => targets.extend(self.targets(&expr.parts(), this)),
             }
         }
+        targets
+    }
+
+    fn targets_of(&self, declared: Declared, inner: &[&Expr]) -> BTreeSet<Side> {
+        if let Some(targets) = self.targets.borrow().get(&declared) {
+            return targets.clone();
+        }
+        let targets = self.targets(inner, declared.2);
+        self.targets.borrow_mut().insert(declared, targets.clone());
         targets
     }
 
@@ -353,7 +367,10 @@ impl<'a> Reference<'a> {
                 let then = self.value(number, this, frame - n)?;
                 #[allow(clippy::cast_precision_loss, reason = "a window of at most 1e9 frames")]
                 let span = n as f64 / rate;
-                Ok(pairs(&now, &then, &|now, then| Value::Number((scalar(now) - scalar(then)) / span)))
+                let difference = |now: &Value, then: &Value| arithmetic(Arithmetic::Subtract, now, then);
+                Ok(pairs(&now, &then, &|now, then| {
+                    arithmetic(Arithmetic::Divide, &difference(now, then), &Value::Number(span))
+                }))
             }
             ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
                 let rises = matches!(expr.kind, ExprKind::Rises(_));
@@ -374,23 +391,6 @@ const fn side(hand: Hand, this: Option<Side>) -> Option<Side> {
         Hand::This => this,
         Hand::Named(side) => Some(side),
         Hand::Nobody => None,
-    }
-}
-
-fn arguments(expr: &Expr) -> Vec<&Expr> {
-    match &expr.kind {
-        ExprKind::Pick(a, _)
-        | ExprKind::Component(a, _)
-        | ExprKind::Negate(a)
-        | ExprKind::Not(a)
-        | ExprKind::Hysteresis { value: a, .. }
-        | ExprKind::Window(_, a, _)
-        | ExprKind::Rate(a, _)
-        | ExprKind::Rises(a)
-        | ExprKind::Falls(a) => vec![a],
-        ExprKind::Arithmetic(_, a, b) | ExprKind::Compare(_, a, b) => vec![a, b],
-        ExprKind::And(all) | ExprKind::Or(all) | ExprKind::Call(_, all) => all.iter().collect(),
-        _ => Vec::new(),
     }
 }
 
@@ -446,12 +446,7 @@ fn numbers(value: &Value, f: impl Fn(f64) -> f64) -> Value {
 }
 
 fn arithmetic(operation: Arithmetic, a: &Value, b: &Value) -> Value {
-    let f = |a: f64, b: f64| match operation {
-        Arithmetic::Add => a + b,
-        Arithmetic::Subtract => a - b,
-        Arithmetic::Multiply => a * b,
-        Arithmetic::Divide => a / b,
-    };
+    let f = |a: f64, b: f64| operation.apply(a, b);
     match (a, b) {
         (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
         (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),

@@ -24,11 +24,11 @@ pub enum Leaf {
     Separate,
 }
 
-/// A two-way test.
+/// A two-way test of a condition: a value of the graph, or what becomes of it when the graph is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Test {
+pub struct Test<Condition = ValueId> {
     /// What is asked: a single bool.
-    pub condition: ValueId,
+    pub condition: Condition,
     /// Where to go when it holds.
     pub yes: Target,
     /// Where to go when it does not.
@@ -37,14 +37,14 @@ pub struct Test {
 
 /// The tests of one tree.
 #[derive(Clone, Debug)]
-pub struct Decision {
+pub struct Decision<Condition = ValueId> {
     /// The tests; targets stand before the tests that lead to them.
-    pub tests: Vec<Test>,
+    pub tests: Vec<Test<Condition>>,
     /// Where to begin.
     pub root: Target,
 }
 
-impl Decision {
+impl<Condition> Decision<Condition> {
     /// The longest path, in tests.
     pub fn depth(&self) -> usize {
         let mut depths = Vec::with_capacity(self.tests.len());
@@ -61,7 +61,9 @@ impl Decision {
             Target::Leaf(_) => 0,
         }
     }
+}
 
+impl Decision {
     /// Drops the tests that nothing leads to any more and closes the ranks.
     #[must_use]
     pub(super) fn pruned(self) -> Self {
@@ -100,8 +102,10 @@ pub(super) struct Builder {
 }
 
 impl Builder {
-    /// The test of `condition`, or its target when both are the same.
+    /// The test of `condition`, or its target when both are the same. What is known is not asked again right after.
     pub fn test(&mut self, condition: ValueId, yes: Target, no: Target) -> Target {
+        let yes = self.known(yes, condition, |again| again.yes);
+        let no = self.known(no, condition, |again| again.no);
         if yes == no {
             return yes;
         }
@@ -112,6 +116,15 @@ impl Builder {
             self.tests.push(test);
         }
         Target::Test(at)
+    }
+
+    fn known(&self, target: Target, condition: ValueId, answer: impl Fn(&Test) -> Target) -> Target {
+        match target {
+            Target::Test(at) => {
+                self.tests.get(at as usize).filter(|test| test.condition == condition).map_or(target, answer)
+            }
+            leaf @ Target::Leaf(_) => leaf,
+        }
     }
 
     /// The finished graph.

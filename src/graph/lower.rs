@@ -4,11 +4,15 @@ use super::decision::Builder;
 use super::{Exact, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
 use crate::base::hands::Side;
 use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, SignalId, Then, TreeScope, Type};
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 /// Compiles a rule set. Checked rules cannot fail here.
 pub fn lower(rules: &Rules) -> Graph {
     let mut lowering = Lowering { rules, values: Vec::new(), known: HashMap::new(), signals: HashMap::new() };
+    // In evaluation order, so that however long a chain of signals is, no call goes deeper than one expression.
+    for (signal, hand) in needed(rules) {
+        lowering.signal(signal, hand);
+    }
     let latches = rules
         .latches
         .iter()
@@ -43,6 +47,49 @@ pub fn lower(rules: &Rules) -> Graph {
     Graph { channels: rules.channels.clone(), values: lowering.values, latches, trees, label_names: label_names(rules) }
 }
 
+/// The signals that latches and trees read, directly or through other signals, and as whose.
+fn needed(rules: &Rules) -> BTreeSet<(SignalId, Hand)> {
+    let mut needed = BTreeSet::new();
+    for latch in &rules.latches {
+        let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
+        signals_of(&latch.set, this, &mut needed);
+        signals_of(&latch.clear, this, &mut needed);
+    }
+    for tree in &rules.trees {
+        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let mut branches = vec![&tree.root];
+        while let Some(branch) = branches.pop() {
+            for choice in &branch.choices {
+                if let Some(condition) = &choice.condition {
+                    signals_of(condition, this, &mut needed);
+                }
+                if let Then::Branch(inner) = &choice.then {
+                    branches.push(inner);
+                }
+            }
+        }
+    }
+    // A signal reads earlier ones only, so from the last to the first each is complete when it is looked at.
+    for (at, signal) in rules.signals.iter().enumerate().rev() {
+        let at = u32::try_from(at).unwrap_or(u32::MAX);
+        let users: Vec<Hand> =
+            needed.range((SignalId(at), Hand::This)..=(SignalId(at), Hand::Nobody)).map(|(_, hand)| *hand).collect();
+        for this in users {
+            signals_of(&signal.expr, this, &mut needed);
+        }
+    }
+    needed
+}
+
+fn signals_of(expr: &Expr, this: Hand, found: &mut BTreeSet<(SignalId, Hand)>) {
+    if let ExprKind::Signal(signal, hand) = &expr.kind {
+        found.insert((*signal, if *hand == Hand::This { this } else { *hand }));
+    }
+    for arg in expr.parts() {
+        signals_of(arg, this, found);
+    }
+}
+
 fn label_names(rules: &Rules) -> Vec<(Label, String)> {
     let mut names = Vec::new();
     for (primitive, at) in rules.primitives.iter().zip(0..) {
@@ -64,7 +111,18 @@ struct Lowering<'a> {
 }
 
 impl Lowering<'_> {
+    fn number(&self, id: ValueId) -> Option<f64> {
+        if let Op::Number(number) = self.values[id.index()].op { Some(number.get()) } else { None }
+    }
+
     fn share(&mut self, op: Op, args: Vec<ValueId>, ty: Type) -> ValueId {
+        // A constant is computed once.
+        let numbers: Option<Vec<f64>> = args.iter().map(|arg| self.number(*arg)).collect();
+        let (op, args) = match (&op, numbers.as_deref()) {
+            (Op::Arithmetic(operation), Some([a, b])) => (Op::Number(Exact::new(operation.apply(*a, *b))), vec![]),
+            (Op::Negate, Some([a])) => (Op::Number(Exact::new(-a)), vec![]),
+            _ => (op, args),
+        };
         let value = Value { op, args, ty };
         let next = ValueId(u32::try_from(self.values.len()).unwrap_or(u32::MAX));
         let id = *self.known.entry(value.clone()).or_insert(next);
@@ -74,7 +132,7 @@ impl Lowering<'_> {
         id
     }
 
-    /// A signal as it is for a hand. Signals stand in evaluation order, so this is never deep.
+    /// A signal as it is for a hand.
     fn signal(&mut self, id: SignalId, hand: Hand) -> ValueId {
         if let Some(value) = self.signals.get(&(id, hand)) {
             return *value;

@@ -148,9 +148,4 @@ impl Graph {
     pub fn label_name(&self, label: Label) -> &str {
         self.label_names.iter().find(|(known, _)| *known == label).map_or("?", |(_, name)| name.as_str())
     }
-
-    /// The longest path through a tree's tests: what one frame can cost at worst.
-    pub fn worst_tests(&self) -> usize {
-        self.trees.iter().map(|tree| tree.decision.depth()).sum()
-    }
 }

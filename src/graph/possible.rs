@@ -204,7 +204,7 @@ fn call(function: Function, args: &[Known]) -> Known {
         {
             Known::FALSE
         }
-        Function::Dot if args.iter().any(|arg| *arg == Known::Constant(0.0)) => Known::FALSE,
+        Function::Dot if args.contains(&Known::Constant(0.0)) => Known::FALSE,
         Function::Dot | Function::Tangential if args.contains(&Known::Empty) => Known::Empty,
         Function::Tangential if first == Known::Constant(0.0) => first,
         _ => Known::Unknown,

@@ -74,6 +74,8 @@ codes! {
     OUT_OF_RANGE = "E309";
     /// a declaration does not have the type that was promised
     WRONG_PROMISE = "E310";
+    /// measured numbers are asked to be equal
+    MEASURED_EQUALITY = "E311";
 
     /// a branch leaves frames without a choice
     NOT_EXHAUSTIVE = "E401";
@@ -95,6 +97,10 @@ codes! {
     CIRCULAR_TASKS = "E409";
     /// a task whose keys are joined by `and` gets another key
     EXTENDED_AND = "E410";
+    /// a rule for the segments of one task makes them `separate`
+    SEPARATE_TASK = "E411";
+    /// rules that are to label something have no tree
+    TREE_NEEDED = "E412";
 
     /// brackets, signs or operators are nested too deeply
     TOO_DEEP = "E701";
@@ -105,10 +111,16 @@ codes! {
     /// there are too many files
     TOO_MANY_FILES = "E704";
     /// there are too many mistakes to list
-    TOO_MANY_REPORTS = "E705";
+    TOO_MANY_ERRORS = "E705";
 
     /// a declaration is never used
     UNUSED = "W201";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
+    /// nothing says how a tree goes on after a new primitive
+    FORGOTTEN_FROM = "W402";
+    /// there is no tree
+    NO_TREE = "W403";
+    /// there are too many warnings to list
+    TOO_MANY_WARNINGS = "W701";
 }

@@ -1,5 +1,7 @@
 //! Warnings about rule sets that are right but hardly as meant. They are given only when nothing is wrong.
 
+mod after;
+
 use super::codes;
 use super::resolve::{Resolver, What};
 use super::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Then, TreeScope, Window};
@@ -18,6 +20,7 @@ impl Resolver {
             self.unused_primitives(named);
         }
         self.racing_latches();
+        self.forgotten_from();
     }
 
     fn unused_values(&mut self, named: &BTreeSet<u32>) {
@@ -120,10 +123,7 @@ fn waits_for_from(set: &Expr) -> Option<(&Expr, Option<&Constant>)> {
 }
 
 fn reads_from(expr: &Expr) -> bool {
-    match &expr.kind {
-        ExprKind::From { .. } => true,
-        ExprKind::Not(inner) => reads_from(inner),
-        ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().any(reads_from),
-        _ => false,
-    }
+    let mut reads = false;
+    expr.walk(&mut |part| reads |= matches!(part.kind, ExprKind::From { .. }));
+    reads
 }

@@ -38,6 +38,8 @@ pub struct Request {
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,
+    /// Whether rules without a tree are an error, since something is to be labelled; else they are only worth a warning.
+    pub needs_tree: bool,
 }
 
 /// What came of it.
@@ -49,6 +51,8 @@ pub struct Loaded {
     pub sources: Sources,
     /// What was found, by file and place.
     pub diagnostics: Vec<Diagnostic>,
+    /// Whether a file that was asked for, not one that another uses, could not be read at all.
+    pub unread: bool,
 }
 
 /// Loads rule files with all that they use.
@@ -78,31 +82,52 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
 
 fn finish(mut loader: Loader, request: &Request) -> Loaded {
     if !loader.unkept().is_empty() {
-        let rules = request.files.first().map(PathBuf::as_path);
-        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND), rules);
+        loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
-    let Loader { sources, files, mut findings, incomplete, named, .. } = loader;
+    let Loader { sources, files, mut findings, incomplete, named, unread, .. } = loader;
+    let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
     let input = resolve::Input {
         files: files.iter().collect(),
         sources: &sources,
         overrides: &request.overrides,
         incomplete,
+        sound: !findings.iter().any(is_error),
         named,
     };
+    let sound = input.sound;
     let (rules, more) = resolve::resolve(&input);
+    // What else is wrong with rules without a tree, such as an override of what they lack, follows from that.
+    let told = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
+    findings.extend((rules.trees.is_empty() && told).then(|| no_tree(request.needs_tree)));
     findings.extend(more);
     let diagnostics = sorted(findings);
-    let wrong = diagnostics.iter().any(|finding| finding.severity == Severity::Error);
-    Loaded { rules: (!wrong).then_some(rules), sources, diagnostics }
+    let wrong = diagnostics.iter().any(is_error);
+    Loaded { rules: (!wrong).then_some(rules), sources, diagnostics, unread }
 }
 
-/// The findings by file and place; those beyond the bound are only counted.
+/// The report for rules that label nothing, which is fine only for a part that other files use.
+fn no_tree(needed: bool) -> Diagnostic {
+    let message = "there is no tree: nothing will be labelled";
+    let finding = if needed {
+        Diagnostic::error(codes::TREE_NEEDED, message)
+    } else {
+        Diagnostic::warning(codes::NO_TREE, message).note("a part for other files needs none")
+    };
+    finding.help("`use \"contact.rules\"` brings the shipped one in")
+}
+
+/// The findings by file and place; those beyond the bound are only counted. (Warnings are looked for only when there is no error.)
 fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(Diagnostic::place);
     if findings.len() > MAX_REPORTS {
-        let rest = findings.len() - MAX_REPORTS;
-        findings.truncate(MAX_REPORTS);
-        findings.push(Diagnostic::error(codes::TOO_MANY_REPORTS, format!("there are {rest} more findings")));
+        let rest = findings.split_off(MAX_REPORTS);
+        let told = format!("there are {} more findings", rest.len());
+        let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
+        findings.push(if rest.iter().any(is_error) {
+            Diagnostic::error(codes::TOO_MANY_ERRORS, told)
+        } else {
+            Diagnostic::warning(codes::TOO_MANY_WARNINGS, told)
+        });
     }
     findings
 }

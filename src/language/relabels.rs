@@ -1,10 +1,11 @@
 //! Relabelling rules: labels, durations, and the text that a rewritten segment carries as its trail.
 
+use super::codes;
 use super::resolve::Resolver;
 use super::rules::{Relabel, RelabelKind, TaskId};
 use super::syntax::{self, RelabelBlock};
 use super::types::Scope;
-use crate::base::diagnostic::Span;
+use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units::Dimension;
 
 impl Resolver {
@@ -24,6 +25,15 @@ impl Resolver {
                 },
             };
             for rule in &block.rules {
+                if let (Some(name), syntax::RelabelKind::Separate { .. }) = (&block.task, &rule.kind) {
+                    self.report(
+                        Diagnostic::error(codes::SEPARATE_TASK, "a rule for one task makes its segments `separate`")
+                            .at(rule.span, "this labels both hands")
+                            .at(name.span, "when this task is known, the hands have their labels already")
+                            .help("write it in `relabel { … }`, for all tasks"),
+                    );
+                    continue;
+                }
                 if let Some(kind) = self.relabel(&rule.kind) {
                     let text = self.folded(rule.span);
                     self.rules.relabels.push(Relabel { task, kind, text, span: rule.span });

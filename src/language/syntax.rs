@@ -450,6 +450,11 @@ impl Expr {
         expr
     }
 
+    /// Whether it is a number without a unit.
+    pub fn is_bare_number(&self) -> bool {
+        matches!(self.bare().kind, ExprKind::Number { bare: true, .. })
+    }
+
     /// Calls `visit` for this expression and everything in it.
     pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
         visit(self);

@@ -1,8 +1,9 @@
-//! What people see of an analysis: a timeline for terminals, a page for browsers. Writers return text; they open no file and print nothing.
+//! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture. Writers return text; they open no file and print nothing.
 
 mod figure;
 pub mod html;
 pub mod palette;
+pub mod score;
 mod signals;
 mod svg;
 pub mod text;

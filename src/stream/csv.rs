@@ -6,6 +6,7 @@ use super::formats;
 use super::frames::Issue;
 use super::names;
 use super::table::{Source, Want};
+use super::whole;
 use crate::base::error::InputError;
 use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
@@ -14,7 +15,6 @@ use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
 use indexmap::IndexMap;
 use std::borrow::Cow;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// A recording with what was dropped while it was read.
@@ -24,6 +24,8 @@ pub struct Read {
     pub recording: Recording,
     /// Rows that were left out.
     pub issues: Vec<Issue>,
+    /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
+    pub row_time: Vec<f64>,
 }
 
 /// Reads a canonical log with the scene and the events beside it; `scene` replaces the scene file beside the log.
@@ -131,7 +133,7 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
             }
         }
     }
-    Ok(Read { recording, issues: table.issues })
+    Ok(Read { recording, issues: table.issues, row_time: table.row_time })
 }
 
 /// What to read from a column with this name and unit, and its dimension.
@@ -205,7 +207,7 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     let [events, _] = beside(path, "events.csv");
     // The log last: where it is, the others are too.
     let text = yaml::write(&recording.scene)?;
-    write_whole(&scene, |out| out.write_all(text.as_bytes()))?;
+    whole::write(&scene, |out| out.write_all(text.as_bytes()))?;
     if recording.events.is_empty() {
         // Events of an earlier recording of the same name would be taken for this one's.
         if events.is_file() {
@@ -213,9 +215,9 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
                 .map_err(|error| InputError::new(events.display().to_string(), error.to_string()))?;
         }
     } else {
-        write_whole(&events, |out| write_events(out, &recording.events))?;
+        whole::write(&events, |out| write_events(out, &recording.events))?;
     }
-    write_whole(path, |out| write_log(out, recording))
+    whole::write(path, |out| write_log(out, recording))
 }
 
 /// Refuses a recording with a column that is not as long as the time.
@@ -229,34 +231,6 @@ pub(super) fn check_lengths(recording: &Recording, path: &Path) -> Result<(), In
         return Err(InputError::new(format!("{name} column {column}"), "the column is not as long as the time"));
     }
     Ok(())
-}
-
-/// Writes a file whole or not at all: beside its place first, then renamed.
-pub(super) fn write_whole(
-    path: &Path,
-    fill: impl FnOnce(&mut (dyn std::io::Write + Send)) -> std::io::Result<()>,
-) -> Result<(), InputError> {
-    let failed =
-        |error: std::io::Error| InputError::new(path.display().to_string(), format!("cannot be written: {error}"));
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = temporary().tempfile_in(folder).map_err(failed)?;
-    let mut out = std::io::BufWriter::new(&mut file);
-    fill(&mut out).and_then(|()| out.flush()).map_err(failed)?;
-    drop(out);
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
-}
-
-/// Temporary files are private; a log is an ordinary file, as the umask has it.
-fn temporary() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".teachtree-");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
-    }
-    builder
 }
 
 fn write_log(out: &mut dyn std::io::Write, recording: &Recording) -> std::io::Result<()> {

@@ -8,6 +8,7 @@ pub mod formats;
 pub mod frames;
 mod geometry;
 pub mod inspect;
+pub mod labels;
 mod measured;
 pub mod names;
 mod open;
@@ -15,6 +16,7 @@ pub mod sheet;
 pub mod skeleton;
 pub mod table;
 mod timebase;
+pub mod whole;
 
 pub use derive::frames;
 pub use open::{OpenRequest, Opened, open};

@@ -13,7 +13,8 @@
 //! contact.<a>.<b>                                 1 while they touch
 //! contact.<a>.<b>.force.{x,y,z}                   N, of b on a, reference frame
 //! contact.<a>.<b>.normal.{x,y,z}                  unit normal from b to a, reference frame
-//! left.label, right.label, both.label             ground truth, text, never read by the rules
+//! left.label, right.label, both.label             true primitive, text, never read by the rules
+//! left.task, right.task                           true task, text, never read by the rules
 //! ```
 
 use crate::base::channels::Shape;
@@ -92,7 +93,7 @@ fn hand_channel<'a>(rest: &[&'a str]) -> Option<Channel<'a>> {
 
 /// Whether this column is ground truth: text that no rule reads.
 pub fn is_label(column: &str) -> bool {
-    matches!(column, "left.label" | "right.label" | "both.label")
+    matches!(column, "left.label" | "right.label" | "both.label" | "left.task" | "right.task")
 }
 
 /// Whether a body may have this name: it must not be taken for another part of a channel name.

@@ -30,6 +30,8 @@ pub struct Opened {
     pub recording: Recording,
     /// What was dropped while it was read.
     pub issues: Vec<Issue>,
+    /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
+    pub row_time: Vec<f64>,
     /// The hand file that the binding names.
     pub hand_file: Option<String>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
@@ -43,8 +45,8 @@ pub struct Opened {
 pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
-        let csv::Read { recording, issues } = csv::read(&log, request.scene.as_deref())?;
-        return Ok(Opened { log, recording, issues, hand_file: None, params: vec![] });
+        let csv::Read { recording, issues, row_time } = csv::read(&log, request.scene.as_deref())?;
+        return Ok(Opened { log, recording, issues, row_time, hand_file: None, params: vec![] });
     };
     let file = BindingFile::read(binding)?;
     let mut source = formats::open(&log)?;
@@ -54,9 +56,9 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
         (None, None, Some(own)) => own,
         (None, None, None) => csv::scene_beside(&log)?,
     };
-    let csv::Read { recording, issues } = bind(source, &file, scene).map_err(|error| in_log(&log, error))?;
+    let csv::Read { recording, issues, row_time } = bind(source, &file, scene).map_err(|error| in_log(&log, error))?;
     let Binding { hand_file, params, .. } = file.binding;
-    Ok(Opened { log, recording, issues, hand_file, params: params.into_iter().collect() })
+    Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect() })
 }
 
 impl Opened {

@@ -211,7 +211,12 @@ impl Rows for Memory {
                 kept.push(row);
             }
         }
-        let mut table = Table { issues: stamps.issue().into_iter().collect(), time: stamps.time, ..Table::default() };
+        let mut table = Table {
+            issues: stamps.issue().into_iter().collect(),
+            time: stamps.time,
+            row_time: stamps.row_time,
+            ..Table::default()
+        };
         for ((title, cells), want) in columns.iter().zip(wants) {
             let (mut numbers, mut texts) = (vec![], vec![]);
             match want {

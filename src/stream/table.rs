@@ -82,6 +82,8 @@ impl Want {
 pub struct Table {
     /// Time stamps, s, strictly rising.
     pub time: Vec<f64>,
+    /// The stamp of each row of the file, s, also of those that repeat one: what a row number in another file means.
+    pub row_time: Vec<f64>,
     /// One entry a column of the header; empty unless a number was wanted.
     pub numbers: Vec<Vec<f64>>,
     /// One entry a column of the header; empty unless text was wanted.
@@ -184,7 +186,7 @@ fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table,
         }
         whole.issues.extend(issues);
     }
-    Ok(Table { time, ..whole })
+    Ok(Table { row_time: time.clone(), time, ..whole })
 }
 
 /// All stamps, in order, each once.
@@ -221,6 +223,8 @@ fn held(time: &[f64], own: &[f64], column: &[String]) -> Vec<String> {
 pub(super) struct Stamps {
     /// The stamps that were kept, s.
     pub time: Vec<f64>,
+    /// The stamps of all rows, s.
+    pub row_time: Vec<f64>,
     /// How many rows repeat a stamp, the first of them, and the stamps of the first and the last.
     repeated: Option<(usize, u64, f64, f64)>,
 }
@@ -236,11 +240,13 @@ impl Stamps {
                 return Err(format!("time runs backwards: {seconds} s after {last} s"));
             }
             if seconds <= last {
+                self.row_time.push(last);
                 let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, last, last));
                 self.repeated = Some((count + 1, first_row, start, last));
                 return Ok(false);
             }
         }
+        self.row_time.push(seconds);
         self.time.push(seconds);
         Ok(true)
     }

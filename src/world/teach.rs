@@ -55,7 +55,7 @@ pub fn teach_with_progress(
     for _ in 0..SETTLING {
         world.step(&still);
     }
-    let mut recorder = Recorder::new(scene, &operator.variation.force_noise, seed);
+    let mut recorder = Recorder::new(scene, world.observation(), &operator.variation.force_noise, seed);
     let mut events = Vec::new();
     loop {
         recorder.record(world.observation());
@@ -91,7 +91,8 @@ pub fn teach_with_progress(
 
 /// Gathers rows.
 struct Recorder {
-    scene_roles: Vec<Role>,
+    /// Indices of the objects in the scene.
+    objects: Vec<usize>,
     time: Vec<f64>,
     /// Values in the order of `names`.
     columns: Vec<Vec<f64>>,
@@ -123,7 +124,7 @@ impl Sensor {
 }
 
 impl Recorder {
-    fn new(scene: &Scene, noise: &ForceNoise, seed: u64) -> Self {
+    fn new(scene: &Scene, seen: &Observation, noise: &ForceNoise, seed: u64) -> Self {
         let mut names = Names::default();
         for (side, hand) in &scene.hands {
             for finger in &hand.fingers {
@@ -140,16 +141,10 @@ impl Recorder {
             names.vector(&format!("{name}.velocity"), Dimension::SPEED);
             names.vector(&format!("{name}.angular_velocity"), Dimension::ANGULAR_SPEED);
         }
-        for (index, (name, _)) in bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object) {
-            for (other, _) in bodies
-                .iter()
-                .enumerate()
-                .filter(|(other, (_, body))| other != &index && (body.role != Role::Object || *other > index))
-                .map(|(_, body)| body)
-            {
-                names.vector(&format!("contact.{name}.{other}.force"), Dimension::FORCE);
-                names.vector(&format!("contact.{name}.{other}.normal"), Dimension::NONE);
-            }
+        for contact in &seen.contacts {
+            let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
+            names.vector(&format!("contact.{name}.{other}.force"), Dimension::FORCE);
+            names.vector(&format!("contact.{name}.{other}.normal"), Dimension::NONE);
         }
         let mut stream = SENSOR_STREAM;
         let noise = scene.hands.values().map(|hand| {
@@ -160,7 +155,7 @@ impl Recorder {
             sensors.collect()
         });
         Self {
-            scene_roles: scene.bodies.values().map(|body| body.role).collect(),
+            objects: (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect(),
             time: Vec::new(),
             noise: noise.collect(),
             columns: vec![Vec::new(); names.0.len()],
@@ -177,18 +172,16 @@ impl Recorder {
     /// Adds a row; values come in the order in which [`Self::new`] named them.
     fn record(&mut self, seen: &Observation) {
         self.time.push(self.time.len() as f64 / 1000.0);
-        let objects: Vec<usize> =
-            (0..self.scene_roles.len()).filter(|&body| self.scene_roles[body] == Role::Object).collect();
         let mut row = Row(Vec::with_capacity(self.columns.len()));
         for (hand, sensors) in seen.hands.iter().zip(&mut self.noise) {
             for (tip, sensor) in hand.tips.iter().zip(sensors) {
                 row.vector(tip.position.coords);
-                let force = objects.iter().map(|&object| tip.force_on(object)).sum();
+                let force = self.objects.iter().map(|&object| tip.force_on(object)).sum();
                 row.vector(sensor.measure(force));
             }
             row.pose(&hand.palm);
         }
-        for &object in &objects {
+        for &object in &self.objects {
             let body = &seen.bodies[object];
             row.pose(&body.pose);
             row.vector(body.velocity);

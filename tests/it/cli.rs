@@ -167,6 +167,8 @@ fn exit_status_tells_a_no_from_bad_input() {
         &["analyze", "README.md"],
         &["teach", "nowhere", "nobody", "-o", "x.csv"],
         &["walk"],
+        &["check", "no_such.rules"],
+        &["check", "--hand", "no_such.rules"],
     ] {
         let output = teachtree(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
@@ -182,4 +184,52 @@ fn nothing_is_half_written() {
     let output = teachtree(&["analyze", "tests/fixtures/logs/empty.csv", "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2));
     assert_eq!(std::fs::read_to_string(&out).unwrap(), "what was there");
+}
+
+#[test]
+fn an_input_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs/whole.csv"), &log).unwrap();
+    let before = std::fs::read(&log).unwrap();
+    let output = teachtree(&[
+        "analyze",
+        log.to_str().unwrap(),
+        "--scene",
+        "tests/fixtures/logs/box.yaml",
+        "--out",
+        log.to_str().unwrap(),
+    ]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(complained(&output).contains("would be lost"), "{}", complained(&output));
+    assert!(std::fs::read(&log).unwrap() == before);
+}
+
+#[test]
+fn a_bad_recording_does_not_hide_the_good_ones() {
+    let good = "demos/robosuite/stack_panda_demo_1.csv";
+    let binding = "demos/robosuite/panda_stack.binding.yaml";
+    let output = teachtree(&["analyze", "no_such.csv", good, "--binding", binding]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("pick_and_place"));
+    assert!(complained(&output).contains("no_such.csv"));
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_and_devices_stay_devices() {
+    let folder = tempfile::tempdir().unwrap();
+    let (target, link) = (folder.path().join("target.json"), folder.path().join("link.json"));
+    std::fs::write(&target, "").unwrap();
+    std::os::unix::fs::symlink(&target, &link).unwrap();
+    let analyze = |out: &str| {
+        let binding = "demos/robosuite/panda_stack.binding.yaml";
+        teachtree(&["analyze", "demos/robosuite/stack_panda_demo_1.csv", "--binding", binding, "--out", out])
+    };
+    assert!(analyze(link.to_str().unwrap()).status.success());
+    assert!(link.symlink_metadata().unwrap().is_symlink());
+    assert!(std::fs::read_to_string(&target).unwrap().contains("pick_and_place"));
+    assert!(analyze("/dev/null").status.success());
+    use std::os::unix::fs::FileTypeExt;
+    assert!(std::fs::metadata("/dev/null").unwrap().file_type().is_char_device());
 }

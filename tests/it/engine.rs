@@ -34,6 +34,6 @@ fn random_cases_are_worth_testing() {
         changes += leaves.iter().flat_map(|leaves| leaves.hands.values()).map(|runs| runs.len() - 1).sum::<usize>();
         windows += teachtree::engine::open::open(&lower(&rules), &frames.layout).unwrap().cost().state_bytes;
     }
-    assert!(changes > 2000, "the leaves change only {changes} times");
+    assert!(changes > 1000, "the leaves change only {changes} times");
     assert!(windows > 10_000, "the cases have only {windows} bytes of memory");
 }

@@ -62,7 +62,7 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let log = folder.path().join("log.csv");
     let row = |row: u32| {
         let t = f64::from(row) * 0.01 + if row > 150 { 0.05 } else { 0.0 };
-        let x = 0.2 * t + if row % 2 == 0 { 0.0005 } else { -0.0005 };
+        let x = 0.2 * t + if row.is_multiple_of(2) { 0.0005 } else { -0.0005 };
         format!("{t:.3},{x:.5},0,1,{},{},7.25,{},pick\n", x * 2.0, row % 3 / 2, if row < 20 { "" } else { "3" })
     };
     let rows: String = (0..200).map(row).collect();

@@ -6,6 +6,7 @@ mod analysis;
 #[cfg(feature = "world")]
 mod cli;
 mod engine;
+mod graph;
 #[cfg(feature = "cli")]
 mod inspect;
 mod language;

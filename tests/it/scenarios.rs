@@ -121,7 +121,7 @@ fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
         columns,
         len,
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
-        stretches: vec![0..len],
+        stretches: std::iter::once(0..len).collect(),
         objects: vec!["cube".into()],
         issues: Vec::new(),
     }
@@ -144,9 +144,9 @@ fn value(channel: &str, slot: usize, now: &Atoms, at: usize, (depth, way): (f64,
         "target.over_socket" => vec![yes(now.over_socket)],
         "target.weight" => vec![0.49],
         "contacts.force" if slot == 0 => vec![0.0, 0.0, 0.5 * yes(now.supported)],
-        "contacts.force" => vec![-1.0 * yes(now.walled), 0.0, 0.0],
+        "contacts.force" => vec![-yes(now.walled), 0.0, 0.0],
         "contacts.normal" if slot == 0 => vec![0.0, 0.0, yes(now.supported)],
-        "contacts.normal" => vec![-1.0 * yes(now.walled), 0.0, 0.0],
+        "contacts.normal" => vec![-yes(now.walled), 0.0, 0.0],
         "load" => vec![0.49],
         // The only object; everything else is zero.
         _ => vec![0.0; 4],
@@ -287,6 +287,13 @@ fn single_hand() -> Vec<Scenario> {
             task: "turn_screw",
         },
         scenario(
+            "slide",
+            vec![(2, HELD), (3, moving(HELD)), (1, HELD)],
+            "Move Approach Grasp Slide Grasp Release",
+            "Move Approach Grasp Slide Release",
+            "slide",
+        ),
+        scenario(
             "turn a knob on the base",
             vec![(2, HELD), (3, turning(HELD)), (1, HELD)],
             "Move Approach Grasp Turn Grasp Release",
@@ -342,6 +349,13 @@ fn contact() -> Vec<Scenario> {
             "Move Approach Grasp Translate Place Release",
             "Move Approach Grasp Translate Place Release",
             "pick_and_place",
+        ),
+        scenario(
+            "push only",
+            vec![(1, TOUCH), (3, moving(TOUCH)), (1, walled(TOUCH))],
+            "Move Approach Push Release",
+            "Move Approach Push Release",
+            "push",
         ),
         scenario(
             "slide into a wall under grasp",

@@ -23,9 +23,10 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("parry3d", &["src/world/"]),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/formats/"]),
-    ("mcap", &["src/stream/formats/mcap.rs"]),
+    ("mcap", &["src/stream/formats/"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
+    ("rayon", &["src/cli/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 

@@ -4,8 +4,8 @@ use super::{Diagnostic, Severity, Sources, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use std::ops::Range;
 
-/// Lines longer than this are not drawn, in bytes.
-const LONGEST_LINE: usize = 400;
+/// Edits of lines longer than this are not drawn, in bytes. (Snippets of such lines are trimmed by the library.)
+const LONGEST_EDIT: usize = 400;
 /// Lines of source kept above and below what a report shows, so that a long file costs no more than a short one.
 const CONTEXT_LINES: usize = 3;
 
@@ -40,13 +40,6 @@ fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>
         let Some(window) = Window::over(sources, labels().map(|(_, label)| label.span)) else {
             continue;
         };
-        if window.text.lines().any(|line| line.len() > LONGEST_LINE) {
-            for (_, label) in labels() {
-                let place = format!("{}: {}", sources.place(label.span), label.text);
-                report = report.element(Level::NOTE.message(place));
-            }
-            continue;
-        }
         let mut snippet = window.snippet();
         for (place, label) in labels() {
             let kind = if place == 0 { AnnotationKind::Primary } else { AnnotationKind::Context };
@@ -60,7 +53,7 @@ fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>
 
     // The first help belongs to the edit, when there is one that changes something visible.
     let fix = diagnostic.fix.as_ref().and_then(|fix| Some((fix, Window::over(sources, [fix.span].into_iter())?)));
-    let fix = fix.filter(|(_, window)| window.text.lines().all(|line| line.len() <= LONGEST_LINE));
+    let fix = fix.filter(|(_, window)| window.text.lines().all(|line| line.len() <= LONGEST_EDIT));
     let mut help = diagnostic.help.iter();
     let Some((fix, window)) = fix else {
         let report = help.fold(report, |report, help| report.element(Level::HELP.message(help.as_str())));

@@ -1,5 +1,6 @@
 //! The operators of the language for one element: a slot of an array, or a single value.
 
+use super::memory::Targets;
 use super::{Item, Opening, only_bits, tally_misused};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
@@ -7,7 +8,6 @@ use crate::base::hands::Side;
 use crate::engine::plan::{BitId, Condition, Memory, Number, NumberId};
 use crate::graph::{Op, ValueId};
 use crate::language::rules::{Arithmetic, Comparison, Window};
-use std::collections::BTreeSet;
 
 impl Opening<'_> {
     /// One element of an operation that maps over arrays.
@@ -19,9 +19,10 @@ impl Opening<'_> {
         this: Option<Side>,
     ) -> Result<Vec<Item>, InputError> {
         let tally = args.iter().any(|arg| matches!(arg.first(), Some(Item::Tally(_))));
-        if tally && !matches!(op, Op::Compare(_)) {
+        if tally && !matches!(op, Op::Compare(_) | Op::Hysteresis { .. }) {
             return Err(tally_misused());
         }
+        let targets = arg.map(|arg| self.targets(arg, this)).unwrap_or_default();
         let conditions = || args.iter().filter_map(|arg| arg.first().copied()).collect::<Vec<_>>();
         Ok(match op {
             Op::Negate => self.each(args[0], |opening, a| {
@@ -45,24 +46,33 @@ impl Opening<'_> {
             Op::And => vec![self.all(&conditions())],
             Op::Or => vec![self.any(&conditions())],
             Op::Hysteresis { on, off, rising } => {
-                let Item::Number(number) = args[0][0] else { return Ok(vec![args[0][0]]) };
-                let delay = self.number_delay(number);
-                let (on, off) = (self.constant(on.get()), self.constant(off.get()));
                 let (beyond, back) = if *rising {
                     (Comparison::Greater, Comparison::Less)
                 } else {
                     (Comparison::Less, Comparison::Greater)
                 };
-                let set = self.compare(beyond, number, on);
-                let back = self.compare(back, number, off);
-                let keep = self.bit(Condition::Not(back), delay);
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
-                vec![Item::Bit(self.flip_flop(set, keep, &targets, delay))]
+                let (on, off) = (self.constant(on.get()), self.constant(off.get()));
+                vec![match args[0][0] {
+                    Item::Number(number) => {
+                        let delay = self.number_delay(number);
+                        let set = self.compare(beyond, number, on);
+                        let back = self.compare(back, number, off);
+                        let keep = self.bit(Condition::Not(back), delay);
+                        Item::Bit(self.flip_flop(set, keep, targets, delay))
+                    }
+                    Item::Tally(tally) => {
+                        let set = self.compare_tally(tally, beyond, on)?;
+                        let back = self.compare_tally(tally, back, off)?;
+                        let (set, clear) = (self.memory_of(set), self.memory_of(back));
+                        let restart = self.restart_memory(targets);
+                        Item::Memory(self.memory(Memory::Latch { set, clear, restart }))
+                    }
+                    other => other,
+                }]
             }
             Op::Window(window, duration) => {
                 let frames = self.frames(*duration)?;
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
-                vec![self.window(*window, args[0][0], frames, &targets)]
+                vec![self.window(*window, args[0][0], frames, targets)]
             }
             Op::Rate(duration) => {
                 let frames = self.frames(*duration)?;
@@ -70,22 +80,21 @@ impl Opening<'_> {
                 for item in args[0] {
                     let Item::Number(number) = *item else { continue };
                     let delay = self.number_delay(number);
-                    let restart = arg.and_then(|arg| self.restart(arg, this, delay));
+                    let restart = self.restart_on(targets, delay);
                     out.push(Item::Number(self.number(Number::Rate { number, frames, restart }, delay)));
                 }
                 out
             }
             Op::Rises | Op::Falls => {
                 let item = if matches!(op, Op::Falls) { self.not(args[0][0]) } else { args[0][0] };
-                let targets = arg.map(|arg| self.targets(&[arg], this)).unwrap_or_default();
                 vec![match item {
                     Item::Bit(bit) => {
                         let delay = self.bit_delay(bit);
-                        let restart = self.restart_on(&targets, delay);
+                        let restart = self.restart_on(targets, delay);
                         Item::Bit(self.bit(Condition::Rises(bit, restart), delay))
                     }
                     other => {
-                        let (memory, restart) = (self.memory_of(other), self.restart_memory(&targets));
+                        let (memory, restart) = (self.memory_of(other), self.restart_memory(targets));
                         Item::Memory(self.memory(Memory::Rises(memory, restart)))
                     }
                 }]
@@ -190,7 +199,7 @@ impl Opening<'_> {
         }
     }
 
-    pub(super) fn window(&mut self, window: Window, item: Item, frames: u32, targets: &BTreeSet<Side>) -> Item {
+    pub(super) fn window(&mut self, window: Window, item: Item, frames: u32, targets: Targets) -> Item {
         match (window, item) {
             // What is true within the next n frames is true within the last n frames, n - 1 frames later; nothing is true after the end.
             (Window::WithinNext, Item::Bit(bit)) => {

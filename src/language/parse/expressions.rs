@@ -3,6 +3,7 @@
 //! INVARIANT (bounded nesting): no expression is deeper than [`MAX_DEPTH`], so that every later pass may recurse.
 
 use super::grammar::{Piece, Rule};
+use super::mistakes::unknown_unit;
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
@@ -241,13 +242,7 @@ impl Builder<'_, '_, '_> {
         match units::compound(pair.as_str()) {
             Ok((in_si, dimension)) if in_si.is_finite() && in_si > 0.0 => Some((in_si, dimension)),
             Ok(_) | Err(_) => {
-                let known = units::UNITS.iter().map(|unit| unit.symbol);
-                let finding = Diagnostic::error(codes::UNKNOWN_UNIT, format!("`{}` is no unit", pair.as_str()))
-                    .at(place, "a unit such as `mm/s` belongs here");
-                self.findings.push(match crate::language::resolve::nearest(pair.as_str(), known.clone()) {
-                    Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
-                    None => finding.help(format!("the units are {}", known.collect::<Vec<_>>().join(", "))),
-                });
+                self.findings.push(unknown_unit(pair.as_str(), place));
                 None
             }
         }

@@ -2,9 +2,11 @@
 
 use super::grammar::{Grammar, Rule};
 use super::scan::{Kind, Scan};
-use super::words::expected;
+use super::words::{expected, keyword};
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::units;
 use crate::language::codes;
+use crate::language::resolve::nearest;
 use pest::Parser as _;
 use pest::error::{Error, ErrorVariant, InputLocation};
 use std::ops::Range;
@@ -25,12 +27,34 @@ pub fn finding(scan: &Scan<'_>, start: usize, tokens: Range<usize>, error: &Erro
     if found >= tokens.end {
         let last = tokens.end.saturating_sub(1).max(tokens.start);
         let whole = scan.span(last, tokens.end);
-        return Diagnostic::error(codes::SYNTAX, format!("expected {wanted} after `{}`", scan.word(last)))
+        let finding = Diagnostic::error(codes::SYNTAX, format!("expected {wanted} after `{}`", scan.word(last)))
             .at(Span { start: whole.end, ..whole }, format!("{wanted} is missing here"));
+        return match example(scan.word(tokens.start), rules) {
+            Some(example) => finding.help(example),
+            None => finding,
+        };
     }
     let message = format!("expected {wanted}, found `{}`", scan.word(found));
     let finding = Diagnostic::error(codes::SYNTAX, message).at(scan.span(found, found + 1), "this does not fit here");
-    advise(finding, scan, found, rules)
+    match example(scan.word(tokens.start), rules) {
+        Some(example) => finding.help(example),
+        None => advise(finding, scan, found, rules),
+    }
+}
+
+/// How a declaration that begins with `head` is written, where an example says more than the word that is missing.
+fn example(head: &str, rules: &[Rule]) -> Option<&'static str> {
+    let expects = |wanted: Rule| rules.contains(&wanted);
+    match head {
+        "task" if expects(Rule::range) => {
+            Some("a task runs from one primitive to another: `task lift = Move .. Release with Lift`")
+        }
+        "relabel" if expects(Rule::open_brace) => Some("rules stand in braces: `relabel { … }`, `relabel task { … }`"),
+        "extend" if expects(Rule::anchor) || expects(Rule::kw_first) => {
+            Some("say where in the branch: `extend single_hand before carried { … }`")
+        }
+        _ => None,
+    }
 }
 
 /// Whether a word can only be a leaf.
@@ -64,8 +88,27 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         let (first, rest) = word.split_at(1);
         return finding.fix("primitives are capitalised", place, format!("{}{rest}", first.to_ascii_uppercase()));
     }
-    if expects(&[Rule::comma]) && scan.tokens.get(found).is_some_and(|token| token.kind == Kind::Word) {
+    let kind = |at: usize| scan.tokens.get(at).map(|token| token.kind);
+    if let Some(near) = nearest(word, rules.iter().filter_map(|rule| keyword(*rule))) {
+        return finding.fix(format!("did you mean `{near}`?"), place, near);
+    }
+    if before == "," && matches!(word, "lasting" | "travelling" | "turning") {
+        let comma = scan.span(found.saturating_sub(1), found);
+        return finding.fix("a demand follows its primitive without a comma", comma, "");
+    }
+    if expects(&[Rule::comma]) && !expects(&[Rule::demand]) && kind(found) == Some(Kind::Word) {
         return finding.fix("write `,` between them", gap, ", ");
+    }
+    let arrow = [found.saturating_sub(1), found].into_iter().find(|at| scan.word(*at) == "=>");
+    if let Some(arrow) = arrow.filter(|at| kind(at + 1) == Some(Kind::Number)) {
+        return finding.fix("write `>=` to compare", scan.span(arrow, arrow + 1), ">=");
+    }
+    let is_digits = |at: usize| kind(at) == Some(Kind::Number);
+    if word == "," && found.checked_sub(1).is_some_and(is_digits) && is_digits(found + 1) {
+        return finding.help("a fraction is written with a point: `0.5 N`");
+    }
+    if expects(&[Rule::kw_and]) && matches!(word, "becomes" | "become") {
+        return finding.help("a rule names both neighbours: `X between A and B becomes C`");
     }
     if word == "(" && matches!(scan.word(found + 1), "left" | "right") && is_capitalised(before) {
         return finding.fix("a side touches its primitive", gap, "");
@@ -79,16 +122,23 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if expects(&names) && lower_case && Grammar::parse(Rule::name, word).is_err() {
         return finding.help(format!("`{word}` is a word of the language; choose another name"));
     }
+    if word == "=" && matches!(scan.word(found + 1), "true" | "false") {
+        return finding.help(format!("a condition stands alone: `{before}`, `not {before}`"));
+    }
+    if word == "=" && units::unit(scan.word(found + 2)).is_some() {
+        return finding.help("measured numbers are compared by `<` and `>`");
+    }
     let replacement = match word {
         "&&" | "&" => "and",
         "||" | "|" => "or",
         "!" => "not ",
         "->" => "=>",
         "=" | "is" | "equals" if expects(&[Rule::comparison_operator, Rule::compared]) => "==",
+        "°" => "deg",
         ";" => "",
         "," if expects(&[Rule::choice]) => "",
         "#" => return finding.help("comments begin with `//`"),
-        "<" | ">" | "<=" | ">=" => return finding.help("comparisons do not chain: write `a < x and x < b`"),
+        "<" | ">" | "<=" | ">=" => return finding.help("comparisons do not chain: write `1 N < load and load < 3 N`"),
         _ if matches!(before, "if" | "when") || matches!(word, "if" | "when" | "then") => {
             return finding.help("there is no `if`: a condition stands alone, before `=>` or `{`");
         }
@@ -96,4 +146,52 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     };
     let help = if replacement.is_empty() { "remove it".to_string() } else { format!("write `{}`", replacement.trim()) };
     finding.fix(help, place, replacement)
+}
+
+/// Units in full, in the singular.
+const SPELLINGS: &[(&str, &str)] = &[
+    ("degree", "deg"),
+    ("gram", "g"),
+    ("hertz", "Hz"),
+    ("kilogram", "kg"),
+    ("meter", "m"),
+    ("metre", "m"),
+    ("millimeter", "mm"),
+    ("millimetre", "mm"),
+    ("millisecond", "ms"),
+    ("msec", "ms"),
+    ("newton", "N"),
+    ("percent", "%"),
+    ("radian", "rad"),
+    ("sec", "s"),
+    ("second", "s"),
+];
+/// Prefixes of units that the language does not know.
+const PREFIXES: &[(&str, &str)] =
+    &[("k", "1000"), ("M", "1e6"), ("c", "0.01"), ("d", "0.1"), ("u", "1e-6"), ("n", "1e-9")];
+
+/// The report for a unit that is unknown. Only the same unit in another spelling is proposed: a near one is another magnitude.
+pub fn unknown_unit(word: &str, place: Span) -> Diagnostic {
+    let known = || units::UNITS.iter().map(|unit| unit.symbol);
+    let finding = Diagnostic::error(codes::UNKNOWN_UNIT, format!("`{word}` is no unit"))
+        .at(place, "a unit such as `mm/s` belongs here");
+    // `M` is mega, never a large letter for milli.
+    let same = known().find(|unit| unit.eq_ignore_ascii_case(word) && !word.starts_with('M'));
+    let singular = word.strip_suffix('s').unwrap_or(word);
+    let spelled = || {
+        let (_, unit) =
+            SPELLINGS.iter().find(|(full, _)| [word, singular].iter().any(|it| full.eq_ignore_ascii_case(it)))?;
+        Some(*unit)
+    };
+    if let Some(same) = same.or_else(spelled) {
+        return finding.fix(format!("did you mean `{same}`?"), place, same);
+    }
+    let prefixed = PREFIXES.iter().find_map(|(prefix, times)| {
+        let unit = word.strip_prefix(prefix)?;
+        ["m", "s", "N", "g", "rad", "Hz"].contains(&unit).then(|| format!("1 {word} is `{times} {unit}`"))
+    });
+    finding.help(prefixed.unwrap_or_else(|| {
+        let units = known().collect::<Vec<_>>().join(", ");
+        format!("the units are {units}, and what is made of them, such as `mm/s` and `N m`")
+    }))
 }

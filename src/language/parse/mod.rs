@@ -109,7 +109,7 @@ impl<'a> Parser<'a> {
         (item, next)
     }
 
-    /// A declaration with braces: head, body, and whatever stands between its closing brace and the next declaration.
+    /// The declaration with braces that begins at `at`, and the token behind its closing brace; the next declaration begins at `next`.
     fn block(&mut self, at: usize, next: usize) -> (Option<ItemKind>, usize) {
         let open = (at..next).find(|at| self.scan.word(*at) == "{");
         let (head, body) = match open {

@@ -74,14 +74,18 @@ impl<'a> Scan<'a> {
     pub fn new(text: &'a str, file: u32, findings: &mut Vec<Diagnostic>) -> Self {
         let mut scan = Self { text, file, tokens: Vec::new(), comments: Vec::new(), is_cut: false };
         scan.split();
-        if scan.tokens.len() > MAX_TOKENS {
-            findings.push(
-                Diagnostic::error(codes::TOO_LARGE, format!("a rule file has at most {MAX_TOKENS} words and symbols"))
-                    .at(scan.span(MAX_TOKENS, MAX_TOKENS + 1), "the file is not read on from here"),
-            );
+        let too_much = (scan.tokens.len() > MAX_TOKENS).then(|| scan.span(MAX_TOKENS, MAX_TOKENS + 1));
+        if too_much.is_some() {
             scan.cut(&[], MAX_TOKENS);
         }
         scan.match_brackets(findings);
+        // Unless something before ended the file already.
+        if let Some(too_much) = too_much.filter(|_| scan.tokens.len() == MAX_TOKENS) {
+            findings.push(
+                Diagnostic::error(codes::TOO_LARGE, format!("a rule file has at most {MAX_TOKENS} words and symbols"))
+                    .at(too_much, "the file is not read on from here"),
+            );
+        }
         scan.bound_signs(findings);
         scan
     }
@@ -121,7 +125,7 @@ impl<'a> Scan<'a> {
             "task" => at.checked_sub(1).is_none_or(|before| self.word(before) != "extend"),
             "for" => {
                 let in_tree_head = at.checked_sub(2).is_some_and(|tree| self.word(tree) == "tree");
-                self.word(at + 1) == "each" && self.leads(at) && !in_tree_head
+                self.word(at + 1) == "each" && self.word(at + 2) == "hand" && !in_tree_head
             }
             word => ITEM_WORDS.contains(&word) || HAND_WORDS.contains(&word),
         }
@@ -191,14 +195,18 @@ impl<'a> Scan<'a> {
         for at in 0..self.tokens.len() {
             let Some(token) = self.tokens.get(at).copied() else { break };
             let word = self.word(at);
-            if token.leads && self.begins_item(at) && word != "for" && !HAND_WORDS.contains(&word) {
+            let text = self.text;
+            let shown = |bracket: Token| text.get(bracket.start..bracket.end);
+            let leads_item = token.leads && self.begins_item(at);
+            // Before a number it is a mistyped `>=`.
+            let arrow = word == "=>" && self.tokens.get(at + 1).is_none_or(|next| next.kind != Kind::Number);
+            if arrow || matches!(word, "{" | "becomes") || leads_item {
+                // None of these can stand inside parentheses.
+                self.give_up(&mut open, at, |bracket| shown(bracket) != Some("{"), findings);
+            }
+            if leads_item && ITEM_WORDS.contains(&word) {
                 // A declaration that is indented deeper than the line of the brace is meant to stand in it.
                 self.give_up(&mut open, at, |bracket| bracket.indent >= token.indent, findings);
-            } else if word == "=>" || word == "{" || word == "becomes" || token.leads && self.begins_item(at) {
-                // None of these can stand inside parentheses.
-                let text = self.text;
-                let is_brace = |bracket: Token| text.get(bracket.start..bracket.end) == Some("{");
-                self.give_up(&mut open, at, |bracket| !is_brace(bracket), findings);
             }
             match token.kind {
                 Kind::Open => {
@@ -221,13 +229,7 @@ impl<'a> Scan<'a> {
                     };
                     if open.iter().any(|open| self.word(*open) == wanted) && (wanted == "{" || self.tops(&open, wanted))
                     {
-                        let text = self.text;
-                        self.give_up(
-                            &mut open,
-                            at,
-                            |bracket| text.get(bracket.start..bracket.end) != Some(wanted),
-                            findings,
-                        );
+                        self.give_up(&mut open, at, |bracket| shown(bracket) != Some(wanted), findings);
                     }
                     if open.last().is_some_and(|last| self.word(*last) == wanted) {
                         if let Some(last) = open.pop() {

@@ -127,7 +127,8 @@ impl Parser<'_> {
                     let partner = self.scan.tokens.get(to).map_or(end, |open| open.partner.min(end));
                     return (at..to + 1, Some(to + 1..partner), self.scan.behind(to).min(end));
                 }
-                "=>" => {
+                // Before a number it is a mistyped `>=`.
+                "=>" if self.scan.tokens.get(to + 1).is_none_or(|next| next.kind != Kind::Number) => {
                     // The leaf stands behind the arrow; a word on the next line belongs to the next choice, unless it can only be a leaf.
                     let leaf = self.scan.word(to + 1);
                     let next = self.scan.tokens.get(to + 1);

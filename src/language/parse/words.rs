@@ -30,6 +30,12 @@ pub fn expected(rules: &[Rule]) -> String {
     }
 }
 
+/// The word of the language that a rule stands for, if it is one.
+pub fn keyword(rule: Rule) -> Option<&'static str> {
+    let word = word(rule).strip_prefix('`')?.strip_suffix('`')?;
+    word.chars().all(|c| c.is_ascii_lowercase()).then_some(word)
+}
+
 /// Whether a rule only carries an expression on: of little help beside what has to come.
 const fn goes_on(rule: Rule) -> bool {
     matches!(

@@ -3,6 +3,7 @@
 //! one report.
 
 mod channels;
+mod forgotten;
 mod names;
 mod nearest;
 mod params;
@@ -12,10 +13,11 @@ pub use names::{Names, State, Value, What};
 pub use nearest::nearest;
 
 use super::codes;
-use super::rules::{Label, PrimitiveId, Rules};
+use super::rules::{Label, PrimitiveId, Rules, SignalId};
 use super::syntax;
 use crate::base::diagnostic::{Diagnostic, Sources, Span};
 use crate::base::hands::FingerPick;
+use forgotten::forgotten_use;
 use names::Declared;
 use std::collections::BTreeSet;
 
@@ -31,6 +33,8 @@ pub struct Input<'a> {
     pub named: BTreeSet<u32>,
     /// Whether a file is missing: then unknown names are not reported, they may be in it.
     pub incomplete: bool,
+    /// Whether nothing was wrong so far; else nothing is warned of, since what could not be read may be the reason.
+    pub sound: bool,
 }
 
 /// Builds the rule set; it is complete only when no finding is an error.
@@ -41,6 +45,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         findings: Vec::new(),
         used: BTreeSet::new(),
         signal_picks: Vec::new(),
+        exact_signals: BTreeSet::new(),
     };
     resolver.names.incomplete = input.incomplete;
     let declared = Declared::collect(&input.files);
@@ -55,7 +60,9 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
     resolver.tasks(&declared.tasks, &declared.task_extensions);
     resolver.relabels(&declared.relabels);
     resolver.keep_channels_for_analysis();
-    resolver.lints(&input.named);
+    if input.sound {
+        resolver.lints(&input.named);
+    }
     (resolver.rules, resolver.findings)
 }
 
@@ -71,6 +78,8 @@ pub struct Resolver {
     pub used: BTreeSet<String>,
     /// For each signal that is an array over picked fingers, which ones.
     pub signal_picks: Vec<Option<FingerPick>>,
+    /// The signals that are computed from constants and counts alone.
+    pub exact_signals: BTreeSet<SignalId>,
 }
 
 impl Resolver {
@@ -89,9 +98,12 @@ impl Resolver {
             .at(place, "nothing has this name");
         // Looking for near names takes time; reports beyond the bound are only counted.
         let known = if self.findings.len() < super::MAX_REPORTS { known(self) } else { Vec::new() };
+        if let Some(file) = forgotten_use(head, &self.rules.sources) {
+            self.report(finding.help(format!("did you forget `use \"{file}\"`?")));
+            return;
+        }
         let finding = match nearest(word, known.iter().map(String::as_str)) {
             Some(near) => finding.fix(format!("did you mean `{near}`?"), place, near),
-            None if head == "fingers" => finding.help("`use \"stream.rules\"` declares the channels of the fingers"),
             None if (1..=12).contains(&known.len()) => finding.help(format!("known here: {}", known.join(", "))),
             None => finding,
         };

@@ -127,18 +127,32 @@ impl Resolver {
             self.declare(&param.name, What::Param, false);
         }
         // A promise gives way to the declaration that keeps it.
-        let kept: BTreeMap<&str, Span> = declared
+        let kept: BTreeSet<&str> = declared
             .signals
             .iter()
             .filter(|(signal, _)| signal.value.is_some())
-            .map(|(signal, _)| (signal.name.text.as_str(), signal.name.span))
+            .map(|(signal, _)| signal.name.text.as_str())
+            .collect();
+        let promises: BTreeMap<&str, (&syntax::Name, bool)> = declared
+            .signals
+            .iter()
+            .filter(|(signal, _)| signal.value.is_none())
+            .map(|(signal, per_hand)| (signal.name.text.as_str(), (&signal.name, *per_hand)))
             .collect();
         let mut promised: BTreeSet<&str> = BTreeSet::new();
+        let mut misplaced: BTreeSet<&str> = BTreeSet::new();
         for (signal, per_hand) in &declared.signals {
             let name = signal.name.text.as_str();
             if signal.value.is_some() {
-                self.declare(&signal.name, What::Signal, *per_hand);
-            } else if !kept.contains_key(name) && promised.insert(name) {
+                let promise = promises.get(name).filter(|(_, promised)| promised != per_hand);
+                match promise.filter(|_| !self.names.values.contains_key(name)) {
+                    Some((promise, promised)) if misplaced.insert(name) => {
+                        self.wrong_hand(&signal.name, promise, *promised);
+                    }
+                    _ if misplaced.contains(name) => {}
+                    _ => self.declare(&signal.name, What::Signal, *per_hand),
+                }
+            } else if !kept.contains(name) && promised.insert(name) {
                 self.declare(&signal.name, What::Signal, *per_hand);
                 self.promise_not_kept(&signal.name);
             }
@@ -197,6 +211,16 @@ impl Resolver {
             .at(name.span, "declared again here")
             .at(first, "first declared here");
         self.report(finding);
+    }
+
+    /// Reports a signal that is promised for each hand and kept for none, or the other way round; its name is broken.
+    fn wrong_hand(&mut self, kept: &syntax::Name, promise: &syntax::Name, promised: bool) {
+        self.names.broken.insert(kept.text.clone());
+        let (wanted, found) = if promised { ("each hand", "no hand") } else { ("no hand", "each hand") };
+        let finding = Diagnostic::error(codes::WRONG_PROMISE, format!("`{}` is promised for {wanted}", kept.text))
+            .at(kept.span, format!("declared for {found}"))
+            .at(promise.span, "promised here");
+        self.report(if promised { finding.help("put it into `for each hand { … }`") } else { finding });
     }
 
     fn promise_not_kept(&mut self, name: &syntax::Name) {

@@ -36,6 +36,9 @@ impl Resolver {
     fn param(&mut self, param: &syntax::Param, overrides: &[(String, String)]) -> Option<Param> {
         let declared = self.constant(&param.value, None, Scope::NOBODY)?;
         let dimension = declared.dimension;
+        if let Some((low, high)) = &param.range {
+            self.unit_of_range(&param.value, low, high)?;
+        }
         let name = param.name.text.clone();
         let mut range = None;
         if let Some((low, high)) = &param.range {
@@ -63,6 +66,22 @@ impl Resolver {
             None => declared.value,
         };
         Some(Param { name, value, dimension, range, span: param.name.span })
+    }
+
+    /// Reports a value without a unit whose range has one: the value is what is amiss, not the range.
+    fn unit_of_range(&mut self, value: &syntax::Expr, low: &syntax::Expr, high: &syntax::Expr) -> Option<()> {
+        if !value.is_bare_number() {
+            return Some(());
+        }
+        let wanted = self.constant(low, None, Scope::NOBODY)?.dimension;
+        if wanted == Dimension::NONE {
+            return Some(());
+        }
+        let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is wanted here"))
+            .at(value.span, "this is a plain number")
+            .at(low.span.to(high.span), format!("its range is {wanted}"));
+        self.report(self.with_units(finding, value.span, wanted));
+        None
     }
 
     /// The value of an override in SI. Returns nothing after reporting what is wrong with it.

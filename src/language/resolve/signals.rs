@@ -5,7 +5,7 @@ use super::names::{Declared, State};
 use crate::base::diagnostic::Diagnostic;
 use crate::base::hands::Side;
 use crate::language::codes;
-use crate::language::rules::{Hand, Latch, Signal, Type};
+use crate::language::rules::{Hand, Latch, Signal, SignalId, Type};
 use crate::language::syntax::{self, ExprKind};
 use crate::language::types::{Scope, describe};
 use std::collections::{BTreeMap, BTreeSet};
@@ -116,11 +116,14 @@ impl Resolver {
         let mut state = State::Broken;
         if let Some(expr) = expr {
             let mut fits = true;
-            for (promise, promised_per_hand) in promises {
-                fits &= self.keeps(promise, *promised_per_hand, signal, per_hand, expr.ty);
+            for (promise, _) in promises {
+                fits &= self.keeps(promise, signal, per_hand, expr.ty);
             }
             if let Some(id) = u32::try_from(self.rules.signals.len()).ok().filter(|_| fits) {
                 self.signal_picks.push(self.picked(&expr));
+                if self.is_exact(&expr) {
+                    self.exact_signals.insert(SignalId(id));
+                }
                 let (name, ty, span) = (name.text.clone(), expr.ty, name.span);
                 self.rules.signals.push(Signal { name, per_hand, ty, expr, span });
                 state = State::Known(id);
@@ -130,14 +133,7 @@ impl Resolver {
     }
 
     /// Whether a signal has the type that is written for it, here or in a promise.
-    fn keeps(
-        &mut self,
-        promise: &syntax::Signal,
-        promised_per_hand: bool,
-        kept: &syntax::Signal,
-        per_hand: bool,
-        found: Type,
-    ) -> bool {
+    fn keeps(&mut self, promise: &syntax::Signal, kept: &syntax::Signal, per_hand: bool, found: Type) -> bool {
         let Some(written) = promise.ty else { return true };
         let hand = if per_hand { Hand::This } else { Hand::Nobody };
         let wanted = Type {
@@ -146,24 +142,19 @@ impl Resolver {
             axis: written.axis.map(|axis| (axis, found.axis.map_or(hand, |(_, hand)| hand))),
         };
         let name = &kept.name.text;
-        let finding = if promised_per_hand != per_hand {
-            let told = if promised_per_hand { "for each hand" } else { "for no hand" };
-            Diagnostic::error(codes::WRONG_PROMISE, format!("`{name}` is promised {told}"))
-                .at(kept.name.span, if per_hand { "declared for each hand" } else { "declared for no hand" })
-                .at(promise.name.span, "promised here")
-        } else if wanted != found {
-            let place = kept.value.as_ref().map_or(kept.name.span, |value| value.span);
-            Diagnostic::error(codes::WRONG_PROMISE, format!("`{name}` is to be {}", describe(wanted)))
-                .at(place, format!("this is {}", describe(found)))
-                .at(written.span, "its type is written here")
-        } else {
+        if wanted == found {
             if promise.value.is_none() {
                 // The files that promised it, or those that use them, read it.
                 self.used.insert(name.clone());
             }
             return true;
-        };
-        self.report(finding);
+        }
+        let place = kept.value.as_ref().map_or(kept.name.span, |value| value.span);
+        self.report(
+            Diagnostic::error(codes::WRONG_PROMISE, format!("`{name}` is to be {}", describe(wanted)))
+                .at(place, format!("this is {}", describe(found)))
+                .at(written.span, "its type is written here"),
+        );
         false
     }
 

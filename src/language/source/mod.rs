@@ -1,4 +1,5 @@
-//! Rule files and what they use: `use "x.rules"` is looked up beside the using file, else among the shipped files.
+//! Rule files and what they use: `use "x.rules"` is looked up beside the using file, else among the shipped files; a file beside the
+//! user's first file stands for the shipped one of its name.
 //!
 //! INVARIANTS: each file is read once; no file outside the folder of the one that uses it is touched; size, count and depth are bounded.
 
@@ -54,34 +55,42 @@ pub struct Loader {
     pub incomplete: bool,
     /// The files that were named themselves, by their position in `sources`; all others are there for them.
     pub named: BTreeSet<u32>,
+    /// Whether a file that was asked for, not one that another uses, could not be read at all.
+    pub unread: bool,
     progress: BTreeMap<Place, Progress>,
+    /// The folder of the user's first file on disk: canonical, and as the user wrote it.
+    folder: Option<(PathBuf, PathBuf)>,
 }
 
 impl Loader {
     /// Reads a file that the user named: a path, else a shipped file such as `rules/contact.rules` or `contact.rules`.
     pub fn load_named(&mut self, name: &Path) {
-        let on_disk = if name.exists() { std::fs::canonicalize(name).map(Place::Disk).ok() } else { None };
-        self.load_first(name, 0, [on_disk, name.to_str().and_then(|name| self.by_name(name))]);
+        let on_disk = std::fs::canonicalize(name).ok();
+        if self.folder.is_none() {
+            let folder = on_disk.as_deref().and_then(Path::parent).map(Path::to_path_buf);
+            self.folder = folder.zip(name.parent().map(Path::to_path_buf));
+        }
+        let on_disk = on_disk.map(|path| (Place::Disk(path), name.display().to_string()));
+        let found = on_disk.or_else(|| self.by_name(name.to_str()?));
+        self.load_found(name, found, 0);
     }
 
-    /// Reads the hand file: the one of this name beside `rules` if there is one, else the shipped one, else a path.
-    pub fn load_hand(&mut self, name: &str, rules: Option<&Path>) {
+    /// Reads the hand file: a shipped one (or the one of its name beside the user's first file), else a path.
+    pub fn load_hand(&mut self, name: &str) {
         let path = Path::new(name);
-        let beside = rules
-            .and_then(|rules| Some(rules.parent()?.join(path.file_name()?)))
-            .filter(|beside| rules.is_some_and(Path::exists) && beside.exists())
-            .and_then(|beside| std::fs::canonicalize(beside).ok());
-        let on_disk = std::fs::canonicalize(path).ok();
+        let on_disk = || std::fs::canonicalize(path).ok().map(|path| (Place::Disk(path), name.to_string()));
+        let found = self.by_name(name).or_else(on_disk);
         // Not named by the user: it counts as used.
-        self.load_first(path, 1, [beside.map(Place::Disk), self.by_name(name), on_disk.map(Place::Disk)]);
+        self.load_found(path, found, 1);
     }
 
-    fn load_first<const N: usize>(&mut self, name: &Path, depth: usize, places: [Option<Place>; N]) {
-        if let Some(place) = places.into_iter().flatten().next() {
-            self.load(place, &name.display().to_string(), None, depth);
+    fn load_found(&mut self, name: &Path, found: Option<(Place, String)>, depth: usize) {
+        if let Some((place, shown)) = found {
+            self.load(place, &shown, None, depth);
             return;
         }
         self.incomplete = true;
+        self.unread = true;
         let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
         self.findings.push(
             Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display()))
@@ -89,14 +98,21 @@ impl Loader {
         );
     }
 
-    /// The shipped file of this name, or the file on disk that was read in its place: a file beside yours replaces the shipped one.
-    fn by_name(&self, name: &str) -> Option<Place> {
+    /// The shipped file of this name, or the one that stands for it: a file of the same name that was read already, or that lies beside
+    /// the user's first file. Also the name to show.
+    fn by_name(&self, name: &str) -> Option<(Place, String)> {
         let (name, _) = shipped(name)?;
-        let replaced = self
-            .progress
-            .keys()
-            .find(|place| matches!(place, Place::Disk(path) if path.file_name().is_some_and(|file| file == name)));
-        Some(replaced.cloned().unwrap_or(Place::Shipped(name)))
+        let is_it = |path: &Path| path.file_name().is_some_and(|file| file == name);
+        if let Some(place) = self.progress.keys().find(|place| matches!(place, Place::Disk(path) if is_it(path))) {
+            return Some((place.clone(), name.to_string()));
+        }
+        if let Some((folder, shown)) = &self.folder {
+            let beside = std::fs::canonicalize(folder.join(name)).ok().filter(|beside| beside.starts_with(folder));
+            if let Some(beside) = beside {
+                return Some((Place::Disk(beside), shown.join(name).display().to_string()));
+            }
+        }
+        Some((Place::Shipped(name), format!("rules/{name}")))
     }
 
     /// Reads a text under a name.
@@ -121,7 +137,7 @@ impl Loader {
         &promised - &kept
     }
 
-    fn load(&mut self, mut place: Place, shown: &str, user: Option<Span>, depth: usize) {
+    fn load(&mut self, place: Place, shown: &str, user: Option<Span>, depth: usize) {
         match self.progress.get(&place) {
             Some(Progress::Done) => return,
             Some(Progress::Open) => {
@@ -139,7 +155,7 @@ impl Loader {
             }
             None => {}
         }
-        if self.progress.len() >= MAX_FILES || depth > MAX_DEPTH {
+        if self.sources.files.len() >= MAX_FILES || depth > MAX_DEPTH {
             self.incomplete = true;
             let message = if depth > MAX_DEPTH {
                 format!("more than {MAX_DEPTH} files use each other in a row")
@@ -154,29 +170,28 @@ impl Loader {
             return;
         }
         let read = match &place {
-            Place::Shipped(name) => {
-                Ok((format!("rules/{name}"), shipped(name).map_or("", |(_, text)| text).to_string()))
-            }
-            Place::Disk(path) => read(path).map(|text| (shown.to_string(), text)),
+            Place::Shipped(name) => Ok(shipped(name).map_or("", |(_, text)| text).to_string()),
+            Place::Disk(path) => read(path),
             Place::Text => return,
         };
         match read {
-            Ok((name, text)) => {
+            Ok(text) => {
                 // A copy of a shipped file is that file.
                 let copied =
-                    SHIPPED.iter().find(|(file, shipped)| Path::new(&name).ends_with(file) && *shipped == text);
-                if let Some((file, _)) = copied.filter(|_| matches!(place, Place::Disk(_))) {
-                    self.progress.insert(place, Progress::Done);
-                    place = Place::Shipped(file);
-                    if self.progress.contains_key(&place) {
+                    SHIPPED.iter().find(|(file, shipped)| Path::new(shown).ends_with(file) && *shipped == text);
+                if let Some((file, _)) = copied {
+                    let known = self.progress.insert(Place::Shipped(file), Progress::Done).is_some();
+                    if known {
+                        self.progress.insert(place, Progress::Done);
                         return;
                     }
                 }
                 self.progress.insert(place.clone(), Progress::Open);
-                self.parse(place, name, text, depth);
+                self.parse(place, shown.to_string(), text, depth);
             }
             Err((code, reason)) => {
                 self.incomplete = true;
+                self.unread |= user.is_none();
                 self.progress.insert(place, Progress::Done);
                 let finding = Diagnostic::error(code, format!("cannot read `{shown}`: {reason}"));
                 self.findings.push(match user {
@@ -240,7 +255,7 @@ impl Loader {
             }
         }
         match self.by_name(&used.text) {
-            Some(place) => self.load(place, &used.text, Some(used.span), depth),
+            Some((place, shown)) => self.load(place, &shown, Some(used.span), depth),
             None => {
                 self.incomplete = true;
                 let finding = Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", used.text))
@@ -260,8 +275,9 @@ impl Loader {
 /// The text of a file on disk, or the code and reason why there is none.
 fn read(path: &Path) -> Result<String, (&'static str, String)> {
     let unreadable = |error: std::io::Error| (codes::UNREADABLE, error.kind().to_string());
-    if path.is_dir() {
-        return Err((codes::UNREADABLE, "it is a folder".to_string()));
+    if path.exists() && !path.is_file() {
+        // A pipe would be waited for.
+        return Err((codes::UNREADABLE, if path.is_dir() { "it is a folder" } else { "it is no file" }.to_string()));
     }
     let mut bytes = Vec::new();
     let file = std::fs::File::open(path).map_err(unreadable)?;

@@ -3,7 +3,7 @@
 use super::{Draft, conditions};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
-use crate::language::resolve::Resolver;
+use crate::language::resolve::{Resolver, nearest};
 use crate::language::rules::{Branch, Choice, Then, TreeScope};
 use crate::language::syntax::{self, Anchor, Extend};
 use crate::language::types::Scope;
@@ -170,20 +170,45 @@ impl Resolver {
             if !whole {
                 return None;
             }
-            Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has no choice `{}`", place.text(), name.text))
-                .at(name.span, "neither the name of a choice there nor a primitive of one of its leaves")
+            let finding =
+                Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has no choice `{}`", place.text(), name.text))
+                    .at(name.span, "neither the name of a choice there nor a primitive of one of its leaves");
+            let anchors = self.anchors(branch);
+            match nearest(&name.text, anchors.iter().map(String::as_str)) {
+                Some(near) => finding.fix(format!("did you mean `{near}`?"), name.span, near),
+                None if anchors.is_empty() => finding.help("there is `first` and `last`"),
+                None => finding.help(format!("known there: {}", anchors.join(", "))),
+            }
         } else {
             let mut finding =
                 Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has several choices `{}`", place.text(), name.text))
-                    .at(name.span, "which one is meant?")
-                    .help("give the choice a name");
-            for choice in found.iter().filter_map(|at| branch.choices.get(*at)) {
+                    .at(name.span, "which one is meant?");
+            let meant = || found.iter().filter_map(|at| branch.choices.get(*at));
+            for choice in meant() {
                 finding = finding.at(choice.span, "one of them");
             }
-            finding
+            let names: Vec<String> =
+                meant().filter_map(|choice| choice.name.as_ref()).map(|name| format!("`{name}`")).collect();
+            match names.as_slice() {
+                [] => finding.help("name another choice, or give this one a name"),
+                _ if names.len() < found.len() => finding.help(format!("only {} has a name to use", names.join(", "))),
+                _ => finding.help(format!("use {}", names.join(" or "))),
+            }
         };
         self.report(finding);
         None
+    }
+
+    /// What `before` and `after` may name in a branch: each name, and each primitive that one leaf gives, in order.
+    fn anchors(&self, branch: &Branch) -> Vec<String> {
+        let primitive = |choice: &Choice| match choice.then {
+            Then::Primitive(label) => Some(self.primitive_name(label.primitive).to_string()),
+            _ => None,
+        };
+        let leaves: Vec<String> = branch.choices.iter().filter_map(primitive).collect();
+        let once = |leaf: &String| leaves.iter().filter(|other| *other == leaf).count() == 1;
+        let words = |choice: &Choice| choice.name.clone().into_iter().chain(primitive(choice).filter(once));
+        branch.choices.iter().flat_map(words).collect()
     }
 
     /// Two files at one place: their order would depend on the order of loading, unless no frame can meet the conditions of both.

@@ -23,11 +23,13 @@ impl Resolver {
     /// Checks the trees and everything that extends them.
     pub(super) fn trees(&mut self, trees: &[&syntax::Tree], extends: &[&syntax::Extend]) {
         let mut drafts: Vec<Draft> = Vec::new();
+        let mut rejected: Vec<Draft> = Vec::new();
         for tree in trees {
             let draft = self.draft(tree);
             let scope = draft.tree.scope;
             if let Some(first) = drafts.iter().map(|draft| &draft.tree).find(|other| other.name == tree.name.text) {
                 self.declared_twice("tree", &tree.name, first.span);
+                rejected.push(draft);
             } else if let Some(first) = drafts.iter().map(|draft| &draft.tree).find(|other| other.scope == scope) {
                 let whom = if tree.each_hand { "each hand" } else { "both hands" };
                 self.report(
@@ -37,12 +39,13 @@ impl Resolver {
                         .help(format!("add to it with `extend {} first {{ … }}`", first.name)),
                 );
                 self.names.broken.insert(tree.name.text.clone());
+                rejected.push(draft);
             } else {
                 drafts.push(draft);
             }
         }
         self.extend_trees(&mut drafts, extends);
-        for draft in &drafts {
+        for draft in drafts.iter().chain(&rejected) {
             let mut names = BTreeMap::new();
             self.check_branch(&draft.tree.root, draft, &mut names);
             if draft.whole {

@@ -2,7 +2,7 @@
 
 use super::{Scope, describe};
 use crate::base::channels::Shape;
-use crate::base::diagnostic::Diagnostic;
+use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::resolve::Resolver;
@@ -23,8 +23,8 @@ impl Resolver {
         if let Some(wanted) = wanted.filter(|wanted| *wanted != checked.ty.dimension) {
             let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is wanted here"))
                 .at(checked.span, format!("this is {}", describe(checked.ty)));
-            let bare = matches!(expr.bare().kind, syntax::ExprKind::Number { bare: true, .. });
-            self.report(if bare { self.with_unit(finding, &checked, wanted) } else { finding });
+            let bare = expr.is_bare_number();
+            self.report(if bare { self.with_units(finding, checked.span, wanted) } else { finding });
             return None;
         }
         let mut params = Vec::new();
@@ -51,11 +51,16 @@ impl Resolver {
         let finding = Diagnostic::error(codes::COMPARED_KINDS, format!("cannot compare {one} with {two}"))
             .at(expr.span, format!("this is {}", constant.dimension))
             .at(value.span, format!("this is {}", describe(value.ty)));
-        let bare = matches!(expr.bare().kind, syntax::ExprKind::Number { bare: true, .. });
-        let number =
-            Expr { kind: ExprKind::Number(constant.value), ty: super::scalar(constant.dimension), span: expr.span };
-        self.report(if bare { self.with_unit(finding, &number, value.ty.dimension) } else { finding });
+        let bare = expr.is_bare_number();
+        self.report(if bare { self.with_units(finding, expr.span, value.ty.dimension) } else { finding });
         None
+    }
+
+    /// Gives examples for a number that has no unit. Not a fix: which unit is meant, nobody knows but the author.
+    pub fn with_units(&self, finding: Diagnostic, number: Span, wanted: Dimension) -> Diagnostic {
+        let number = self.rules.sources.text(number).trim_matches(['(', ')', ' ']);
+        let examples: Vec<String> = example_units(wanted).iter().map(|unit| format!("`{number} {unit}`")).collect();
+        finding.help(format!("write the unit, such as {}", examples.join(" or ")))
     }
 
     /// Reports thresholds of a hysteresis that leave no band, or one the wrong way round.
@@ -114,4 +119,20 @@ impl Resolver {
             }
         })
     }
+}
+
+/// Units in which quantities of this dimension are usually written, the likeliest first.
+fn example_units(dimension: Dimension) -> Vec<String> {
+    let units: &[&str] = match dimension {
+        Dimension::LENGTH => &["mm", "m"],
+        Dimension::MASS => &["g", "kg"],
+        Dimension::TIME => &["ms", "s"],
+        Dimension::ANGLE => &["deg", "rad"],
+        Dimension::SPEED => &["mm/s", "m/s"],
+        Dimension::ACCELERATION => &["mm/s^2", "m/s^2"],
+        Dimension::ANGULAR_SPEED => &["deg/s", "rad/s"],
+        Dimension::FORCE => &["N", "mN"],
+        _ => return vec![dimension.si_unit()],
+    };
+    units.iter().map(ToString::to_string).collect()
 }

@@ -3,6 +3,7 @@
 
 mod arrays;
 mod constants;
+mod equality;
 mod functions;
 mod paths;
 
@@ -92,8 +93,7 @@ impl Resolver {
                 made(ExprKind::Arithmetic(*operation, Box::new(left), Box::new(right)), ty)
             }
             Syntax::Compare(comparison, left, right) => {
-                let bare =
-                    [left.bare(), right.bare()].map(|side| matches!(side.kind, Syntax::Number { bare: true, .. }));
+                let bare = [left, right].map(|side| side.is_bare_number());
                 let (left, right) = self.both(left, right, scope)?;
                 let ty = self.comparison(*comparison, &left, &right, bare)?;
                 made(ExprKind::Compare(*comparison, Box::new(left), Box::new(right)), ty)
@@ -280,12 +280,13 @@ impl Resolver {
             let message = format!("cannot compare {} with {}", element(left.ty), element(right.ty));
             let finding = two_sides(codes::COMPARED_KINDS, message, left, right);
             self.report(match bare {
-                [_, true] => self.with_unit(finding, right, left.ty.dimension),
-                [true, _] => self.with_unit(finding, left, right.ty.dimension),
+                [_, true] => self.with_units(finding, right.span, left.ty.dimension),
+                [true, _] => self.with_units(finding, left.span, right.ty.dimension),
                 _ => finding,
             });
             return None;
         }
+        self.want_exact(comparison, left, right)?;
         let axis = self.merged(left, right)?;
         Some(Type { axis, ..Type::BOOL })
     }
@@ -297,14 +298,6 @@ impl Resolver {
             self.report(finding.at(span, "no quantity of the field has such a unit"));
         }
         dimension
-    }
-
-    /// Proposes a unit for a number that has none.
-    fn with_unit(&self, finding: Diagnostic, number: &Expr, wanted: Dimension) -> Diagnostic {
-        let unit = wanted.si_unit();
-        let text = self.rules.sources.text(number.span);
-        let literal = text.trim_matches(['(', ')', ' ']);
-        finding.fix(format!("write the unit, such as `{literal} {unit}`"), number.span, format!("{text} {unit}"))
     }
 
     fn hysteresis(

@@ -3,7 +3,7 @@
 use super::{Scope, scalar};
 use crate::base::channels::{ChannelSpec, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
-use crate::base::hands::Side;
+use crate::base::hands::{Finger, Side};
 use crate::language::codes;
 use crate::language::resolve::{Resolver, State, Value, What};
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, ParamId, SignalId, Type};
@@ -52,6 +52,12 @@ impl Resolver {
     }
 
     fn unknown_path(&mut self, path: &Path, side: Option<Side>, parts: &[Name]) {
+        if let Some(picked) = self.finger_first(side, parts) {
+            let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no channel `{}`", path.text()))
+                .at(path.span, "a finger is picked from an array over fingers");
+            self.report(finding.fix(format!("did you mean `{picked}`?"), path.span, picked));
+            return;
+        }
         let kind = if parts.len() > 1 { "channel" } else { "value" };
         self.unknown(kind, &path.text(), path.span, |resolver| {
             let prefix = side.map_or(String::new(), |side| format!("{side}."));
@@ -60,6 +66,20 @@ impl Resolver {
             let reachable = values.chain(channels).filter(|(_, per_hand)| side.is_none() || *per_hand);
             reachable.map(|(name, _)| format!("{prefix}{name}")).collect()
         });
+    }
+
+    /// `fingers.force[thumb].z` for `thumb.force.z`, when there is such a channel.
+    fn finger_first(&self, side: Option<Side>, parts: &[Name]) -> Option<String> {
+        let [finger, rest @ ..] = parts else { return None };
+        Finger::from_name(&finger.text)?;
+        (1..=rest.len()).rev().find_map(|length| {
+            let (channel, components) = rest.split_at_checked(length)?;
+            let channel = format!("fingers.{}", join(channel));
+            self.names.channel(&channel)?;
+            let hand = side.map_or(String::new(), |side| format!("{side}."));
+            let components: String = components.iter().map(|part| format!(".{}", part.text)).collect();
+            Some(format!("{hand}{channel}[{}]{components}", finger.text))
+        })
     }
 
     fn value_of(&mut self, name: &Name, value: Value, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {

@@ -53,7 +53,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         foreign(source, file, &scene)?
     };
     read.recording.scene = scene;
-    for stamp in &mut read.recording.time {
+    for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
         *stamp += binding.time_offset.0;
     }
     let shifted = sensors::shift(&mut read.recording, file)?;
@@ -116,7 +116,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
         }
     }
     let rate = file.binding.rate.map(|rate| rate.0);
-    let Table { time, numbers, mut texts, issues, sheets } = source.read(&wants, rate)?;
+    let Table { time, numbers, mut texts, issues, sheets, row_time } = source.read(&wants, rate)?;
     let mut recording = Recording { time, ..Recording::default() };
     for bound in bound {
         let values = bound.values(&numbers, recording.time.len());
@@ -127,7 +127,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
     }
-    Ok((Read { recording, issues }, sheets))
+    Ok((Read { recording, issues, row_time }, sheets))
 }
 
 impl Bound {

@@ -307,7 +307,7 @@ impl Taken {
             return Err(InputError::new(file, "the file has no whole row"));
         }
         self.table.issues.extend(self.stamps.issue());
-        Ok(Table { time: self.stamps.time, ..self.table })
+        Ok(Table { time: self.stamps.time, row_time: self.stamps.row_time, ..self.table })
     }
 }
 

@@ -23,7 +23,7 @@ pub fn source(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
     let mut rows = Memory::new(&file);
     let mut scene = None;
     let mut cut = None;
-    while let Some(line) = lines.next()? {
+    while let Some(line) = lines.line()? {
         match line {
             Line::Scene(found) => scene = Some(*found),
             Line::Row(row) => push(&row, &mut rows).map_err(|message| lines.error(message))?,
@@ -78,7 +78,7 @@ impl<R: BufRead> Lines<R> {
     ///
     /// # Errors
     /// When it is no JSON object.
-    pub fn next(&mut self) -> Result<Option<Line>, InputError> {
+    pub fn line(&mut self) -> Result<Option<Line>, InputError> {
         loop {
             self.row += 1;
             let mut line = vec![];

@@ -191,11 +191,9 @@ impl Known {
             Record::Schema { header, data } => {
                 self.schemas.insert(header.id, (header.name, header.encoding, data.into_owned()));
             }
-            Record::Channel(channel) => {
-                if !self.channels.contains_key(&channel.id) {
-                    let reading = self.reading(&channel.message_encoding, channel.schema_id);
-                    self.channels.insert(channel.id, (channel.topic, reading));
-                }
+            Record::Channel(channel) if !self.channels.contains_key(&channel.id) => {
+                let reading = self.reading(&channel.message_encoding, channel.schema_id);
+                self.channels.insert(channel.id, (channel.topic, reading));
             }
             Record::Message { header, data } => {
                 if let Some((topic, reading)) = self.channels.get(&header.channel_id) {

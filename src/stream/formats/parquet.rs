@@ -4,9 +4,10 @@
 //! A canonical log is written with `name [unit]` as in a CSV, the scene as YAML under the key `teachtree.scene` of the file's metadata and
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
-use super::super::csv::{check_lengths, check_scene, write_whole};
+use super::super::csv::{check_lengths, check_scene};
 use super::super::sheet::{Cells, Memory, titled};
 use super::super::table::{MAX_CELLS, MAX_COLUMNS, Source};
+use super::super::whole;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::base::yaml;
@@ -280,7 +281,7 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     let scene = yaml::write(&recording.scene)?;
     let events = serde_json::to_string(&recording.events)
         .map_err(|error| InputError::new(path.display().to_string(), error.to_string()))?;
-    write_whole(path, |out| write_columns(out, recording, scene, events).map_err(std::io::Error::other))
+    whole::write(path, |out| write_columns(out, recording, scene, events).map_err(std::io::Error::other))
 }
 
 fn write_columns(

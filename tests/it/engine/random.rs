@@ -232,6 +232,17 @@ impl Maker {
         }
     }
 
+    fn comparison(&mut self) -> Comparison {
+        [
+            Comparison::Less,
+            Comparison::LessEqual,
+            Comparison::Greater,
+            Comparison::GreaterEqual,
+            Comparison::Equal,
+            Comparison::NotEqual,
+        ][self.random.below(6)]
+    }
+
     fn constant(&mut self, value: f64) -> Constant {
         Constant { value, dimension: Dimension::NONE, params: Vec::new(), span: Span::default() }
     }
@@ -282,9 +293,7 @@ impl Maker {
             }
             4 | 5 => {
                 let (a, b) = (self.number(place, axis, deeper), self.loose_number(place, axis, deeper));
-                let comparison =
-                    [Comparison::Less, Comparison::LessEqual, Comparison::Greater, Comparison::GreaterEqual]
-                        [self.random.below(4)];
+                let comparison = self.comparison();
                 of(ExprKind::Compare(comparison, Box::new(a), Box::new(b)))
             }
             6 | 7 => {
@@ -315,7 +324,14 @@ impl Maker {
                 let inner = self.bool(place, Some((Axis::Fingers, hand)), deeper);
                 let count = expr(ExprKind::Call(Function::Count, vec![inner]), Shape::Scalar, None);
                 let number = expr(ExprKind::Number(self.random.below(3) as f64), Shape::Scalar, None);
-                of(ExprKind::Compare(Comparison::GreaterEqual, Box::new(count), Box::new(number)))
+                match self.random.below(3) {
+                    0 => of(ExprKind::Compare(self.comparison(), Box::new(count), Box::new(number))),
+                    1 => of(ExprKind::Compare(self.comparison(), Box::new(number), Box::new(count))),
+                    _ => {
+                        let (on, off) = (self.constant(1.5), self.constant(0.5));
+                        of(ExprKind::Hysteresis { value: Box::new(count), on, off, rising: true })
+                    }
+                }
             }
             _ => {
                 let signal = self.signal(place, Shape::Bool, axis);
@@ -395,7 +411,26 @@ impl Maker {
             };
         }
         let deeper = depth - 1;
-        match self.random.below(10) {
+        match self.random.below(14) {
+            10 => {
+                let (vector, duration) = (self.vector(place, axis), self.duration());
+                let rate = expr(ExprKind::Rate(Box::new(vector), duration), Shape::Vec3, axis);
+                if self.random.chance(50) {
+                    of(ExprKind::Call(Function::Norm, vec![rate]))
+                } else {
+                    of(ExprKind::Component(Box::new(rate), self.random.below(3) as u8))
+                }
+            }
+            11 => {
+                let (a, b) = (self.vector(place, axis), self.vector(place, axis));
+                of(ExprKind::Call(Function::Dot, vec![a, b]))
+            }
+            12 => of(ExprKind::Call(Function::Abs, vec![self.number(place, axis, deeper)])),
+            13 => {
+                let (a, b) = (self.number(place, axis, deeper), self.loose_number(place, axis, deeper));
+                let function = if self.random.chance(50) { Function::Min } else { Function::Max };
+                of(ExprKind::Call(function, vec![a, b]))
+            }
             0 if axis.is_none() => {
                 expr(ExprKind::Number((self.random.below(7) as f64 - 3.0) * 0.5), Shape::Scalar, None)
             }

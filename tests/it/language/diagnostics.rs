@@ -54,8 +54,10 @@ fn each_code_has_a_case() {
         codes::TOO_LONG,
         codes::TOO_LARGE,
         codes::TOO_MANY_FILES,
-        codes::TOO_MANY_REPORTS,
+        codes::TOO_MANY_ERRORS,
+        codes::TOO_MANY_WARNINGS,
         codes::BAD_OVERRIDE,
+        codes::TREE_NEEDED,
     ]);
     let all: BTreeSet<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
     assert_eq!(found, all);
@@ -108,8 +110,49 @@ fn limits_are_told() {
     assert_eq!(seen, [codes::TOO_LONG, codes::TOO_LARGE, codes::TOO_LARGE, codes::TOO_MANY_FILES]);
 
     let loaded = language::load_text("my.rules", &"signal a = b\n".repeat(300));
-    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_REPORTS);
+    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_ERRORS);
     assert_eq!(loaded.diagnostics.len(), 201);
+
+    let unused: String = (0..300).map(|at| format!("param p{at} = 1\n")).collect();
+    let tree = "primitive A\ntree t for each hand { else => A }\n";
+    let loaded = language::load_text("my.rules", &format!("{unused}{tree}"));
+    assert_eq!(loaded.diagnostics.last().unwrap().code, codes::TOO_MANY_WARNINGS);
+    assert!(loaded.rules.is_some(), "warnings do not keep rules from running");
+}
+
+#[test]
+fn rules_that_are_to_label_need_a_tree() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.rules");
+    std::fs::write(&path, "").unwrap();
+    let codes = |needs_tree| {
+        let loaded = language::load(&Request { files: vec![path.clone()], needs_tree, ..Request::default() });
+        let codes: Vec<&str> = loaded.diagnostics.iter().map(|finding| finding.code).collect();
+        (codes, loaded.rules.is_some())
+    };
+    assert_eq!(codes(false), (vec![codes::NO_TREE], true));
+    assert_eq!(codes(true), (vec![codes::TREE_NEEDED], false));
+}
+
+#[test]
+fn a_file_that_cannot_be_read_is_told_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("mine.rules"), "use \"nowhere.rules\"\n").unwrap();
+    std::fs::write(at("binary.rules"), [0xff, 0xfe, 0]).unwrap();
+    assert!(!load(&at("mine.rules")).unread, "it is the file that is wrong");
+    assert!(load(&at("nowhere.rules")).unread);
+    assert!(load(&at("binary.rules")).unread);
+    let with_hand = |hand: &str| Request { hand_file: Some(hand.to_string()), ..Request::default() };
+    assert!(!language::load(&with_hand("hand_flags.rules")).unread);
+    assert!(language::load(&with_hand("hand_nowhere.rules")).unread);
+}
+
+#[test]
+fn a_file_ends_where_the_first_bound_is_met() {
+    let loaded = language::load_text("my.rules", &format!("signal a = {}\n", "(".repeat(60_000)));
+    let codes: Vec<&str> = loaded.diagnostics.iter().map(|finding| finding.code).collect();
+    assert_eq!(codes, [codes::TOO_DEEP]);
 }
 
 #[cfg(unix)]

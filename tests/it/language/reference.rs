@@ -1,9 +1,14 @@
 //! The language reference: every rule block in it is a rule file that loads.
 
 use super::report;
+use std::collections::BTreeMap;
 use teachtree::base::channels::DERIVED;
+use teachtree::base::hands::{Finger, Side};
 use teachtree::base::units::UNITS;
+use teachtree::engine::evaluator::evaluate;
+use teachtree::graph::lower;
 use teachtree::language::{self, SHIPPED, codes};
+use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 
 const REFERENCE: &str = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/grammar/README.md"));
 
@@ -43,4 +48,56 @@ fn everything_built_in_is_described() {
     for word in words {
         assert!(REFERENCE.contains(&format!("`{word}`")), "`{word}` is not in the reference");
     }
+}
+
+#[test]
+fn the_readme_shows_what_is_reported() {
+    let readme = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md"));
+    let blocks: Vec<&str> = readme.split("```").collect();
+    let throw =
+        blocks.iter().find_map(|block| block.strip_prefix("text\n").filter(|text| text.contains("primitive Throw")));
+    let told = report(&language::load_text("throw.rules", throw.unwrap()));
+    let told: Vec<&str> = told.lines().map(str::trim_end).collect();
+    let readme: Vec<&str> = readme.lines().map(str::trim_end).collect();
+    let told = told.join("\n");
+    assert!(readme.join("\n").contains(told.trim_end()), "README.md shows something else than:\n{told}");
+}
+
+#[test]
+fn a_latch_that_looks_ahead_dates_a_rest_back_to_its_beginning() {
+    let text = "primitive Move, Rest, LateRest
+        for each hand {
+          signal moving  = norm(target.velocity) > 10 mm/s
+          signal rested  = (not moving) for 300 ms
+          latch  resting set not ((moving) within next 300 ms)  clear moving
+        }
+        tree t for each hand { rested => LateRest  resting => Rest  else => Move }";
+    let rules = language::load_text("my.rules", text).rules.unwrap();
+    let len = 2000;
+    // Too short a rest, then one that is long enough.
+    let rests = [200..450, 900..1500];
+    let speed: Vec<f64> =
+        (0..len).map(|at| if rests.iter().any(|rest| rest.contains(&at)) { 0.0 } else { 0.1 }).collect();
+    let column = |component: u32| {
+        let key = ColumnKey { channel: 0, side: Some(Side::Right), slot: 0, component };
+        (key, if component == 0 { speed.clone() } else { vec![0.0; len] })
+    };
+    let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let frames = Frames {
+        layout: Layout { rate_hz: 1000.0, hands: vec![hand] },
+        channels: rules.channels.clone(),
+        columns: (0..3).map(column).collect::<BTreeMap<_, _>>(),
+        len,
+        time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
+        stretches: std::iter::once(0..len).collect(),
+        objects: vec!["cube".into()],
+        issues: Vec::new(),
+    };
+    let leaves = evaluate(&lower(&rules), &frames).unwrap();
+    let runs: Vec<(usize, usize, String)> = leaves[0].hands[&Side::Right]
+        .iter()
+        .map(|run| (run.start, run.end, rules.label_name(run.label.unwrap())))
+        .collect();
+    let wanted = [(0, 900, "Move"), (900, 1199, "Rest"), (1199, 1500, "LateRest"), (1500, len, "Move")];
+    assert_eq!(runs, wanted.map(|(start, end, name)| (start, end, name.to_string())));
 }

@@ -5,18 +5,22 @@ use std::path::PathBuf;
 use teachtree::base::channels::Absent;
 use teachtree::base::hands::Side;
 use teachtree::language::rules::{Branch, RelabelKind, Then, TreeScope};
-use teachtree::language::{self, Loaded, Request, Rules, SHIPPED};
+use teachtree::language::{self, Loaded, Request, Rules, SHIPPED, codes};
 
 fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> Loaded {
     language::load(&Request {
         files: vec![PathBuf::from(file)],
         hand_file: hand.map(str::to_string),
         overrides: overrides.iter().map(|(name, value)| ((*name).to_string(), (*value).to_string())).collect(),
+        needs_tree: false,
     })
 }
 
 fn rules(loaded: Loaded) -> Rules {
-    assert_eq!(report(&loaded), "");
+    // A part needs no tree.
+    let (parts, found): (Vec<_>, Vec<_>) =
+        loaded.diagnostics.iter().partition(|finding| finding.code == codes::NO_TREE);
+    assert!(parts.len() <= 1 && found.is_empty(), "{}", report(&loaded));
     loaded.rules.unwrap()
 }
 
@@ -175,6 +179,29 @@ fn a_file_beside_yours_replaces_the_shipped_one() {
     let rules = rules(load(mine.to_str().unwrap(), None, &[]));
     assert_eq!(rules.param("touch_on").unwrap().value, 0.07);
     assert_eq!(rules.sources.files.iter().filter(|source| source.name.ends_with("stream.rules")).count(), 1);
+}
+
+#[test]
+fn copies_of_shipped_files_are_the_shipped_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = |name: &str, from: &str, to: &str| {
+        let text = SHIPPED.iter().find(|(shipped, _)| *shipped == name).unwrap().1.replace(from, to);
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    copy("contact.rules", "", "");
+    copy("stream.rules", "0.05 N", "0.07 N");
+    let copied = folder.path().join("contact.rules");
+    // A copy still looks beside itself first: the changed file is found through it, and once.
+    let beside = load(copied.to_str().unwrap(), None, &[]);
+    assert_eq!(beside.sources.files.len(), 4);
+    assert_eq!(rules(beside).param("touch_on").unwrap().value, 0.07);
+    let shipped = rules(language::load(&Request::default()));
+    assert_eq!(shipped.param("touch_on").unwrap().value, 0.05);
+    let both = language::load(&Request {
+        files: vec![PathBuf::from("rules/contact.rules"), folder.path().join("contact.rules")],
+        ..Request::default()
+    });
+    assert_eq!(rules(both).digest(), shipped.digest());
 }
 
 #[test]

@@ -115,3 +115,56 @@ fn anchors_put_choices_where_they_say() {
         ]
     );
 }
+
+#[test]
+fn a_second_tree_is_checked_too() {
+    let text = "primitive A, B\ntree one for each hand { else => A }\n\
+        tree two for each hand { else => A  true => B }\n\
+        tree three for each hand { load > 1 N => A }\n";
+    let loaded = language::load_text("my.rules", text);
+    let codes: Vec<&str> = loaded.diagnostics.iter().map(|finding| finding.code).collect();
+    assert_eq!(
+        codes,
+        [codes::SECOND_TREE, codes::AFTER_ELSE, codes::NOT_EXHAUSTIVE, codes::SECOND_TREE],
+        "{}",
+        report(&loaded)
+    );
+}
+
+/// The warnings for a file that extends the shipped trees and declares `Wait`.
+fn warnings(text: &str) -> Vec<&'static str> {
+    let loaded = language::load_text("my.rules", &format!("use \"contact.rules\"\nprimitive Wait\n{text}"));
+    assert!(loaded.rules.is_some(), "{}", report(&loaded));
+    loaded.diagnostics.iter().map(|finding| finding.code).collect()
+}
+
+#[test]
+fn a_branch_that_loses_its_thread_behind_a_new_leaf_is_warned_of() {
+    for text in [
+        "extend single_hand.apart first { near => Wait }",
+        "extend single_hand.apart first { from(Wait) or near => Wait }",
+        "extend single_hand.apart first { close: near { from(Move) => Wait  else => Approach } }",
+        "extend single_hand.inside before Turn { moving => Wait }",
+    ] {
+        assert_eq!(warnings(text), [codes::FORGOTTEN_FROM], "{text}");
+    }
+}
+
+#[test]
+fn a_new_leaf_that_takes_no_thread_away_is_no_reason_to_warn() {
+    for text in [
+        // Something asks for it.
+        "extend single_hand.apart first { near and from(Approach, Wait) => Wait  from(Wait) and near => Approach }",
+        "extend single_hand.apart first { near => Wait }  extend single_hand first { from(Wait) and touching => Approach }",
+        "extend single_hand.apart first { near => Wait }  for each hand { latch waited set (from(Wait)) for 60 ms clear touching }
+         extend single_hand first { waited and moving => Slide }",
+        // Nothing of the branch's own is asked for behind it.
+        "extend single_hand.apart last { near => Wait }",
+        "extend single_hand before carried { moving => Wait }",
+        "extend single_hand first { moving => Wait }",
+        "extend single_hand.loose before Trace { moving => Wait }",
+        "extend single_hand.held before Press { moving => Wait }",
+    ] {
+        assert_eq!(warnings(text), [""; 0], "{text}");
+    }
+}

@@ -108,6 +108,32 @@ fn stacked_objects_report_the_force_between_them() {
 }
 
 #[test]
+fn every_shape_rests_on_its_base() {
+    let others =
+        "  can: {role: object, mass: 60 g, position: [200 mm, 0 mm, 50 mm], parts: [{cylinder: [20 mm, 100 mm]}]}
+  marble: {role: object, mass: 30 g, position: [400 mm, 0 mm, 15 mm], parts: [{ball: 15 mm}]}
+  bridge:
+    {role: object, mass: 90 g, position: [600 mm, 0 mm, 0 mm], parts: [
+      {box: [20 mm, 20 mm, 40 mm], at: [-40 mm, 0 mm, 20 mm]}, {box: [20 mm, 20 mm, 40 mm], at: [40 mm, 0 mm, 20 mm]},
+      {box: [100 mm, 20 mm, 10 mm], at: [0 mm, 0 mm, 45 mm]}]}";
+    let mut world = world(&cube_on_base(others, "{}"));
+    let start = world.observation().clone();
+    run(&mut world, 1.0, |_| ());
+    for (body, mass) in [(2, 0.06), (3, 0.03), (4, 0.09)] {
+        let seen = world.observation();
+        let moved = seen.bodies[body].pose.translation.vector - start.bodies[body].pose.translation.vector;
+        assert!(moved.norm() < 2e-4, "body {body} moved by {moved}");
+        assert!((seen.contact(body, 1).0.z - mass * 9.81).abs() < FORCE_TOLERANCE, "body {body}");
+    }
+    let (point, normal) = world.surface(2, [0.03, 0.0, 0.01].into()).unwrap();
+    assert!(
+        (point.coords - Vector3::new(0.02, 0.0, 0.01)).norm() < 1e-9 && (normal - Vector3::x()).norm() < 1e-9,
+        "a can stands along z"
+    );
+    assert!((world.gap(2, 3) - 0.2 + 0.035).abs() < 1e-3, "gap {}", world.gap(2, 3));
+}
+
+#[test]
 fn scenes_that_cannot_be_simulated_are_refused() {
     let refused = |text: &str| {
         teachtree::world::World::new(&scene(text), teachtree::world::Fingertips::default())

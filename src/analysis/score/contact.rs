@@ -1,0 +1,58 @@
+//! Which boundaries are made by a contact (docs/score.md): between primitives that differ in what touches what.
+
+/// What touches what during a primitive (PAPER.md section 3).
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Contacts {
+    /// The hand touches nothing, or is letting go.
+    Free,
+    /// The object is held and carried by something.
+    Supported,
+    /// The object is held in the air.
+    Carried,
+    /// The object is held against something beside it, and moves along it.
+    Against,
+    /// The object is held against something beside or below it.
+    Pressed,
+    /// The object is held in a hole or on a peg.
+    InSocket,
+    /// The object is touched and stands free.
+    Touched,
+    /// The object is touched and is against something beside it.
+    TouchedAgainst,
+    /// Both hands hold it.
+    BothHands,
+}
+
+/// Whether a contact is made or lost between two primitives. Of a primitive that the chapter does not have nothing is known: no.
+pub(super) fn by_contact(before: &str, after: &str) -> bool {
+    use Contacts::{Against, InSocket, Pressed, Supported};
+    match (contacts(before), contacts(after)) {
+        // A press is told from what touches already by its force; what moves in a socket, by its motion.
+        (Some(Pressed), Some(Supported | Against)) | (Some(Supported | Against), Some(Pressed)) => false,
+        (Some(InSocket), Some(Supported)) | (Some(Supported), Some(InSocket)) => false,
+        (Some(before), Some(after)) => before != after,
+        _ => false,
+    }
+}
+
+/// The contacts of a class; alternatives must agree.
+fn contacts(class: &str) -> Option<Contacts> {
+    let mut all = class.split('|').map(of_primitive);
+    let first = all.next()??;
+    all.all(|other| other == Some(first)).then_some(first)
+}
+
+fn of_primitive(name: &str) -> Option<Contacts> {
+    Some(match name {
+        "Move" | "Approach" | "Release" => Contacts::Free,
+        "Grasp" | "Slide" | "Turn" | "Place" => Contacts::Supported,
+        "Translate" => Contacts::Carried,
+        "Follow" => Contacts::Against,
+        "Press" => Contacts::Pressed,
+        "Insert" | "Pullout" => Contacts::InSocket,
+        "Push" => Contacts::Touched,
+        "Trace" => Contacts::TouchedAgainst,
+        "EqualGrasp" | "MainGrasp(left)" | "MainGrasp(right)" | "Pass" => Contacts::BothHands,
+        _ => return None,
+    })
+}

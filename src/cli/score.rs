@@ -1,0 +1,263 @@
+//! `teachtree score`: what is found in recordings against what is true.
+
+use super::analyze::analyse;
+use super::progress::Progress;
+use super::rules::{RuleArgs, load};
+use super::{Failure, output};
+use crate::analysis::Who;
+use crate::analysis::json::Meta;
+use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::report;
+use crate::stream::{self, OpenRequest, Opened, labels};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Options of `score`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'"
+)]
+pub struct Args {
+    /// Recordings; a folder stands for all `.csv` logs in it
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// True labels instead of those in the logs; a folder for `LOG.labels.csv` or `LOG_segments.csv` of each log
+    #[arg(long, value_name = "FILE")]
+    labels: Option<PathBuf>,
+    /// Whom labels without a column `track` are about
+    #[arg(long, value_enum, value_name = "TRACK")]
+    track: Option<TrackArg>,
+    /// From foreign names to ours: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`
+    #[arg(long, value_name = "MAP")]
+    map: Option<String>,
+    #[command(flatten)]
+    rules: RuleArgs,
+    /// How the columns of foreign logs become channels
+    #[arg(long, value_name = "FILE")]
+    binding: Option<PathBuf>,
+    /// A scene instead of the one that each log carries
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// Relabel the truth by the same rules before relabelled segments are compared with it
+    #[arg(long)]
+    relabel_truth: bool,
+    /// The sequences that tasks should have, instead of those of the truth: YAML, `task: Move Approach …`
+    #[arg(long, value_name = "FILE")]
+    sequences: Option<PathBuf>,
+    /// Also score the segments before relabelling
+    #[arg(long)]
+    raw: bool,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Where to write it; standard output when left out
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Also draw confusions and boundary errors
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
+}
+
+/// Forms of a score.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Tables for people
+    Text,
+    /// `teachtree.score/1`
+    Json,
+}
+
+/// Tracks by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TrackArg {
+    /// The left hand
+    Left,
+    /// The right hand
+    Right,
+    /// The coordination of both
+    Both,
+}
+
+impl From<TrackArg> for Who {
+    fn from(track: TrackArg) -> Self {
+        match track {
+            TrackArg::Left => Self::Hand(Side::Left),
+            TrackArg::Right => Self::Hand(Side::Right),
+            TrackArg::Both => Self::Both,
+        }
+    }
+}
+
+/// Runs `score`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let logs = all_logs(&args.logs)?;
+    if logs.len() > 1
+        && let Some(labels) = args.labels.as_ref().filter(|labels| !labels.is_dir())
+    {
+        let message = format!("one label file for {} recordings", logs.len());
+        return Err(InputError::new(labels.display().to_string(), message)
+            .help("name the folder in which every log has its label file")
+            .into());
+    }
+    let map = args.map.as_deref().map_or_else(|| Ok(NameMap::default()), read_map)?;
+    let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
+    let texts = Texts { map, sequences };
+    let progress = Progress::new("scoring");
+    let done = AtomicUsize::new(0);
+    // Every recording by itself; collecting keeps their order, so threads change nothing.
+    let scored: Vec<Result<Scored, Failure>> = logs
+        .par_iter()
+        .map(|log| {
+            let scored = score_log(args, log, &texts);
+            progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / logs.len() as f64);
+            scored
+        })
+        .collect();
+    drop(progress);
+    let mut relabelled = Vec::new();
+    let mut raw = Vec::new();
+    let mut meta = None;
+    for scored in scored {
+        let scored = scored?;
+        relabelled.extend(scored.relabelled);
+        raw.extend(scored.raw);
+        meta.get_or_insert(scored.meta);
+    }
+    let mut scores = vec![Score::new(Stage::Relabelled, relabelled)];
+    if args.raw {
+        scores.push(Score::new(Stage::Raw, raw));
+    }
+    let meta = meta.unwrap_or_default();
+    let text = match args.format {
+        Format::Text => report::score::text(&scores, &meta),
+        Format::Json => score::json(&scores, &meta),
+    };
+    let inputs: Vec<&Path> = logs.iter().chain(&args.labels).map(PathBuf::as_path).collect();
+    if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
+        output::write(path, &report::score::picture(score, &meta), &inputs)?;
+    }
+    match &args.out {
+        Some(path) => output::write(path, &text, &inputs)?,
+        None => output::print(&text)?,
+    }
+    Ok(())
+}
+
+/// The score of one recording.
+struct Scored {
+    relabelled: Vec<Row>,
+    raw: Vec<Row>,
+    meta: Meta,
+}
+
+/// What is read once for all recordings.
+struct Texts<'a> {
+    map: NameMap,
+    sequences: Option<(&'a Path, String)>,
+}
+
+fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> {
+    let map = &texts.map;
+    let request = OpenRequest { log: log.into(), binding: args.binding.clone(), scene: args.scene.clone() };
+    let opened = stream::open(&request)?;
+    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let known = Known::new(&rules);
+    map.check(&known, args.map.as_deref().unwrap_or_default())?;
+    let sequences =
+        texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
+    let sequences = sequences.transpose()?.unwrap_or_default();
+    let binding = args.binding.as_ref().map(|path| path.display().to_string());
+    let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
+    let analysed = analyse(&rules, &opened, binding, params)?;
+    let only = match analysed.analysis.tracks.as_slice() {
+        [track] => Some(track.who),
+        _ => None,
+    };
+    let truth = match &args.labels {
+        Some(path) => {
+            let labels = labels::read(&label_file(path, log)?, &opened.row_time)?;
+            Truth::of_labels(&labels, args.track.map(Who::from).or(only), map, &known)?
+        }
+        None => own_truth(&opened, map)?,
+    };
+    let rows = |truth: &Truth, stage| {
+        let mut rows = score::score(truth, &analysed.analysis, stage, &analysed.meta)?;
+        rows.iter_mut().for_each(|row| sequences.expect(&mut row.tally));
+        Ok::<_, InputError>(rows)
+    };
+    let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
+    let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
+    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta })
+}
+
+fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
+    Truth::of_recording(&opened.recording, map).ok_or_else(|| {
+        let message = "the log does not say what is true: it has no `right.label`, `left.label` or `both.label`";
+        InputError::new(opened.log.display().to_string(), message)
+            .help("name a label file with --labels, or bind a column of the log as `right.label`")
+    })
+}
+
+fn read_map(map: &str) -> Result<NameMap, InputError> {
+    let path = Path::new(map);
+    if !path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
+        return NameMap::of_pairs(map);
+    }
+    NameMap::read(&read(path)?, map)
+}
+
+fn read(path: &Path) -> Result<String, InputError> {
+    std::fs::read_to_string(path)
+        .map_err(|error| InputError::new(path.display().to_string(), format!("the file cannot be read: {error}")))
+}
+
+/// The label file of a log: the one that is named, or the log's own in the folder that is named.
+fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
+    if !path.is_dir() {
+        return Ok(path.into());
+    }
+    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    let places = LABEL_ENDINGS.map(|ending| path.join(format!("{stem}{ending}")));
+    places.iter().find(|place| place.is_file()).cloned().ok_or_else(|| {
+        let [one, other] = places.each_ref().map(|place| place.display());
+        InputError::new(
+            log.display().to_string(),
+            format!("the log has no label file: found neither {one} nor {other}"),
+        )
+    })
+}
+
+/// How label files end.
+const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
+
+/// The logs, a folder replaced by those in it, by name.
+fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    let mut logs = Vec::new();
+    for path in paths {
+        if !path.is_dir() {
+            logs.push(path.clone());
+            continue;
+        }
+        let fail = |error: std::io::Error| {
+            InputError::new(path.display().to_string(), format!("the folder cannot be read: {error}"))
+        };
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir(path).map_err(fail)? {
+            let file = entry.map_err(fail)?.path();
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let beside = LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending));
+            if name.ends_with(".csv") && !beside && file.is_file() {
+                found.push(file);
+            }
+        }
+        if found.is_empty() {
+            return Err(InputError::new(path.display().to_string(), "the folder has no `.csv` log"));
+        }
+        found.sort();
+        logs.append(&mut found);
+    }
+    Ok(logs)
+}

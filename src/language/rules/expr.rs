@@ -1,0 +1,235 @@
+//! Expressions of a checked rule set: every name is an id, every piece has its type, all numbers are SI.
+
+use super::{ChannelId, Hand, Label, LatchId, ParamId, SignalId, Type};
+use crate::base::diagnostic::Span;
+use crate::base::hands::FingerPick;
+use crate::base::units::Dimension;
+
+/// An expression with its type.
+#[derive(Clone, Debug)]
+pub struct Expr {
+    /// What it computes.
+    pub kind: ExprKind,
+    /// Its type.
+    pub ty: Type,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// What an expression computes. Operators map over arrays; a single value beside an array is used for every element.
+#[derive(Clone, Debug)]
+pub enum ExprKind {
+    /// `true`, `false`.
+    Bool(bool),
+    /// A number in SI.
+    Number(f64),
+    /// A param.
+    Param(ParamId),
+    /// A channel of the log or a derived one.
+    Channel(ChannelId, Hand),
+    /// A signal.
+    Signal(SignalId, Hand),
+    /// A latch: its bit after this frame's update (in a tree), or the bit so far (in a later latch, also after its update).
+    Latch(LatchId, Hand),
+    /// `touches[thumb]`, `touches[opposing]`.
+    Pick(Box<Expr>, FingerPick),
+    /// `.x`, `.y`, `.z` as 0, 1, 2.
+    Component(Box<Expr>, u8),
+    /// `-x`.
+    Negate(Box<Expr>),
+    /// `a + b`, `a - b`, `a * b`, `a / b`; `vec3 * scalar` and `vec3 / scalar` too.
+    Arithmetic(Arithmetic, Box<Expr>, Box<Expr>),
+    /// A comparison of scalars, or `==` and `!=` of objects.
+    Compare(Comparison, Box<Expr>, Box<Expr>),
+    /// `not a`.
+    Not(Box<Expr>),
+    /// `a and b and …`, two or more.
+    And(Vec<Expr>),
+    /// `a or b or …`, two or more.
+    Or(Vec<Expr>),
+    /// `x above on until below off` when `rising`; `x below on until above off` when not. Thresholds are constant.
+    Hysteresis {
+        /// The quantity.
+        value: Box<Expr>,
+        /// Threshold to become true (strictly beyond).
+        on: Constant,
+        /// Threshold to become false again (strictly beyond).
+        off: Constant,
+        /// Whether true is above.
+        rising: bool,
+    },
+    /// `(c) for d`, `(c) within last d`, `(c) within next d`.
+    Window(Window, Box<Expr>, Constant),
+    /// `rate(x, d)`: the difference over `d`, divided by `d`; 0 until `d` has passed.
+    Rate(Box<Expr>, Constant),
+    /// `rises(c)`: true now, false on the frame before.
+    Rises(Box<Expr>),
+    /// `falls(c)`: false now, true on the frame before.
+    Falls(Box<Expr>),
+    /// A function.
+    Call(Function, Vec<Expr>),
+    /// `from(A, B, none)`: the tree's own leaf of the frame before, before settling. In a declaration per hand: of that hand's tree.
+    From {
+        /// Labels; an unsided label of a sided primitive stands for both sides.
+        labels: Vec<Label>,
+        /// Whether `none` is listed.
+        none: bool,
+    },
+}
+
+/// A constant scalar: its value now, and the params it was computed from (for `--set`, `fit` and explanations).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constant {
+    /// The value, SI.
+    pub value: f64,
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// The params that it names.
+    pub params: Vec<ParamId>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// An operation on numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Arithmetic {
+    /// Sum.
+    Add,
+    /// Difference.
+    Subtract,
+    /// Product.
+    Multiply,
+    /// Quotient; a division by zero gives an infinity or NaN, and every comparison with NaN is false.
+    Divide,
+}
+
+impl Arithmetic {
+    /// The result.
+    pub fn apply(self, a: f64, b: f64) -> f64 {
+        match self {
+            Self::Add => a + b,
+            Self::Subtract => a - b,
+            Self::Multiply => a * b,
+            Self::Divide => a / b,
+        }
+    }
+}
+
+/// A comparison.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterEqual,
+    /// `==`
+    Equal,
+    /// `!=`
+    NotEqual,
+}
+
+impl Comparison {
+    /// Whether it holds; with NaN only `!=` does.
+    #[allow(clippy::float_cmp, reason = "the language compares as it is written")]
+    pub fn holds(self, a: f64, b: f64) -> bool {
+        match self {
+            Self::Less => a < b,
+            Self::LessEqual => a <= b,
+            Self::Greater => a > b,
+            Self::GreaterEqual => a >= b,
+            Self::Equal => a == b,
+            Self::NotEqual => a != b,
+        }
+    }
+
+    /// The comparison with its sides exchanged: `a < b` is `b > a`.
+    #[must_use]
+    pub const fn swapped(self) -> Self {
+        match self {
+            Self::Less => Self::Greater,
+            Self::LessEqual => Self::GreaterEqual,
+            Self::Greater => Self::Less,
+            Self::GreaterEqual => Self::LessEqual,
+            same @ (Self::Equal | Self::NotEqual) => same,
+        }
+    }
+}
+
+/// A window on a condition. A duration `d` is `n = round(d · rate)` samples, the current one among them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Window {
+    /// True on each of the last `n` frames; false until `n` frames have been seen.
+    For,
+    /// True on at least one of the last `n` frames.
+    WithinLast,
+    /// True on at least one of the `n` frames that begin with this one; cut at the end.
+    WithinNext,
+}
+
+/// A function of the language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Function {
+    /// `abs(x)` of a scalar.
+    Abs,
+    /// `norm(v)` of a vec3: `sqrt(x*x + y*y + z*z)`.
+    Norm,
+    /// `dot(a, b)`: `ax*bx + ay*by + az*bz`.
+    Dot,
+    /// `tangential(v, n)`: `v - n * dot(v, n)`.
+    Tangential,
+    /// `sum(array)` of scalars or vec3, from the first slot to the last; zero for an empty array.
+    Sum,
+    /// `mean(array)`: the sum divided by the number of slots; zero for an empty array.
+    Mean,
+    /// `min(array)` of scalars, or `min(a, b)`; +infinity for an empty array.
+    Min,
+    /// `max(array)` of scalars, or `max(a, b)`; -infinity for an empty array.
+    Max,
+    /// `count(array)` of bools: how many are true.
+    Count,
+    /// `any(array)` of bools.
+    Any,
+    /// `all(array)` of bools.
+    All,
+    /// `squeeze_of(left.fingers, right.fingers)`: `(sum of norms - norm of sum) / 2` over the finger forces of both hands;
+    /// its two arguments are the channels `fingers.force` of the hands.
+    SqueezeOf,
+}
+
+impl Expr {
+    /// The expressions that this one is made of; constants are not among them.
+    pub fn parts(&self) -> Vec<&Self> {
+        match &self.kind {
+            ExprKind::Bool(_)
+            | ExprKind::Number(_)
+            | ExprKind::Param(_)
+            | ExprKind::Channel(..)
+            | ExprKind::Signal(..)
+            | ExprKind::Latch(..)
+            | ExprKind::From { .. } => Vec::new(),
+            ExprKind::Pick(one, _)
+            | ExprKind::Component(one, _)
+            | ExprKind::Negate(one)
+            | ExprKind::Not(one)
+            | ExprKind::Hysteresis { value: one, .. }
+            | ExprKind::Window(_, one, _)
+            | ExprKind::Rate(one, _)
+            | ExprKind::Rises(one)
+            | ExprKind::Falls(one) => vec![one],
+            ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
+            ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.iter().collect(),
+        }
+    }
+
+    /// Calls `visit` for this expression and everything in it.
+    pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
+        visit(self);
+        for part in self.parts() {
+            part.walk(visit);
+        }
+    }
+}
