@@ -10,6 +10,7 @@ mod check;
 mod demo;
 mod graph;
 mod inspect;
+mod live;
 mod output;
 mod progress;
 mod rules;

@@ -33,7 +33,11 @@ pub struct Read {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
-    let mut source = formats::open(path)?;
+    read_source(formats::open(path)?, path, scene)
+}
+
+/// The same of a log that is opened already.
+pub(super) fn read_source(mut source: Source, path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
     let (own, events) = (source.scene.take(), std::mem::take(&mut source.events));
     let scene = match (scene, own) {
         (Some(scene), _) => read_scene(scene)?,

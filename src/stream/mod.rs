@@ -19,4 +19,4 @@ mod timebase;
 pub mod whole;
 
 pub use derive::frames;
-pub use open::{OpenRequest, Opened, open};
+pub use open::{OpenRequest, Opened, open, open_source};

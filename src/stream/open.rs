@@ -5,6 +5,7 @@ use super::csv;
 use super::derive;
 use super::formats;
 use super::frames::{Frames, Issue};
+use super::table::Source;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -43,13 +44,20 @@ pub struct Opened {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
+    open_source(formats::open(&request.log)?, request)
+}
+
+/// Opens a log whose columns are known already.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
-        let csv::Read { recording, issues, row_time } = csv::read(&log, request.scene.as_deref())?;
+        let csv::Read { recording, issues, row_time } = csv::read_source(source, &log, request.scene.as_deref())?;
         return Ok(Opened { log, recording, issues, row_time, hand_file: None, params: vec![] });
     };
     let file = BindingFile::read(binding)?;
-    let mut source = formats::open(&log)?;
     let scene = match (&request.scene, &file.binding.scene, source.scene.take()) {
         (Some(path), ..) => csv::read_scene(path)?,
         (None, Some(scene), _) => scene.clone(),

@@ -15,7 +15,7 @@ pub enum Cells {
 }
 
 /// Rows in memory, grown row by row: a value that a row does not have is not measured.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Memory {
     columns: IndexMap<String, Cells>,
     rows: usize,

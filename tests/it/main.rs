@@ -10,6 +10,8 @@ mod graph;
 #[cfg(feature = "cli")]
 mod inspect;
 mod language;
+#[cfg(feature = "cli")]
+mod live;
 mod report;
 mod scenarios;
 mod stream;

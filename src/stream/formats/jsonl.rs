@@ -18,7 +18,7 @@ const MAX_LINE: u64 = 4 << 20;
 ///
 /// # Errors
 /// At the first line that is no JSON object.
-pub fn source(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
+pub fn read(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
     let mut lines = Lines::new(bytes, file.clone());
     let mut rows = Memory::new(&file);
     let mut scene = None;
@@ -31,10 +31,13 @@ pub fn source(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
             Line::Cut(message) => return Err(lines.error(message)),
         }
     }
-    let mut source = Source::one(file, rows.header(), Box::new(rows));
-    source.scene = scene;
-    source.issues.extend(cut.map(|message| truncated(0.0, message)));
-    Ok(source)
+    Ok(source(rows, scene, cut))
+}
+
+/// A log of these rows; `cut` is what is to be told when the last one was cut short.
+pub fn source(rows: Memory, scene: Option<Scene>, cut: Option<String>) -> Source {
+    let issues = cut.into_iter().map(|message| truncated(0.0, message)).collect();
+    Source { scene, issues, ..Source::one(rows.place.clone(), rows.header(), Box::new(rows)) }
 }
 
 /// Puts an object as a row behind the others.

@@ -33,7 +33,7 @@ const TEXT_ENDINGS: [&str; 6] = ["csv", "tsv", "txt", "dat", "log", "tab"];
 /// When it cannot be opened, is of no format that is read here, or its head is wrong.
 pub fn open(path: &Path) -> Result<Source, InputError> {
     if path == Path::new("-") {
-        return jsonl::source(std::io::stdin().lock(), "standard input".into());
+        return jsonl::read(std::io::stdin().lock(), "standard input".into());
     }
     let (path, episode) = episode(path);
     let name = path.display().to_string();
@@ -57,7 +57,7 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
-            jsonl::source(BufReader::new(bytes), name)
+            jsonl::read(BufReader::new(bytes), name)
         }
         _ if text_ending(&path) => delimited::source(Box::new(BufReader::new(bytes)), name),
         _ => Err(unknown(&path)),
