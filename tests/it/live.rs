@@ -1,7 +1,7 @@
 //! `teachtree analyze -`: a log that is still being written.
 
 use serde_json::{Map, Value, json};
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use teachtree::stream::{OpenRequest, open};
 
@@ -35,7 +35,9 @@ fn segments_are_printed_while_the_log_is_written() {
         .spawn()
         .unwrap();
     let mut stdin = child.stdin.take().unwrap();
-    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let stdout = BufReader::new(child.stdout.take().unwrap());
+    let (sender, printed) = std::sync::mpsc::channel();
+    std::thread::spawn(move || stdout.lines().map_while(Result::ok).try_for_each(|line| sender.send(line)));
     let lines = lines();
     let half = lines.len() / 2;
     for line in &lines[..half] {
@@ -43,20 +45,16 @@ fn segments_are_printed_while_the_log_is_written() {
     }
     stdin.flush().unwrap();
     // The rest is not written before this is said.
-    let mut told = vec![];
-    while told.len() < 5 {
-        let mut line = String::new();
-        assert!(stdout.read_line(&mut line).unwrap() > 0, "told only {told:?}");
-        told.push(line);
-    }
+    let patience = std::time::Duration::from_secs(120);
+    let told: Vec<String> = (0..4).map_while(|_| printed.recv_timeout(patience).ok()).collect();
+    insta::assert_snapshot!(told.join("\n"));
     for line in &lines[half..] {
         writeln!(stdin, "{line}").unwrap();
     }
     drop(stdin);
-    let mut rest = String::new();
-    stdout.read_to_string(&mut rest).unwrap();
+    let rest: Vec<String> = printed.iter().collect();
+    let rest = rest.join("\n");
     assert!(child.wait().unwrap().success());
-    insta::assert_snapshot!(told.concat());
     assert_eq!(rest.matches("  peg_in_hole   ").count(), 2, "{rest}");
 }
 
