@@ -1,0 +1,34 @@
+//! Ground truth: what a hand really did, from the world without noise and with the future known. It follows the definitions of the primitives
+//! (PAPER.md section 3) on physical facts of its own and shares nothing with the rules: held means that the squeeze could carry the object's
+//! weight, contacts are those that the solver made, motions are displacements that outlast tremor, and what is shorter than a human act is
+//! taken out on both sides of a change.
+
+mod events;
+mod facts;
+mod labels;
+mod moment;
+mod series;
+mod tasks;
+
+pub(super) use events::contact_events;
+pub(super) use moment::Moment;
+
+use crate::base::scene::Scene;
+use std::ops::Range;
+
+/// What a hand did at every moment.
+pub(super) struct Truth {
+    /// The primitive.
+    pub(super) labels: Vec<String>,
+    /// The task; empty where it was at none.
+    pub(super) tasks: Vec<String>,
+}
+
+/// What a hand did in the part of the recording that is kept; nothing outside of it makes a task.
+pub(super) fn truth(scene: &Scene, hand: usize, moments: &[Moment], kept: Range<usize>) -> Truth {
+    let facts = facts::facts(scene, hand, moments);
+    let labels = labels::labels(&facts);
+    let (facts, labels) = (&facts[kept.clone()], &labels[kept]);
+    let own = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
+    Truth { labels: own(labels), tasks: own(&tasks::tasks(labels, facts)) }
+}
