@@ -229,6 +229,7 @@ impl<'a> Performer<'a> {
             error,
             misses,
             searched: 0.0,
+            tried: 0.0,
             stuck: 0.0,
             time: 0.0,
             before: None,

@@ -30,7 +30,7 @@ const TIGHTEST: f64 = 0.010;
 /// Streams of chance of what a person's strength is drawn from, one each hand.
 const STRENGTH_STREAM: u64 = 4;
 /// No motion is tried for longer, s.
-const PATIENCE_S: f64 = 20.0;
+const PATIENCE_S: f64 = 25.0;
 /// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
 const LOST_S: f64 = 0.2;
 const RETRIES: usize = 3;

@@ -15,6 +15,13 @@ const YIELDING: f64 = 0.020;
 const CENTRING: f64 = 1.0;
 /// Nearer to the rim than this, m, the hand goes down only as well as it has aimed.
 const CAREFUL_M: f64 = 0.003;
+/// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts.
+const SHALLOW_M: f64 = 0.004;
+const LIGHT: f64 = 0.2;
+/// Who does not find the hole in this time, s, lifts the plug for that time, s, at this speed, m/s, and goes on.
+const TRYING_S: f64 = 2.0;
+const LIFTING_S: f64 = 0.4;
+const LIFTING: f64 = 0.025;
 /// While the plug searches on the rim the error of the aim fades with this time constant, s, and the hand circles with this frequency, Hz, by
 /// this share of the error that it had.
 const FINDING_S: f64 = 0.5;
@@ -24,7 +31,7 @@ const CIRCLING: f64 = 0.5;
 const PUZZLED_S: f64 = 0.35;
 /// A plug that is in and does not move on for this long, s, is in as far as it goes; nobody tries for longer than `PATIENCE_S`.
 const STUCK_S: f64 = 0.4;
-const PATIENCE_S: f64 = 12.0;
+const PATIENCE_S: f64 = 20.0;
 /// Slower than this, m/s, is not moving on.
 const STUCK: f64 = 0.001;
 
@@ -39,8 +46,11 @@ pub(super) struct Plugging {
     pub(super) error: Vector3<f64>,
     /// Whether it misses the hole altogether.
     pub(super) misses: bool,
-    /// For how long the rim has been searched, and the way has not gone on, s; the time since the start, s, and the height before, m.
+    /// For how long the rim has been searched, s.
     pub(super) searched: f64,
+    /// The time on the rim in this try, s; after `TRYING_S` the plug is lifted.
+    pub(super) tried: f64,
+    /// For how long the way has not gone on, s; the time since the start, s, and the height before, m.
     pub(super) stuck: f64,
     pub(super) time: f64,
     pub(super) before: Option<f64>,
@@ -70,11 +80,12 @@ impl Plugging {
         } else if going_in {
             if felt.touching(grip.object, self.place.body) {
                 self.searched += STEP_S;
+                self.tried += STEP_S;
             }
             let fading = if self.misses { 1.0 } else { ComplexField::exp(-self.searched / FINDING_S) };
             let off = self.error * fading + self.circle(&plug.axis) * fading.sqrt() - plug.beside;
             if plug.height < CAREFUL_M {
-                aim = (1.0 - off.norm() / self.place.socket.radius.0.max(CAREFUL_M)).clamp(0.0, 1.0);
+                aim = (1.0 - off.norm() / CAREFUL_M).clamp(0.0, 1.0);
             }
             let by_eye = off * BY_EYE;
             by_eye * (BY_EYE_AT_MOST / by_eye.norm()).min(1.0)
@@ -82,12 +93,20 @@ impl Plugging {
             Vector3::zeros()
         };
         // A hand eases off when it meets more than it likes, or more than its grip can carry.
-        let limit = grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(0.3, EASING * 2.0));
+        let shallow = going_in && plug.height > -SHALLOW_M;
+        let limit = if shallow { LIGHT } else { grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(LIGHT, EASING)) };
         let weight = if going_in { 0.0 } else { grip.weight };
         let met = (force.dot(&way) - weight) / limit;
         let speed = self.speed.min(0.010 + 3.0 * (self.to - plug.height).abs());
-        let wanted = way * speed * aim * (2.0 - met.max(0.0)).clamp(-1.0, 1.0) + beside;
+        let mut wanted = way * speed * aim * (2.0 - met.max(0.0)).clamp(-1.0, 1.0) + beside;
 
+        if self.tried > TRYING_S && !inside && !self.misses {
+            wanted = beside - way * LIFTING;
+            self.tried += STEP_S;
+            if self.tried > TRYING_S + LIFTING_S {
+                self.tried = 0.0;
+            }
+        }
         let moved = self.before.map_or(f64::INFINITY, |before| (plug.height - before).abs() / STEP_S);
         self.before = Some(plug.height);
         self.stuck = if inside && going_in && moved < STUCK { self.stuck + STEP_S } else { 0.0 };
