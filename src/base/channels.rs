@@ -128,12 +128,12 @@ pub const DERIVED: &[Derived] = &[
     ),
     hand("target.position", Shape::Vec3, Dimension::LENGTH, "origin of the target, reference frame"),
     hand("target.rotation", Shape::Rotation, Dimension::NONE, "rotation reference_from_target"),
-    hand("target.velocity", Shape::Vec3, Dimension::SPEED, "velocity of the target's origin, reference frame"),
+    hand("target.velocity", Shape::Vec3, Dimension::SPEED, "velocity of the target's origin without the tremor of a hand, reference frame"),
     hand(
         "target.angular_velocity",
         Shape::Vec3,
         Dimension::ANGULAR_SPEED,
-        "angular velocity of the target, reference frame",
+        "angular velocity of the target without tremor, reference frame",
     ),
     hand(
         "target.radius",
@@ -158,6 +158,12 @@ pub const DERIVED: &[Derived] = &[
         Shape::Scalar,
         Dimension::LENGTH,
         "how far the target's plug point is below the rim of the socket it is in, positive inside; 0 when it is in none",
+    ),
+    hand(
+        "target.sinking",
+        Shape::Scalar,
+        Dimension::SPEED,
+        "speed at which the target's depth grows, without tremor; negative when it is pulled out, 0 when it is in no socket",
     ),
     hand(
         "target.over_socket",

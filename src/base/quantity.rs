@@ -19,6 +19,8 @@ pub type Time = Quantity<0, 0, 1, 0>;
 pub type Angle = Quantity<0, 0, 0, 1>;
 /// A speed, m/s.
 pub type Speed = Quantity<1, 0, -1, 0>;
+/// An angular speed, rad/s.
+pub type AngularSpeed = Quantity<0, 0, -1, 1>;
 /// An acceleration, m/s^2.
 pub type Acceleration = Quantity<1, 0, -2, 0>;
 /// A force, N.

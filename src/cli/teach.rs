@@ -1,32 +1,53 @@
-//! `teachtree teach`: an operator script in a scene, recorded.
+//! `teachtree teach`: an operator script in a scene, recorded; one person, or many side by side.
 
 use super::progress::Progress;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
+use crate::base::scene::Scene;
 use crate::stream::csv;
 use crate::world::{self, Operator};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// No batch has more recordings.
+const MOST: u64 = 100_000;
 
 /// Options of `teach`.
 #[derive(clap::Args)]
-#[command(after_help = "Example:\n  teachtree teach paper_box paper_box -o demonstration.csv --seed 7")]
+#[command(after_help = "Examples:
+  teachtree teach paper_box paper_box -o demonstration.csv --seed 7
+  teachtree teach peg_in_hole peg_in_hole --seeds 1..200 -o people")]
 pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
     /// A shipped operator by name, or an operator file
     operator: String,
-    /// Where to write the recording; its scene goes beside it
+    /// Where to write the recording, its scene beside it; with `--seeds` a folder
     #[arg(long, short, value_name = "LOG")]
     out: PathBuf,
     /// The person: the same seed does the same, byte for byte
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Many people, `1..200` the last one included; files are called after the operator and the seed
+    #[arg(long, value_name = "FIRST..LAST", value_parser = seeds, conflicts_with = "seed")]
+    seeds: Option<(u64, u64)>,
+    /// How much people vary: 0 is a machine, 1 what the operator says
+    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
+    noise: f64,
 }
 
 /// Runs `teach`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let recording = record(&args.scene, &args.operator, args.seed)?;
+    let (scene, mut operator) = open(&args.scene, &args.operator)?;
+    if args.noise != 1.0 {
+        operator.variation = operator.variation.scaled(args.noise);
+    }
+    if let Some((first, last)) = args.seeds {
+        return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
+    }
+    let recording = teach(&scene, &operator, args.seed)?;
     csv::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
@@ -35,13 +56,49 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Records an operator in a scene, with a progress bar.
 pub fn record(scene: &str, operator: &str, seed: u64) -> Result<Recording, Failure> {
+    let (scene, operator) = open(scene, operator)?;
+    teach(&scene, &operator, seed)
+}
+
+fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, Failure> {
+    let progress = Progress::new("teaching");
+    Ok(world::teach_with_progress(scene, operator, seed, &mut |part| progress.set(part))?)
+}
+
+/// Records many people, as many at a time as there are processors. What a seed gives does not depend on the others.
+fn many(
+    scene: &Scene,
+    operator: &Operator,
+    name: &str,
+    seeds: std::ops::RangeInclusive<u64>,
+    folder: &Path,
+) -> Result<(), Failure> {
+    let cannot =
+        |error: std::io::Error| InputError::new(folder.display().to_string(), format!("cannot be made: {error}"));
+    std::fs::create_dir_all(folder).map_err(cannot)?;
+    let count = seeds.end() - seeds.start() + 1;
+    let progress = Progress::new("teaching");
+    let done = AtomicU64::new(0);
+    let frames = seeds.into_par_iter().map(|seed| {
+        let recording = world::teach(scene, operator, seed)?;
+        csv::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
+        progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+        Ok::<usize, InputError>(recording.time.len())
+    });
+    let frames: usize = frames.collect::<Result<Vec<_>, _>>()?.iter().sum();
+    drop(progress);
+    output::print(&format!("{}: {count} recordings, {frames} frames\n", folder.display()))?;
+    Ok(())
+}
+
+/// The scene and the operator of these names, or in these files.
+fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
     let scene = if is_file(scene) { csv::read_scene(Path::new(scene))? } else { world::scene(scene)? };
     let operator = match read(operator)? {
         Some(text) => Operator::read(&text, operator)?,
         None => world::operator(operator)?,
     };
-    let progress = Progress::new("teaching");
-    Ok(world::teach_with_progress(&scene, &operator, seed, &mut |part| progress.set(part))?)
+    Ok((scene, operator))
 }
 
 /// The text of a file; `None` for what is no path but the name of something shipped.
@@ -56,4 +113,24 @@ fn read(name: &str) -> Result<Option<String>, InputError> {
 /// Whether a name is a path rather than the name of something shipped.
 fn is_file(name: &str) -> bool {
     Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
+}
+
+/// What recordings of an operator are called: `scenes/push.operator.yaml` is `push`.
+fn stem(operator: &str) -> &str {
+    let name = Path::new(operator).file_name().and_then(|name| name.to_str()).unwrap_or(operator);
+    name.split('.').next().unwrap_or(name)
+}
+
+/// `1..200`.
+fn seeds(text: &str) -> Result<(u64, u64), String> {
+    let wanted = || format!("wanted seeds such as 1..200, at most {MOST} of them");
+    let (first, last) = text.split_once("..").ok_or_else(wanted)?;
+    let (first, last) = (first.parse::<u64>(), last.parse::<u64>());
+    let (Ok(first), Ok(last)) = (first, last) else { return Err(wanted()) };
+    if first <= last && last - first < MOST { Ok((first, last)) } else { Err(wanted()) }
+}
+
+fn factor(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| (0.0..=10.0).contains(number));
+    number.ok_or_else(|| "wanted a number from 0 to 10".to_string())
 }

@@ -33,7 +33,16 @@ pub struct Measured<'a> {
     pub stretches: Vec<Range<usize>>,
     /// What was found and done.
     pub issues: Vec<Issue>,
+    /// The noise of force sensors, by channel, where it is known.
+    pub noise: BTreeMap<String, Noise>,
     columns: Columns<'a>,
+}
+
+/// The noise of a sensor, independent from sample to sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise {
+    /// Of the vector's components together, squares of the unit.
+    pub variance: f64,
 }
 
 impl<'a> Measured<'a> {
@@ -72,7 +81,7 @@ impl<'a> Measured<'a> {
             }
         }
         let time = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
-        Ok(Self { scene: &recording.scene, time, rate_hz, stretches, issues, columns })
+        Ok(Self { scene: &recording.scene, time, rate_hz, stretches, issues, noise: BTreeMap::new(), columns })
     }
 
     /// Number of frames.
@@ -93,6 +102,15 @@ impl<'a> Measured<'a> {
     /// A channel of three columns.
     pub fn vec3(&self, name: &str) -> Option<[&[f64]; 3]> {
         Some([self.component(name, "x")?, self.component(name, "y")?, self.component(name, "z")?])
+    }
+
+    /// Subtracts a constant from a channel of three columns.
+    pub fn subtract(&mut self, name: &str, constant: [f64; 3]) {
+        for (component, constant) in ["x", "y", "z"].into_iter().zip(constant) {
+            if let Some((_, values)) = self.columns.get_mut(format!("{name}.{component}").as_str()) {
+                values.to_mut().iter_mut().for_each(|value| *value -= constant);
+            }
+        }
     }
 
     /// A channel of four columns w x y z.

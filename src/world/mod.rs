@@ -9,13 +9,16 @@ mod operator;
 mod shapes;
 pub mod shipped;
 mod simulation;
+mod sockets;
 mod teach;
+mod thread;
 mod touch;
 mod truth;
 
 pub use bodies::BodyContact;
 pub use operator::{
-    Carry, Close, ForceNoise, Goal, Grip, Open, Operator, Press, Reach, Script, Step, Tremor, Until, Variation,
+    Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Incident, Insert, Measured, Occasions, Open, Operator, Press,
+    Reach, Script, Slip, Step, Tremor, Turn, Until, Variation, Withdraw,
 };
 pub use shipped::{operator, scene};
 pub use simulation::{

@@ -5,9 +5,22 @@ use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::base::yaml;
 
+macro_rules! shipped {
+    ($($name:literal)*) => {
+        &[$((
+            $name,
+            include_str!(concat!("../../scenes/", $name, ".yaml")),
+            include_str!(concat!("../../scenes/", $name, ".operator.yaml")),
+        )),*]
+    };
+}
+
 /// Name, scene and operator of every shipped demonstration.
-const SHIPPED: &[(&str, &str, &str)] =
-    &[("paper_box", include_str!("../../scenes/paper_box.yaml"), include_str!("../../scenes/paper_box.operator.yaml"))];
+const SHIPPED: &[(&str, &str, &str)] = shipped! {
+    "paper_box"
+    "pick_and_place" "pick_and_follow" "pick_and_press" "stamp" "push" "push_and_trace" "slide"
+    "peg_in_hole" "peg_in_hole_tight" "peg_pullout_from_hole" "turn_screw" "turn_knob"
+};
 
 /// The names of the shipped demonstrations: each is a scene and its operator.
 pub fn names() -> impl Iterator<Item = &'static str> {

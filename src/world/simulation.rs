@@ -5,6 +5,8 @@
 //! [`World::step`] as the operators do; nothing else moves the world.
 
 use super::bodies::{Bodies, BodyContact};
+use super::sockets::places;
+use super::thread::{Thread, threads};
 use super::touch::{Bristle, Overlap, TouchLaw};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
@@ -145,6 +147,7 @@ pub struct World {
     fingertips: Fingertips,
     tip_radius: Vec<f64>,
     tips: Vec<Vec<Tip>>,
+    threads: Vec<Thread>,
     steps: u64,
     observation: Observation,
 }
@@ -189,7 +192,8 @@ impl World {
         }
         let contacts = bodies.pairs();
         let observation = Observation { time_s: 0.0, hands, bodies: Vec::new(), contacts };
-        let mut world = Self { bodies, fingertips, tip_radius, tips, steps: 0, observation };
+        let mut world =
+            Self { bodies, fingertips, tip_radius, tips, threads: threads(&places(scene)), steps: 0, observation };
         world.observe_bodies();
         Ok(world)
     }
@@ -231,9 +235,10 @@ impl World {
                     self.step_tip(hand, tip, *target_velocity, plan.spin, dt, 1.0 / substeps as f64);
                 }
             }
+            self.step_threads(dt);
             self.bodies.step(dt);
             self.bodies.add_impulses(&mut self.observation.contacts);
-            if substep + 1 == substeps {
+            if substep + 1 == substeps || !self.threads.is_empty() {
                 self.observe_bodies();
             }
         }
@@ -341,6 +346,25 @@ impl World {
         let drag = coupling.damping * (target_velocity - state.velocity);
         state.velocity += (pull + drag + reaction) / coupling.mass * dt;
         state.position += state.velocity * dt;
+    }
+
+    /// Lets threads push their screws for the next `dt`.
+    fn step_threads(&mut self, dt: f64) {
+        for thread in &mut self.threads {
+            let Some(grip) = thread.step(&self.observation.bodies, dt) else { continue };
+            let (screw, nut) = thread.bodies();
+            self.bodies.push(screw, grip.force, grip.point, grip.torque);
+            for contact in &mut self.observation.contacts {
+                // A thread is a contact like any other: force and normal are those on the screw.
+                let sign = match (contact.body, contact.other) {
+                    pair if pair == (screw, nut) => 1.0,
+                    pair if pair == (nut, screw) => -1.0,
+                    _ => continue,
+                };
+                contact.force += sign * grip.force * dt;
+                contact.normal += sign * grip.normal * grip.force.norm() * dt;
+            }
+        }
     }
 
     fn observe_bodies(&mut self) {

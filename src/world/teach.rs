@@ -2,14 +2,16 @@
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
-use super::operator::{Chance, ForceNoise, Operator, Performer};
+use super::operator::{Chance, ForceNoise, Incident, Measured, Operator, Performer, cuts};
 use super::simulation::{Fingertips, HandTarget, Observation, World};
-use super::truth::{self, Moment};
+use super::truth::{Moment, contact_events, truth};
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
+use indexmap::IndexMap;
 use nalgebra::{Isometry3, Vector3};
+use std::ops::Range;
 
 /// The scene comes to rest for this many steps before the recording begins.
 const SETTLING: usize = 300;
@@ -55,7 +57,7 @@ pub fn teach_with_progress(
     for _ in 0..SETTLING {
         world.step(&still);
     }
-    let mut recorder = Recorder::new(scene, world.observation(), &operator.variation.force_noise, seed);
+    let mut recorder = Recorder::new(scene, world.observation(), operator, seed);
     let mut events = Vec::new();
     loop {
         recorder.record(world.observation());
@@ -63,9 +65,18 @@ pub fn teach_with_progress(
         for performer in &mut performers {
             if let Some(begun) = performer.advance(&world)? {
                 over = false;
-                if let Some(phase) = begun {
-                    let subjects = vec![performer.side().to_string(), phase.to_string()];
-                    events.push(Event { time_s: recorder.time(), kind: "phase_started".into(), subjects });
+                let mut happened = |kind: &str, what: Option<String>| {
+                    let subjects = std::iter::once(performer.side().to_string()).chain(what).collect();
+                    events.push(Event { time_s: recorder.time(), kind: kind.into(), subjects });
+                };
+                if begun.lost {
+                    happened("object_lost", None);
+                }
+                if let Some(incident) = begun.incident {
+                    happened("incident_happened", Some(incident.name().to_string()));
+                }
+                if let Some(phase) = begun.phase {
+                    happened("phase_started", Some(phase));
                 }
             }
         }
@@ -86,7 +97,7 @@ pub fn teach_with_progress(
         world.step(&targets(&performers));
     }
     progress(1.0);
-    Ok(recorder.finish(scene, events))
+    Ok(recorder.finish(scene, events, cuts(operator, seed)))
 }
 
 /// Gathers rows.
@@ -98,6 +109,7 @@ struct Recorder {
     columns: Vec<Vec<f64>>,
     names: Vec<(String, Dimension)>,
     noise: Vec<Vec<Sensor>>,
+    measured: Measured,
     moments: Vec<Moment>,
 }
 
@@ -124,12 +136,16 @@ impl Sensor {
 }
 
 impl Recorder {
-    fn new(scene: &Scene, seen: &Observation, noise: &ForceNoise, seed: u64) -> Self {
+    fn new(scene: &Scene, seen: &Observation, operator: &Operator, seed: u64) -> Self {
+        let Operator { variation, measured, .. } = operator;
         let mut names = Names::default();
         for (side, hand) in &scene.hands {
             for finger in &hand.fingers {
                 names.vector(&format!("{side}.{finger}.position"), Dimension::LENGTH);
                 names.vector(&format!("{side}.{finger}.force"), Dimension::FORCE);
+                if measured.contact_flags {
+                    names.0.push((format!("{side}.{finger}.contact"), Dimension::NONE));
+                }
             }
             names.vector(&format!("{side}.palm.position"), Dimension::LENGTH);
             names.rotation(&format!("{side}.palm.rotation"));
@@ -150,7 +166,7 @@ impl Recorder {
         let noise = scene.hands.values().map(|hand| {
             let sensors = hand.fingers.iter().map(|_| {
                 stream += 1;
-                Sensor::new(noise, seed, stream)
+                Sensor::new(&variation.force_noise, seed, stream)
             });
             sensors.collect()
         });
@@ -160,6 +176,7 @@ impl Recorder {
             noise: noise.collect(),
             columns: vec![Vec::new(); names.0.len()],
             names: names.0,
+            measured: measured.clone(),
             moments: Vec::new(),
         }
     }
@@ -178,6 +195,10 @@ impl Recorder {
                 row.vector(tip.position.coords);
                 let force = self.objects.iter().map(|&object| tip.force_on(object)).sum();
                 row.vector(sensor.measure(force));
+                if self.measured.contact_flags {
+                    let touches = self.objects.iter().any(|&object| tip.force_on(object) != Vector3::zeros());
+                    row.0.push(f64::from(u8::from(touches)));
+                }
             }
             row.pose(&hand.palm);
         }
@@ -191,28 +212,65 @@ impl Recorder {
             row.vector(contact.force);
             row.vector(contact.normal);
         }
+        let unit = self.measured.decimals.map(|decimals| 10_f64.powi(i32::from(decimals.min(15))));
         for (column, value) in self.columns.iter_mut().zip(row.0) {
-            column.push(value);
+            // Adding zero makes a negative zero positive.
+            column.push(unit.map_or(value, |unit| (value * unit).round() / unit + 0.0));
         }
         self.moments.push(Moment::new(seen));
     }
 
-    fn finish(self, scene: &Scene, mut events: Vec<Event>) -> Recording {
-        events.extend(truth::contact_events(scene, &self.moments));
+    fn finish(mut self, scene: &Scene, mut events: Vec<Event>, cuts: [Option<f64>; 2]) -> Recording {
+        events.extend(contact_events(scene, &self.moments));
+        let kept = self.kept(cuts);
+        let start_s = self.time.get(kept.start).copied().unwrap_or(0.0);
+        let end_s = self.time.get(kept.end - 1).copied().unwrap_or(0.0);
+        for event in &mut events {
+            event.time_s = if kept.start == 0 { event.time_s } else { event.time_s - start_s };
+        }
+        events.retain(|event| (0.0..=end_s - start_s).contains(&event.time_s));
+        for (side, _) in &scene.hands {
+            for (incident, cut, time_s) in
+                [(Incident::LateStart, cuts[0], 0.0), (Incident::EarlyEnd, cuts[1], end_s - start_s)]
+            {
+                let subjects = vec![side.to_string(), incident.name().to_string()];
+                events.extend(cut.map(|_| Event { time_s, kind: "incident_happened".into(), subjects }));
+            }
+        }
+        let mut labels = IndexMap::new();
+        for (hand, side) in scene.hands.keys().enumerate() {
+            let truth = truth(scene, hand, &self.moments, kept.clone());
+            labels.insert(format!("{side}.label"), truth.labels);
+            labels.insert(format!("{side}.task"), truth.tasks);
+            events.extend(truth.begun.into_iter().map(|(row, task)| Event {
+                time_s: row as f64 / 1000.0,
+                kind: "task_started".into(),
+                subjects: vec![side.to_string(), task.to_string()],
+            }));
+        }
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
-        let columns = self
-            .names
-            .into_iter()
-            .zip(self.columns)
-            .map(|((name, dimension), values)| (name, Column { dimension, values }))
-            .collect();
-        let labels = scene
-            .hands
-            .keys()
-            .enumerate()
-            .map(|(hand, side)| (format!("{side}.label"), truth::labels(scene, hand, &self.moments)))
+        self.time.truncate(kept.len());
+        let columns = self.names.into_iter().zip(self.columns);
+        let columns = columns
+            .map(|((name, dimension), mut values)| {
+                values.truncate(kept.end);
+                (name, Column { dimension, values: values.split_off(kept.start) })
+            })
             .collect();
         Recording { time: self.time, columns, labels, scene: scene.clone(), events }
+    }
+
+    /// The rows that are kept when the recording begins late or ends early: all from the first touch to the last one.
+    fn kept(&self, [start, end]: [Option<f64>; 2]) -> Range<usize> {
+        let touches = |moment: &Moment| moment.touches_any(&self.objects);
+        let (Some(first), Some(last)) = (self.moments.iter().position(touches), self.moments.iter().rposition(touches))
+        else {
+            return 0..self.moments.len();
+        };
+        let share = |share: f64, of: usize| (share * of as f64) as usize;
+        let start = start.map_or(0, |depth| share(depth, first));
+        let end = end.map_or(self.moments.len(), |depth| last + 1 + share(depth, self.moments.len() - last - 1));
+        start..end
     }
 }
 

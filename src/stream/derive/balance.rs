@@ -1,21 +1,15 @@
 //! The balance of forces on an object: what its contacts must bear, since its mass, its motion and the fingers on it are known.
 //!
-//! `m (a - g) = F_fingers + F_contacts`. The fingers' forces are those of the hands that touch it; what a finger reads while it is far from every
-//! object is its bias and its noise. Everything is averaged over [`HALF_WINDOW_SECS`] before and after.
+//! `m (a - g) = F_fingers + F_contacts`. The fingers' forces are those of the hands that touch it. Everything is averaged over [`HALF_WINDOW_SECS`] before and after.
 
 use super::hands::HandTrack;
-use super::motion::{Motion, slopes, vector};
+use super::motion::{Motion, vector};
 use crate::base::hands::Finger;
-use crate::stream::geometry::surface_distance;
 use crate::stream::measured::Measured;
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 /// Half the window of the average, s.
 const HALF_WINDOW_SECS: f64 = 0.025;
-/// A fingertip this far from every object feels nothing, m.
-const FAR: f64 = 0.030;
-/// How many of the samples are looked at to learn what a finger reads at rest.
-const LOOKED_AT: usize = 2000;
 /// The balance is believed when its error is less than this share of the weight.
 const BELIEVED: f64 = 0.25;
 /// How many standard deviations of its noise a force must have to be one.
@@ -39,7 +33,7 @@ impl Balance {
         body: usize,
         clear: impl Fn(usize) -> bool,
     ) -> Option<Self> {
-        let (_, it) = measured.scene.bodies.get_index(body)?;
+        let (name, it) = measured.scene.bodies.get_index(body)?;
         let (mass, motion) = (it.mass?.0, motions.get(body)?);
         let gravity = Vector3::from(measured.scene.gravity.map(|part| part.0));
         let holds = |track: &HandTrack, frame: usize| {
@@ -48,18 +42,17 @@ impl Balance {
         let hands: Vec<(&HandTrack, Vec<Sensor>)> = tracks
             .iter()
             .filter(|track| (0..measured.len()).any(|frame| holds(track, frame)))
-            .map(|track| (track, sensors(measured, motions, track)))
+            .map(|track| (track, sensors(measured, track)))
             .collect();
         if hands.iter().any(|(_, sensors)| sensors.is_empty()) {
             return None;
         }
-        let velocity: [Vec<f64>; 3] = super::motion::columns(measured, |frame| motion.velocity(frame));
-        let acceleration = slopes(measured, velocity.each_ref().map(Vec::as_slice));
+        let acceleration = motion.acceleration(measured, name);
         let one = |frame: usize| {
             let fingers: Vector3<f64> = hands
                 .iter()
                 .filter(|(track, _)| holds(track, frame))
-                .flat_map(|(_, sensors)| sensors.iter().map(|sensor| vector(&sensor.force, frame) - sensor.bias))
+                .flat_map(|(_, sensors)| sensors.iter().map(|sensor| vector(&sensor.force, frame)))
                 .sum();
             (vector(&acceleration, frame) - gravity) * mass - fingers
         };
@@ -83,40 +76,18 @@ impl Balance {
     }
 }
 
-/// The force sensor of a finger, with what it reads at rest.
+/// The force sensor of a finger.
 struct Sensor<'a> {
     force: [&'a [f64]; 3],
-    bias: Vector3<f64>,
-    /// Of the vector's components together, N².
+    /// Of its noise, the vector's components together, N²; 0 where it is not known.
     variance: f64,
 }
 
-fn sensors<'a>(measured: &'a Measured, motions: &[Motion], track: &HandTrack) -> Vec<Sensor<'a>> {
-    let objects = super::objects(measured.scene);
-    let far = |tip: &[&[f64]; 3], frame: usize| {
-        let tip: Point3<f64> = vector(tip, frame).into();
-        objects.iter().all(|object| {
-            let body = measured.scene.bodies.get_index(*object).zip(motions.get(*object));
-            body.is_none_or(|((_, body), motion)| {
-                surface_distance(body, &motion.pose(frame).inverse_transform_point(&tip)) > FAR
-            })
-        })
-    };
-    let stride = measured.len().div_ceil(LOOKED_AT).max(1);
+fn sensors<'a>(measured: &'a Measured, track: &HandTrack) -> Vec<Sensor<'a>> {
     let sensor = |finger: &Finger| {
-        let force = measured.vec3(&format!("{}.{finger}.force", track.side))?;
-        let tip = measured.vec3(&format!("{}.{finger}.position", track.side));
-        let rest: Vec<Vector3<f64>> = tip.map_or(vec![], |tip| {
-            (0..measured.len())
-                .step_by(stride)
-                .filter(|frame| far(&tip, *frame))
-                .map(|frame| vector(&force, frame))
-                .collect()
-        });
-        let n = rest.len().max(1) as f64;
-        let bias = rest.iter().sum::<Vector3<f64>>() / n;
-        let variance = rest.iter().map(|force| (force - bias).norm_squared()).sum::<f64>() / n;
-        Some(Sensor { force, bias, variance })
+        let channel = format!("{}.{finger}.force", track.side);
+        let variance = measured.noise.get(&channel).map_or(0.0, |noise| noise.variance);
+        Some(Sensor { force: measured.vec3(&channel)?, variance })
     };
     Finger::ALL.iter().filter_map(sensor).collect()
 }

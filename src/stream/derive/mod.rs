@@ -9,6 +9,7 @@ mod motion;
 mod plausible;
 mod raw;
 mod sockets;
+mod tare;
 mod targets;
 mod touch;
 
@@ -42,8 +43,9 @@ pub fn frames_trusting(
     channels: &[ChannelSpec],
     trust: &[String],
 ) -> Result<Frames, InputError> {
-    let measured = Measured::new(recording, trust, |column| asks(channels, column))?;
+    let mut measured = Measured::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
+    issues.extend(tare::tare(&mut measured));
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();

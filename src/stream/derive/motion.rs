@@ -1,21 +1,17 @@
-//! Motion of bodies: poses from the log or from the scene, velocities from the log or differentiated.
+//! Motion of bodies: poses from the log or from the scene, velocities from the log or differentiated, all without the tremor of a hand.
 //!
-//! The velocity at a frame is the slope of the least-squares line through the samples within [`HALF_WINDOW_SECS`] before and after it
-//! (at least one on each side, at most [`SAMPLES_A_SIDE`], evenly picked; fewer at the ends of a stretch). For rotations the line runs through the
-//! rotation vectors relative to the frame. It has no delay, and takes noise of σ on each of `2m + 1` samples a step `h` apart
-//! down to `σ / (h √(m(m+1)(2m+1)/3))`.
+//! A hand trembles at 8 to 12 Hz with up to a millimetre, and what it holds moves with 60 mm/s without going anywhere. So each velocity is
+//! averaged over [`TREMOR_SECS`] around the frame, twice: the weights are a triangle of twice that width, the delay is none, and what is left
+//! of a tremor is at most a twentieth. An average of a differentiated position is the way from the mean place before to the mean place after.
 
 use crate::base::scene::Body as SceneBody;
 use crate::stream::geometry::{pose, unit};
 use crate::stream::measured::Measured;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::borrow::Cow;
-use std::ops::Range;
 
-/// Half the window of differentiation, s.
-pub const HALF_WINDOW_SECS: f64 = 0.050;
-/// The most samples on each side of a frame.
-pub const SAMPLES_A_SIDE: usize = 10;
+/// Width of each of the two averages, s: the longest period of a tremor.
+pub const TREMOR_SECS: f64 = 0.125;
 
 /// Three columns x y z.
 pub type Columns3<'a> = [Cow<'a, [f64]>; 3];
@@ -25,23 +21,34 @@ pub struct Motion<'a> {
     position: Option<[&'a [f64]; 3]>,
     rotation: Option<[&'a [f64]; 4]>,
     at_start: Isometry3<f64>,
-    velocity: Option<Columns3<'a>>,
-    angular_velocity: Option<Columns3<'a>>,
+    velocity: Option<[Vec<f64>; 3]>,
+    angular_velocity: Option<[Vec<f64>; 3]>,
 }
 
 impl<'a> Motion<'a> {
     /// The motion of the body with this name. A body without a position in the log stays where the scene puts it.
     pub fn new(measured: &'a Measured, name: &str, body: &SceneBody) -> Self {
-        let position = measured.vec3(&format!("{name}.position"));
-        let rotation = measured.rotation(&format!("{name}.rotation"));
-        let borrowed =
-            |channel: &str| measured.vec3(&format!("{name}.{channel}")).map(|columns| columns.map(Cow::Borrowed));
-        let velocity =
-            borrowed("velocity").or_else(|| position.map(|position| slopes(measured, position).map(Cow::Owned)));
-        let angular_velocity = borrowed("angular_velocity")
-            .or_else(|| rotation.map(|rotation| turn_rates(measured, rotation).map(Cow::Owned)));
-        let at_start = pose(body.position.map(|length| length.0), body.rotation);
-        Self { position, rotation, at_start, velocity, angular_velocity }
+        let poses = Self::of_poses(measured, name, body);
+        let (position, rotation) = (poses.position, poses.rotation);
+        let logged = |channel: &str| {
+            let columns = measured.vec3(&format!("{name}.{channel}"));
+            columns.map(|columns| columns.map(|column| steady(measured, column)))
+        };
+        let velocity = logged("velocity").or_else(|| position.map(|position| slopes(measured, position)));
+        let angular_velocity =
+            logged("angular_velocity").or_else(|| rotation.map(|rotation| turn_rates(measured, rotation)));
+        Self { velocity, angular_velocity, ..poses }
+    }
+
+    /// The poses alone: nothing is known of velocities.
+    pub fn of_poses(measured: &'a Measured, name: &str, body: &SceneBody) -> Self {
+        Self {
+            position: measured.vec3(&format!("{name}.position")),
+            rotation: measured.rotation(&format!("{name}.rotation")),
+            at_start: pose(body.position.map(|length| length.0), body.rotation),
+            velocity: None,
+            angular_velocity: None,
+        }
     }
 
     /// reference_from_body at a frame.
@@ -54,6 +61,17 @@ impl<'a> Motion<'a> {
     /// Velocity of the body's origin, reference frame, m/s.
     pub fn velocity(&self, frame: usize) -> Vector3<f64> {
         self.velocity.as_ref().map_or_else(Vector3::zeros, |columns| vector(columns, frame))
+    }
+
+    /// Acceleration of the body with this name from sample to sample, tremor and all, reference frame, m/s².
+    pub fn acceleration(&self, measured: &Measured, name: &str) -> [Vec<f64>; 3] {
+        let rates = |column: &[f64]| {
+            let value = |frame: usize| column.get(frame).copied().unwrap_or_default();
+            differences(measured, |before, after| value(after) - value(before))
+        };
+        let logged = measured.vec3(&format!("{name}.velocity"));
+        let velocity = logged.map(|columns| columns.map(<[f64]>::to_vec)).or_else(|| Some(self.position?.map(rates)));
+        velocity.map_or_else(|| [(); 3].map(|()| vec![0.0; measured.len()]), |columns| columns.map(|it| rates(&it)))
     }
 
     /// Angular velocity, reference frame, rad/s.
@@ -72,76 +90,67 @@ fn quaternion(columns: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
     unit(columns.map(|column| column.get(frame).copied().unwrap_or_default()))
 }
 
-/// A vector at each frame, as three columns.
-pub fn columns(measured: &Measured, value: impl Fn(usize) -> Vector3<f64>) -> [Vec<f64>; 3] {
-    let rows: Vec<Vector3<f64>> = (0..measured.len()).map(value).collect();
-    [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).collect())
-}
-
-/// The slope of each column at each frame, in its unit per second.
+/// The slope of each column at each frame, in its unit per second, without tremor.
 pub fn slopes(measured: &Measured, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
     columns.map(|column| slope(measured, |frame| column.get(frame).copied().unwrap_or_default()))
 }
 
-/// The slope of a quantity at each frame, per second.
+/// The slope of a quantity at each frame, per second, without tremor.
 pub fn slope(measured: &Measured, value: impl Fn(usize) -> f64) -> Vec<f64> {
-    over_windows(measured, |frame, window| {
-        // Values relative to the frame, so that what does not change has a slope of exactly zero.
-        let here = value(frame);
-        line_slope(window.map(|other| (measured.time.get(other), value(other) - here)), frame_time(measured, frame))
-    })
+    steady(measured, &differences(measured, |before, after| value(after) - value(before)))
 }
 
-/// Angular velocity in the reference frame at each frame, rad/s.
+/// Angular velocity in the reference frame at each frame, rad/s, without tremor.
 fn turn_rates(measured: &Measured, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
-    let rates: Vec<Vector3<f64>> = over_windows(measured, |frame, window| {
-        let here = quaternion(&rotation, frame).inverse();
-        let turned: Vec<(usize, Vector3<f64>)> =
-            window.map(|other| (other, (quaternion(&rotation, other) * here).scaled_axis())).collect();
-        let now = frame_time(measured, frame);
-        let along =
-            |axis: usize| line_slope(turned.iter().map(|(other, turn)| (measured.time.get(*other), turn[axis])), now);
-        Vector3::new(along(0), along(1), along(2))
-    });
-    columns(measured, |frame| rates.get(frame).copied().unwrap_or_default())
+    let turned = |before: usize, after: usize| {
+        (quaternion(&rotation, after) * quaternion(&rotation, before).inverse()).scaled_axis()
+    };
+    [0, 1, 2].map(|axis| steady(measured, &differences(measured, |before, after| turned(before, after)[axis])))
 }
 
-fn frame_time(measured: &Measured, frame: usize) -> f64 {
-    measured.time.get(frame).copied().unwrap_or_default()
-}
-
-/// Computes a value at each frame from the frames of the window around it, within its stretch.
-fn over_windows<T>(measured: &Measured, value: impl Fn(usize, Window) -> T) -> Vec<T> {
-    let reach = ((HALF_WINDOW_SECS * measured.rate_hz).round() as usize).max(1);
-    let stride = reach.div_ceil(SAMPLES_A_SIDE);
-    let mut values = Vec::with_capacity(measured.len());
+/// What changes from the frame before to the frame after, per second; at the ends of a stretch to or from the frame itself.
+fn differences(measured: &Measured, change: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+    let mut rates = Vec::with_capacity(measured.len());
     for stretch in &measured.stretches {
-        values.extend(stretch.clone().map(|frame| value(frame, window(frame, reach, stride, stretch))));
+        for frame in stretch.clone() {
+            let (before, after) = (frame.saturating_sub(1).max(stretch.start), (frame + 1).min(stretch.end - 1));
+            let time = |frame: usize| measured.time.get(frame).copied().unwrap_or_default();
+            let seconds = time(after) - time(before);
+            rates.push(if seconds > 0.0 { change(before, after) / seconds } else { 0.0 });
+        }
     }
-    values
+    rates
 }
 
-/// Frames around one: every `stride`-th, it among them.
-type Window = std::iter::StepBy<Range<usize>>;
-
-fn window(frame: usize, reach: usize, stride: usize, stretch: &Range<usize>) -> Window {
-    let before = (frame - stretch.start).min(reach) / stride * stride;
-    let end = (frame + reach + 1).min(stretch.end);
-    (frame - before..end).step_by(stride)
+/// Takes the tremor out of a column, stretch by stretch.
+fn steady(measured: &Measured, column: &[f64]) -> Vec<f64> {
+    let reach = (TREMOR_SECS * measured.rate_hz / 2.0).round() as usize;
+    averaged(measured, &averaged(measured, column, reach), reach)
 }
 
-/// The slope of the least-squares line through points of time and value; 0 for a single point.
-fn line_slope<'t>(points: impl Iterator<Item = (Option<&'t f64>, f64)>, now: f64) -> f64 {
-    let (mut n, mut t, mut x, mut tt, mut tx) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (time, value) in points {
-        // Times relative to the frame keep the sums small.
-        let time = time.map_or(0.0, |time| time - now);
-        n += 1.0;
-        t += time;
-        x += value;
-        tt += time * time;
-        tx += time * value;
+/// The mean of what lies at most `reach` frames before and after each, within its stretch.
+pub fn averaged(measured: &Measured, column: &[f64], reach: usize) -> Vec<f64> {
+    if reach == 0 {
+        return column.to_vec();
     }
-    let spread = n * tt - t * t;
-    if spread > 0.0 { (n * tx - t * x) / spread } else { 0.0 }
+    let stretches = measured.stretches.iter();
+    stretches.flat_map(|stretch| average(column.get(stretch.clone()).unwrap_or_default(), reach)).collect()
+}
+
+/// The mean of what lies at most `reach` before and after each value; of fewer values at the ends.
+fn average(values: &[f64], reach: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(values.len() + 1);
+    sums.push(0.0);
+    sums.extend(values.iter().scan(0.0, |sum, value| {
+        *sum += value;
+        Some(*sum)
+    }));
+    let mean = |index: usize| {
+        let (from, to) = (index.saturating_sub(reach), (index + reach + 1).min(values.len()));
+        match (sums.get(from), sums.get(to)) {
+            (Some(before), Some(after)) => (after - before) / (to - from) as f64,
+            _ => 0.0,
+        }
+    };
+    (0..values.len()).map(mean).collect()
 }

@@ -1,5 +1,6 @@
 //! Raw channels: columns of the log as the rules name them, and what stands for one that the log lacks.
 
+use super::motion::{averaged, vector};
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
@@ -34,7 +35,7 @@ pub fn read(
             let forces = slot_names(&ChannelSpec { name: channel.clone(), ..spec.clone() }, side, fingers);
             let norms: Vec<_> = forces
                 .iter()
-                .map(|slot| measured.vec3(slot).map(|force| vec![norm_above(measured, force, *on, *off)]))
+                .map(|slot| measured.vec3(slot).map(|force| vec![norm_above(measured, slot, force, *on, *off)]))
                 .collect();
             if !any && norms.iter().all(Option::is_none) {
                 return Err(lacking(measured, spec, side, Some(&shown(channel, side))));
@@ -129,14 +130,26 @@ fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, instead:
     ))
 }
 
-/// True while the norm is above `on` until it is below `off`; off at the start of each stretch.
-fn norm_above(measured: &Measured, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
+/// Half the time over which a force is averaged before it is told from noise, s.
+const CALMED_SECS: f64 = 0.010;
+/// How many standard deviations of noise a force must have to begin, and to go on.
+const BEGINS_ABOVE: f64 = 4.0;
+const GOES_ON_ABOVE: f64 = 2.0;
+
+/// True while the norm is above `on` until it is below `off`; off at the start of each stretch. The force of a sensor with noise is averaged
+/// first, and must be more than what is left of the noise.
+fn norm_above(measured: &Measured, channel: &str, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
+    let deviation = measured.noise.get(channel).map_or(0.0, |noise| noise.variance.sqrt());
+    let noisy = GOES_ON_ABOVE * deviation > off;
+    let reach = if noisy { (CALMED_SECS * measured.rate_hz).round() as usize } else { 0 };
+    let left = if noisy { deviation / ((2 * reach + 1) as f64).sqrt() } else { 0.0 };
+    let (on, off) = (on.max(BEGINS_ABOVE * left), off.max(GOES_ON_ABOVE * left));
+    let calmed = force.map(|column| averaged(measured, column, reach));
     let mut flags = vec![0.0; measured.len()];
     for stretch in &measured.stretches {
         let mut above = false;
         for frame in stretch.clone() {
-            let [x, y, z] = force.map(|column| column.get(frame).copied().unwrap_or_default());
-            let norm = (x * x + y * y + z * z).sqrt();
+            let norm = vector(&calmed, frame).norm();
             above = if above { norm >= off } else { norm > on };
             if let (true, Some(flag)) = (above, flags.get_mut(frame)) {
                 *flag = 1.0;

@@ -1,6 +1,6 @@
 //! Sockets: how deep an object is in a hole, or on a peg, and whether it is searching for one.
 
-use super::motion::Motion;
+use super::motion::{Motion, slope};
 use crate::base::scene::Scene;
 use crate::stream::measured::Measured;
 use nalgebra::{Point3, Vector3};
@@ -47,6 +47,8 @@ pub struct Plugged {
     pub socket: Vec<Option<usize>>,
     /// How deep it is, m; 0 when it is in none.
     pub depth: Vec<f64>,
+    /// How fast that grows, without tremor, m/s; 0 when it is in none.
+    pub rate: Vec<f64>,
     /// Whether it searches for a socket.
     pub over: Vec<bool>,
 }
@@ -54,7 +56,8 @@ pub struct Plugged {
 /// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere.
 pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
     let frames = measured.len();
-    let mut plugged = Plugged { socket: vec![None; frames], depth: vec![0.0; frames], over: vec![false; frames] };
+    let (socket, depth, over) = (vec![None; frames], vec![0.0; frames], vec![false; frames]);
+    let mut plugged = Plugged { socket, depth, rate: vec![0.0; frames], over };
     let Some(((name, it), motion)) = measured.scene.bodies.get_index(body).zip(motions.get(body)) else {
         return plugged;
     };
@@ -64,13 +67,19 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
         let rim = Point3::from(socket.socket.rim.map(|length| length.0));
         let radius = socket.socket.radius.0;
         let logged = measured.scalar(&format!("{name}.depth.{}", socket.name));
+        let from_rim = |frame: usize| motion.pose(frame) * plug - holder.pose(frame) * rim;
+        let below_rim = |frame: usize| {
+            let logged = logged.and_then(|depth| depth.get(frame).copied());
+            logged.unwrap_or_else(|| -from_rim(frame).dot(&socket.axis(motions, frame)))
+        };
+        let mut ever_inside = false;
         for stretch in &measured.stretches {
             let mut inside = false;
             for frame in stretch.clone() {
                 let axis = socket.axis(motions, frame);
-                let from_rim = motion.pose(frame) * plug - holder.pose(frame) * rim;
+                let from_rim = from_rim(frame);
                 let (height, beside) = (from_rim.dot(&axis), (from_rim - axis * from_rim.dot(&axis)).norm());
-                let depth = logged.and_then(|depth| depth.get(frame).copied()).unwrap_or(-height);
+                let depth = below_rim(frame);
                 let allowed = if inside { LEAVES_AT * radius } else { radius };
                 let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
                 inside = depth > 0.0 && (logged.is_some() || within);
@@ -79,12 +88,18 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
                     && depth > *in_depth
                 {
                     (*in_socket, *in_depth) = (Some(index), depth);
+                    ever_inside = true;
                 }
                 let searching = beside <= radius + SEARCH_BESIDE && (-SEARCH_BELOW..=SEARCH_ABOVE).contains(&height);
                 if let (true, Some(over)) = (searching, plugged.over.get_mut(frame)) {
                     *over = true;
                 }
             }
+        }
+        if ever_inside {
+            let rates = slope(measured, below_rim);
+            let inside = plugged.rate.iter_mut().zip(&plugged.socket).zip(rates);
+            inside.filter(|((_, socket), _)| **socket == Some(index)).for_each(|((rate, _), value)| *rate = value);
         }
     }
     for (over, depth) in plugged.over.iter_mut().zip(&plugged.depth) {

@@ -2,7 +2,7 @@
 
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
-use super::motion::{Motion, slope, vector};
+use super::motion::{Motion, vector};
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, plugged, sockets};
 use crate::base::hands::{Finger, Side};
@@ -79,6 +79,7 @@ impl<'a> Derivation<'a> {
             "target.weight" => vec![vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))]],
             "target.spin" => vec![vec![self.scalars(track, |frame, body| self.spin(frame, body))]],
             "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],
+            "target.sinking" => vec![vec![of_plug(&|plug, frame| plug.rate.get(frame).copied().unwrap_or_default())]],
             "target.over_socket" => {
                 vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
             }
@@ -187,16 +188,9 @@ impl<'a> Derivation<'a> {
 
     /// Speed at which one target's depth in the other grows, m/s; 0 while neither is in the other.
     fn closing(&self) -> Vec<f64> {
-        let depth_rates: BTreeMap<usize, Vec<f64>> = self
-            .plugged
-            .iter()
-            .map(|(body, plug)| {
-                (*body, slope(self.measured, |frame| plug.depth.get(frame).copied().unwrap_or_default()))
-            })
-            .collect();
         let into = |frame: usize, body: usize, other: usize| {
             let socket = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
-            (self.sockets.get(socket)?.body == other).then(|| depth_rates.get(&body)?.get(frame).copied())?
+            (self.sockets.get(socket)?.body == other).then(|| self.plugged.get(&body)?.rate.get(frame).copied())?
         };
         let at = |frame: usize| {
             self.both_targets(frame)

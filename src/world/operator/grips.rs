@@ -6,6 +6,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::quantity::Length;
 use crate::base::scene::{Hand, Scene};
 use crate::world::World;
+use crate::world::shapes::isometry;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// The palm is above the middle of the contact points by this, m.
@@ -21,6 +22,8 @@ pub(super) struct Held {
     /// Weight of the object, N, as a hand knows it that has lifted it before.
     pub(super) weight: f64,
     pub(super) palm_in_object: Isometry3<f64>,
+    /// How the object was turned at the start, for a round one.
+    round: Option<UnitQuaternion<f64>>,
     /// For each finger of the hand: contact point and unit normal out of the object, palm frame; `None` for a finger that is not used.
     pub(super) contacts: Vec<Option<(Point3<f64>, Vector3<f64>)>>,
     /// The normal force to keep on either side, N; `None` while nothing is held.
@@ -63,12 +66,15 @@ impl Held {
         let gravity = Vector3::from(scene.gravity.map(|part| part.0)).norm();
         let mass = scene.bodies.get_index(object).and_then(|(_, body)| body.mass).map_or(0.0, |mass| mass.0);
         let weight = (mass * gravity).max(LEAST_WEIGHT_N);
-        Ok(Self { object, weight, palm_in_object, contacts: contacts.collect(), squeeze: None })
+        let start = scene.bodies.get_index(object).and_then(|(_, body)| isometry([0.0; 3], body.rotation).ok());
+        let round = start.filter(|_| grip.round).map(|start| start.rotation);
+        Ok(Self { object, weight, palm_in_object, round, contacts: contacts.collect(), squeeze: None })
     }
 
     /// Where the palm is at this grip now, reference frame.
     pub(super) fn palm(&self, world: &World) -> Isometry3<f64> {
         let object = world.observation().bodies.get(self.object).map_or_else(Isometry3::identity, |body| body.pose);
+        let object = Isometry3::from_parts(object.translation, self.round.unwrap_or(object.rotation));
         object * self.palm_in_object
     }
 

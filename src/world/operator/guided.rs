@@ -14,11 +14,11 @@ const GATHERING_S: f64 = 0.1;
 const ARRIVING: f64 = 0.015;
 const SLOWING: f64 = 3.0;
 /// A hand eases off when it meets more than this, N, or more than the weight of what it handles; at three times as much it turns back.
-const EASING: f64 = 0.5;
+pub(super) const EASING: f64 = 0.5;
 /// Speed at which a lost contact is sought, m/s.
-const SEEKING: f64 = 0.025;
+pub(super) const SEEKING: f64 = 0.025;
 /// How fast the hand follows a pressing force that is too large or too small, m/s per N.
-const FOLLOWING: f64 = 0.006;
+pub(super) const FOLLOWING: f64 = 0.006;
 
 /// Fingers that close.
 pub(super) struct Closing {

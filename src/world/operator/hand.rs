@@ -1,17 +1,21 @@
 //! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
 
-use super::grips::{Held, body, refused, tucked};
-use super::guided::{Closing, Guided, Pressing};
-use super::motion::{Glide, Transport, duration};
+use super::chance::{Chance, Shaking};
+use super::goals::{Goal, Step};
+use super::grips::{Held, tucked};
+use super::guided::{Closing, Guided};
+use super::incidents::{Incident, with_incidents};
+use super::motion::{Glide, Transport, Turning};
+use super::plugging::Plugging;
+use super::pressing::PressingOn;
 use super::senses::Senses;
-use super::variation::{Chance, Shaking};
-use super::{Carry, Close, Goal, Open, Operator, Reach, Script, Step, Variation};
+use super::slipping::Slipping;
+use super::{Operator, Script};
 use crate::base::error::InputError;
-use crate::base::hands::{Finger, Side};
+use crate::base::hands::Side;
 use crate::base::scene::{Hand, Scene};
 use crate::world::{HandTarget, STEP_S, World};
-use nalgebra::{Isometry3, Point3, Vector3};
-use std::collections::VecDeque;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// A finger stops closing, and a hand gives way, this long after it felt enough, s: a reflex, faster than a reaction.
 const REFLEX_S: f64 = 0.025;
@@ -23,42 +27,73 @@ const YIELDING: f64 = 0.015;
 const TIGHTENING: f64 = 0.010;
 const TIGHTEST: f64 = 0.010;
 
+/// Streams of chance of what a person's strength is drawn from, one each hand.
+const STRENGTH_STREAM: u64 = 4;
+/// No motion is tried for longer, s.
+const PATIENCE_S: f64 = 25.0;
+/// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
+const LOST_S: f64 = 0.2;
+const RETRIES: usize = 3;
+/// What is farther from the palm is out of reach, m.
+const OUT_OF_REACH_M: f64 = 0.4;
+
 /// A hand that follows its script.
 pub(in crate::world) struct Performer<'a> {
-    side: Side,
+    pub(super) side: Side,
     /// Index of the hand in the scene.
     index: usize,
-    hand: &'a Hand,
-    scene: &'a Scene,
-    operator: &'a Operator,
-    steps: VecDeque<&'a Step>,
-    chance: Chance,
-    /// Today's speeds over those of the script.
-    pace: f64,
+    pub(super) hand: &'a Hand,
+    pub(super) scene: &'a Scene,
+    pub(super) operator: &'a Operator,
+    /// The script as this person performs it, and the number of the step that comes next.
+    pub(super) steps: Vec<Step>,
+    pub(super) next: usize,
+    pub(super) chance: Chance,
+    /// Today's speeds and squeezes over those of the script.
+    pub(super) pace: f64,
+    pub(super) strength: f64,
     shaking: Shaking,
-    senses: Senses,
+    pub(super) senses: Senses,
     /// Steps of the world from feeling to acting.
     reaction: usize,
     time: f64,
     /// What it does, and for how long, s.
     motion: Motion,
     since: f64,
-    palm: Isometry3<f64>,
+    pub(super) palm: Isometry3<f64>,
     /// Fingertip targets in the palm's frame.
-    tips: Vec<Point3<f64>>,
+    pub(super) tips: Vec<Point3<f64>>,
     glide: Glide,
     /// The grip in use.
-    grip: Held,
+    pub(super) grip: Held,
     /// The direction in which the hand came to the grip, horizontal, unit or zero.
-    came: Vector3<f64>,
+    pub(super) came: Vector3<f64>,
+    /// For how long nothing has been felt of what should be held, s, and how often the hand went back for it.
+    empty: f64,
+    retries: usize,
 }
 
-enum Motion {
+/// What begins with a step of the script.
+#[derive(Default)]
+pub(in crate::world) struct Begun {
+    /// A phase of the script.
+    pub(in crate::world) phase: Option<String>,
+    /// An incident.
+    pub(in crate::world) incident: Option<Incident>,
+    /// The object was lost, and the hand goes back for it.
+    pub(in crate::world) lost: bool,
+}
+
+pub(super) enum Motion {
     /// Stays until this time is over, s.
     Still(f64),
     Transport(Transport),
+    Turning(Turning),
     Closing(Closing),
     Guided(Guided),
+    Plugging(Plugging),
+    Pressing(PressingOn),
+    Slipping(Slipping),
 }
 
 impl<'a> Performer<'a> {
@@ -91,8 +126,10 @@ impl<'a> Performer<'a> {
             hand,
             scene,
             operator,
-            steps: script.steps.iter().collect(),
+            steps: with_incidents(operator, script, side, seed),
+            next: 0,
             pace: chance.factor(variation.pace),
+            strength: Chance::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
             shaking: Shaking::new(&variation.tremor, &mut chance),
             chance,
             senses: Senses::new(reaction.max(steps(REFLEX_S))),
@@ -105,6 +142,8 @@ impl<'a> Performer<'a> {
             glide: Glide::default(),
             grip,
             came: Vector3::zeros(),
+            empty: 0.0,
+            retries: 0,
         };
         for (number, step) in script.steps.iter().enumerate() {
             performer.check(&step.goal, world).map_err(|error| at(error, format!("step {}", number + 1)))?;
@@ -126,7 +165,7 @@ impl<'a> Performer<'a> {
 
     /// How many steps of the script have not begun.
     pub(in crate::world) fn remaining(&self) -> usize {
-        self.steps.len()
+        self.steps.len() - self.next
     }
 
     /// Where the device is now.
@@ -136,196 +175,59 @@ impl<'a> Performer<'a> {
         HandTarget { palm, tips: self.tips.iter().map(|tip| palm * tip).collect() }
     }
 
-    /// Lets a step of the world go by; `None` when the script is over, else the phase that begins, if one does.
+    /// Lets a step of the world go by; `None` when the script is over, else what begins.
     ///
     /// # Errors
     /// None after [`Self::new`] has checked the script.
-    pub(in crate::world) fn advance(&mut self, world: &World) -> Result<Option<Option<&'a str>>, InputError> {
+    pub(in crate::world) fn advance(&mut self, world: &World) -> Result<Option<Begun>, InputError> {
         self.time += STEP_S;
         self.since += STEP_S;
         self.senses.take_in(world.observation(), self.index, self.grip.object);
-        let mut begun = None;
-        if self.perform(world) {
-            let Some(step) = self.steps.pop_front() else { return Ok(None) };
-            begun = step.phase.as_deref();
+        let mut begun = Begun::default();
+        let over = self.perform(world);
+        begun.lost = self.goes_back(world);
+        let gives_up = self.since > PATIENCE_S && !matches!(self.motion, Motion::Still(_));
+        if over || begun.lost || gives_up {
+            let Some(step) = self.steps.get(self.next).cloned() else { return Ok(None) };
+            self.next += 1;
+            (begun.phase, begun.incident) = (step.phase.clone(), step.incident);
             self.since = 0.0;
-            self.motion = self.begin(&step.goal, world)?;
+            self.motion = self.begin(&step, world)?;
         }
         self.keep_squeeze();
         Ok(Some(begun))
     }
 
-    /// Refuses what cannot be performed.
-    fn check(&self, goal: &Goal, world: &World) -> Result<(), InputError> {
-        match goal {
-            Goal::Reach(reach) => {
-                Held::new(&reach.grip, self.scene, self.operator, self.hand, world)?;
-                positive("speed", reach.speed.0, 5.0)?;
-            }
-            Goal::Close(close) => {
-                positive("speed", close.speed.0, 1.0)?;
-                positive("force", close.force.0, 20.0)?;
-            }
-            Goal::Carry(carry) => {
-                positive("speed", carry.speed.0, 5.0)?;
-                positive("distance", carry.distance.0, 10.0)?;
-                direction("along", carry.along)?;
-                if let Some(until) = &carry.until {
-                    body(self.scene, &until.contact)?;
-                }
-                if let Some(press) = &carry.press {
-                    direction("toward", press.toward)?;
-                    body(self.scene, &press.against)?;
-                }
-            }
-            Goal::Open(open) => positive("speed", open.speed.0, 1.0)?,
-            Goal::Hold(time) => positive("hold", time.0, 60.0)?,
+    /// Whether what should be held is lost; then the reach before the last closing comes next.
+    fn goes_back(&mut self, world: &World) -> bool {
+        let holding = self.grip.squeeze.is_some() && !matches!(self.motion, Motion::Closing(_));
+        let feels = self.senses.ago(0).is_some_and(|felt| felt.tips.iter().any(|force| *force != Vector3::zeros()));
+        self.empty = if holding && !feels { self.empty + STEP_S } else { 0.0 };
+        if self.empty < LOST_S || self.retries >= RETRIES {
+            return false;
         }
-        Ok(())
-    }
-
-    fn variation(&self) -> &'a Variation {
-        &self.operator.variation
-    }
-
-    /// Palm and fingertips at the end of a reach, without any variation.
-    fn posture(&self, grip: &Held, reach: &Reach, world: &World) -> (Isometry3<f64>, Vec<Point3<f64>>) {
-        let mut palm = grip.palm(world);
-        palm.translation.vector += Vector3::from(reach.offset.map(|length| length.0));
-        (palm, grip.opened(reach.opened.0, self.hand, self.side))
-    }
-
-    fn begin(&mut self, goal: &Goal, world: &World) -> Result<Motion, InputError> {
-        Ok(match goal {
-            Goal::Reach(reach) => self.begin_reach(reach, world)?,
-            Goal::Close(close) => self.begin_close(close),
-            Goal::Carry(carry) => self.begin_carry(carry, world)?,
-            Goal::Open(open) => self.begin_open(open),
-            Goal::Hold(time) => Motion::Still(time.0 * self.chance.factor(self.variation().pace / 2.0)),
-        })
-    }
-
-    fn begin_reach(&mut self, reach: &Reach, world: &World) -> Result<Motion, InputError> {
-        let variation = self.variation();
-        let grip = Held::new(&reach.grip, self.scene, self.operator, self.hand, world)?;
-        let (mut to_palm, to_tips) = self.posture(&grip, reach, world);
-        let horizontal = |vector: Vector3<f64>| Vector3::new(vector.x, vector.y, 0.0);
-        self.came = horizontal(to_palm.translation.vector - self.palm.translation.vector)
-            .try_normalize(1e-3)
-            .unwrap_or_default();
-        to_palm.translation.vector +=
-            Vector3::new(self.chance.either_way(), self.chance.either_way(), 0.0) * variation.aim.0;
-        if matches!(self.steps.front(), Some(Step { goal: Goal::Close(_), .. })) && grip.is_opposed(self.hand) {
-            // People reckon with their overrun: the fingers meet the object half way through it.
-            to_palm.translation.vector -= self.came * variation.overrun.0 / 2.0;
+        let position = world.observation().bodies.get(self.grip.object).map(|body| body.pose.translation.vector);
+        if position.is_some_and(|position| (position - self.palm.translation.vector).norm() > OUT_OF_REACH_M) {
+            // It fell from the table: there is nothing left to do.
+            (self.next, self.grip.squeeze) = (self.steps.len(), None);
+            return true;
         }
-        let way = to_palm.translation.vector - self.palm.translation.vector;
-        let fingers = self.tips.iter().zip(&to_tips).map(|(from, to)| (to - from).norm()).fold(0.0, f64::max);
-        let arch = self.across(way) * variation.path.0.min(way.norm() / 6.0) * self.chance.either_way();
-        let speed = reach.speed.0 * self.pace_now();
-        self.grip = grip;
-        Ok(self.transport(to_palm, to_tips, Vec::new(), arch, duration(way.norm().max(fingers), speed)))
-    }
-
-    fn begin_close(&mut self, close: &Close) -> Motion {
-        let variation = self.variation();
-        let force = close.force.0 * self.chance.factor(variation.squeeze);
-        let opposed = self.grip.is_opposed(self.hand);
-        let others = self.grip.used().saturating_sub(1).max(1) as f64;
-        let share = |&finger: &Finger| if opposed && finger != Finger::Thumb { force / others } else { force };
-        self.grip.squeeze = opposed.then_some(force);
-        // Only a hand that closes around something still moves on; one that lays its fingers on stops first.
-        let further = if opposed { variation.overrun.0 * (0.75 + 0.5 * self.chance.share()) } else { 0.0 };
-        Motion::Closing(Closing {
-            delays: self.delays(variation.arrival.0),
-            stopped: self.grip.contacts.iter().map(Option::is_none).collect(),
-            share: self.hand.fingers.iter().map(share).collect(),
-            speed: close.speed.0 * self.pace,
-            overrun: self.came * further,
-            overrun_time: variation.overrun_time.0,
-        })
-    }
-
-    fn begin_open(&mut self, open: &Open) -> Motion {
-        self.grip.squeeze = None;
-        // The forces fade together: a finger that presses harder goes further. Fingers leave more evenly than they arrive.
-        let pressed: Vec<f64> = match self.senses.ago(0) {
-            Some(felt) => felt.tips.iter().map(|force| force.norm()).collect(),
-            None => vec![0.0; self.tips.len()],
-        };
-        let mean = pressed.iter().sum::<f64>() / self.grip.used().max(1) as f64;
-        let to_tips =
-            self.tips.iter().zip(&self.grip.contacts).zip(&pressed).map(|((tip, contact), pressed)| match contact {
-                Some((_, normal)) if mean > 0.0 => tip + normal * open.by.0 * (pressed / mean).clamp(0.5, 2.0),
-                Some((_, normal)) => tip + normal * open.by.0,
-                None => *tip,
-            });
-        let to_tips = to_tips.collect();
-        let delays = self.delays(self.variation().arrival.0 / 4.0);
-        self.transport(self.palm, to_tips, delays, Vector3::zeros(), duration(open.by.0, open.speed.0 * self.pace))
-    }
-
-    fn begin_carry(&mut self, carry: &Carry, world: &World) -> Result<Motion, InputError> {
-        let along = direction("along", carry.along)?;
-        let speed = carry.speed.0 * self.pace_now();
-        let distance = carry.distance.0;
-        if carry.until.is_none() && carry.press.is_none() {
-            let mut to_palm = self.palm;
-            to_palm.translation.vector += along * distance;
-            let arch = self.across(along) * self.variation().path.0.min(distance / 12.0) * self.chance.either_way();
-            // Upwards only: what is carried may be near the ground.
-            let arch = Vector3::new(arch.x, arch.y, arch.z.abs());
-            return Ok(self.transport(to_palm, self.tips.clone(), Vec::new(), arch, duration(distance, speed)));
-        }
-        let until =
-            carry.until.as_ref().map(|until| body(self.scene, &until.contact).map(|body| (body, until.within.0)));
-        let until = until.transpose()?;
-        let press = match &carry.press {
-            None => None,
-            Some(press) => Some(Pressing {
-                against: body(self.scene, &press.against)?,
-                toward: direction("toward", press.toward)?,
-                force: press.force.0,
-                waver: press.waver.0 * (0.75 + 0.5 * self.chance.share()) * self.chance.either_way().signum(),
-                span: until.map_or(distance, |(until, _)| world.gap(self.grip.object, until).min(distance)).max(STEP_S),
-                wavered: 0.0,
-            }),
-        };
-        Ok(Motion::Guided(Guided { along, speed, distance, gone: 0.0, until, press }))
-    }
-
-    /// A motion from here.
-    fn transport(
-        &self,
-        to_palm: Isometry3<f64>,
-        to_tips: Vec<Point3<f64>>,
-        delays: Vec<f64>,
-        arch: Vector3<f64>,
-        duration: f64,
-    ) -> Motion {
-        let (from_palm, from_tips) = (self.palm, self.tips.clone());
-        Motion::Transport(Transport { from_palm, to_palm, from_tips, to_tips, delays, arch, duration })
-    }
-
-    /// Speeds of this motion over those of the script.
-    fn pace_now(&mut self) -> f64 {
-        self.pace * self.chance.factor(self.variation().pace / 4.0)
-    }
-
-    /// How late each finger starts, s.
-    fn delays(&mut self, latest: f64) -> Vec<f64> {
-        self.hand.fingers.iter().map(|_| latest * self.chance.share()).collect()
-    }
-
-    /// Some direction across a way.
-    fn across(&mut self, way: Vector3<f64>) -> Vector3<f64> {
-        let some = self.chance.direction();
-        way.try_normalize(1e-6).map_or(some, |along| some - along * some.dot(&along))
+        let before = self.steps.get(..self.next).unwrap_or(&[]);
+        let close = before.iter().rposition(|step| matches!(step.goal, Goal::Close(_))).unwrap_or(0);
+        let reach = before.iter().take(close).rposition(|step| matches!(step.goal, Goal::Reach(_)));
+        let Some(reach) = reach else { return false };
+        // What went wrong once does not go wrong again.
+        let mut at = 0..self.next;
+        self.steps.retain(|step| !at.next().is_some_and(|at| at > reach && step.added));
+        (self.next, self.empty, self.grip.squeeze) = (reach, 0.0, None);
+        self.retries += 1;
+        true
     }
 
     /// Goes on with the motion; whether it is over.
     fn perform(&mut self, world: &World) -> bool {
         let reflex = self.senses.ago(steps(REFLEX_S));
+        let felt = self.senses.ago(self.reaction);
         let mut wanted = Vector3::zeros();
         let over = match &mut self.motion {
             Motion::Still(duration) => {
@@ -344,16 +246,41 @@ impl<'a> Performer<'a> {
             }
             Motion::Guided(guided) => {
                 let over;
-                (wanted, over) = match self.senses.ago(self.reaction).zip(reflex) {
+                (wanted, over) = match felt.zip(reflex) {
                     Some((felt, reflex)) => guided.step(&self.grip, world, felt, reflex, &mut self.palm),
                     None => (wanted, false),
                 };
                 over
             }
+            Motion::Plugging(plugging) => {
+                if let Some((turn, about)) = plugging.righting(&self.grip, world) {
+                    let turn = UnitQuaternion::from_scaled_axis(turn * STEP_S);
+                    self.palm.translation.vector = about.coords + turn * (self.palm.translation.vector - about.coords);
+                    self.palm.rotation = turn * self.palm.rotation;
+                }
+                let over;
+                (wanted, over) = match felt.zip(reflex) {
+                    Some((felt, reflex)) => plugging.step(&self.grip, world, felt, reflex),
+                    None => (wanted, false),
+                };
+                over
+            }
+            Motion::Pressing(pressing) => {
+                let over;
+                (wanted, over) = felt.map_or((wanted, false), |felt| pressing.step(&self.grip, felt));
+                over
+            }
+            Motion::Turning(turning) => {
+                self.palm = turning.at(self.since);
+                self.since >= turning.duration
+            }
+            Motion::Slipping(slipping) => {
+                reflex.is_some_and(|reflex| slipping.step(&mut self.grip, world, reflex, &self.palm, &mut self.tips))
+            }
         };
         // A guided motion fades into what follows instead of stopping first.
         let velocity = self.glide.towards(wanted, STEP_S);
-        if !matches!(self.motion, Motion::Transport(_)) {
+        if !matches!(self.motion, Motion::Transport(_) | Motion::Turning(_)) {
             self.palm.translation.vector += velocity * STEP_S;
         }
         over
@@ -361,7 +288,7 @@ impl<'a> Performer<'a> {
 
     /// Fingers that hold something feel how hard, and correct it.
     fn keep_squeeze(&mut self) {
-        if matches!(self.motion, Motion::Closing(_)) {
+        if matches!(self.motion, Motion::Closing(_) | Motion::Slipping(_)) {
             return;
         }
         let (Some(felt), Some(wanted)) = (self.senses.ago(self.reaction), self.grip.squeeze) else { return };
@@ -387,16 +314,4 @@ impl<'a> Performer<'a> {
 /// This time in steps of the world.
 fn steps(time_s: f64) -> usize {
     (time_s / STEP_S).round() as usize
-}
-
-fn positive(what: &str, value: f64, most: f64) -> Result<(), InputError> {
-    if value > 0.0 && value <= most {
-        return Ok(());
-    }
-    Err(refused(format!("has {what} {value} (SI), wanted more than 0 and at most {most}")))
-}
-
-fn direction(what: &str, vector: [f64; 3]) -> Result<Vector3<f64>, InputError> {
-    let found = Vector3::from(vector).try_normalize(1e-6).filter(|vector| vector.iter().all(|part| part.is_finite()));
-    found.ok_or_else(|| refused(format!("has {what} {vector:?}, wanted a direction that is not zero")))
 }

@@ -1,6 +1,6 @@
 //! How people move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// The largest speed of a minimum-jerk motion over its mean speed.
 const PEAK_OVER_MEAN: f64 = 1.875;
@@ -59,6 +59,26 @@ impl Transport {
     /// Whether everything has arrived `time` seconds after the start.
     pub(super) fn is_over(&self, time: f64) -> bool {
         time >= self.duration + self.delays.iter().copied().fold(0.0, f64::max)
+    }
+}
+
+/// A minimum-jerk turn of the palm about an upright axis.
+pub(super) struct Turning {
+    pub(super) from_palm: Isometry3<f64>,
+    /// A point of the axis.
+    pub(super) centre: Point3<f64>,
+    /// Counter-clockwise from above, rad.
+    pub(super) angle: f64,
+    pub(super) duration: f64,
+}
+
+impl Turning {
+    /// The palm `time` seconds after the start.
+    pub(super) fn at(&self, time: f64) -> Isometry3<f64> {
+        let angle = self.angle * minimum_jerk(time / self.duration);
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        let arm = self.from_palm.translation.vector - self.centre.coords;
+        Isometry3::from_parts((self.centre.coords + turned * arm).into(), turned * self.from_palm.rotation)
     }
 }
 

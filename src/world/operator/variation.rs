@@ -1,15 +1,14 @@
-//! Human variation: how people differ from each other and from themselves. Everything is drawn from the seed, in the order of the script.
+//! Human variation: how people differ from each other and from themselves (docs/variation.md). Everything is drawn from the seed, in the order of
+//! the script.
 //!
-//! Each number is the size of a difference; 0, the default of most, is a machine.
+//! Each number is the size of a difference; 0, the default of most, is a machine. [`Variation::human`] is the model of people.
 
-use crate::base::quantity::{Force, Frequency, Length, Time};
-use nalgebra::{ComplexField, Vector3};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
-use serde::Deserialize;
+use crate::base::quantity::{Force, Frequency, Length, Quantity, Time};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 
-/// How much people vary.
+/// How much people vary: `variation: human` in a script, or numbers of its own.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
@@ -17,9 +16,11 @@ pub struct Variation {
     pub pace: f64,
     /// Forces are multiplied by 1/(1 + squeeze) to 1 + squeeze.
     pub squeeze: f64,
+    /// A person's squeeze over that of the script lies between these factors, evenly in proportion.
+    pub strength: [f64; 2],
     /// How far a free way arches, at most; and never more than a sixth of its length.
     pub path: Length,
-    /// How far beside a grip the hand arrives, at most, horizontally.
+    /// How far beside a grip or a place the hand arrives, at most, horizontally.
     pub aim: Length,
     /// How much later than the first the last finger starts to close or open, at most.
     pub arrival: Time,
@@ -33,14 +34,18 @@ pub struct Variation {
     pub tremor: Tremor,
     /// Noise of the force sensors, in the recording only: the world does not feel it.
     pub force_noise: ForceNoise,
+    /// The share of people to whom each incident happens.
+    pub incidents: f64,
 }
 
 /// Tremor: in each direction a wave of its own frequency.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tremor {
-    /// Amplitude.
+    /// Amplitude in each direction.
     pub amplitude: Length,
+    /// In place of that, the least and the largest amplitude of the whole movement; how it is spread over the directions is drawn.
+    pub person: Option<[Length; 2]>,
     /// Lowest and highest frequency.
     pub frequency: [Frequency; 2],
 }
@@ -55,91 +60,98 @@ pub struct ForceNoise {
     pub bias: Force,
 }
 
+impl Variation {
+    /// People. Every number is ours.
+    pub const fn human() -> Self {
+        Self {
+            pace: 1.0,
+            squeeze: 0.1,
+            // The scripts squeeze with 1.2 N: 0.4 N to 4 N.
+            strength: [1.0 / 3.0, 10.0 / 3.0],
+            path: Quantity(0.020),
+            aim: Quantity(0.003),
+            arrival: Quantity(0.060),
+            overrun: Quantity(0.003),
+            overrun_time: Quantity(0.3),
+            reaction: Quantity(0.15),
+            tremor: Tremor {
+                amplitude: Quantity(0.0),
+                person: Some([Quantity(0.0002), Quantity(0.001)]),
+                frequency: [Quantity(8.0), Quantity(12.0)],
+            },
+            force_noise: ForceNoise { sigma: Quantity(0.03), bias: Quantity(0.1) },
+            incidents: 0.12,
+        }
+    }
+
+    /// The same people, varying this many times as much: 0 is a machine.
+    #[must_use]
+    pub fn scaled(&self, by: f64) -> Self {
+        let by = by.max(0.0);
+        let length = |length: Length| Quantity(length.0 * by);
+        Self {
+            pace: self.pace * by,
+            squeeze: self.squeeze * by,
+            strength: self.strength.map(|factor| nalgebra::ComplexField::powf(factor, by)),
+            path: length(self.path),
+            aim: length(self.aim),
+            arrival: Quantity(self.arrival.0 * by),
+            overrun: length(self.overrun),
+            tremor: Tremor {
+                amplitude: length(self.tremor.amplitude),
+                person: self.tremor.person.map(|ends| ends.map(length)),
+                ..self.tremor.clone()
+            },
+            force_noise: ForceNoise {
+                sigma: Quantity(self.force_noise.sigma.0 * by),
+                bias: Quantity(self.force_noise.bias.0 * by),
+            },
+            incidents: self.incidents * by,
+            ..self.clone()
+        }
+    }
+}
+
 impl Default for Variation {
     fn default() -> Self {
         let (length, time) = (Length::default(), Time::default());
         Self {
             pace: 0.0,
             squeeze: 0.0,
+            strength: [1.0; 2],
             path: length,
             aim: length,
             arrival: time,
             overrun: length,
-            overrun_time: crate::base::quantity::Quantity(0.5),
-            reaction: crate::base::quantity::Quantity(0.15),
+            overrun_time: Quantity(0.5),
+            reaction: Quantity(0.15),
             tremor: Tremor::default(),
             force_noise: ForceNoise::default(),
+            incidents: 0.0,
         }
     }
 }
 
 impl Default for Tremor {
     fn default() -> Self {
-        use crate::base::quantity::Quantity;
-        Self { amplitude: Quantity(0.0), frequency: [Quantity(8.0), Quantity(12.0)] }
+        Self { amplitude: Quantity(0.0), person: None, frequency: [Quantity(8.0), Quantity(12.0)] }
     }
 }
 
-/// Chance, from a seed. Each use has a stream of its own, so that one hand or sensor more does not change the others.
-pub(in crate::world) struct Chance(ChaCha8Rng);
-
-impl Chance {
-    /// The stream of this number under this seed.
-    pub(in crate::world) fn new(seed: u64, stream: u64) -> Self {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        rng.set_stream(stream);
-        Self(rng)
+/// Reads `human`, or numbers of a script's own.
+pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variation, D::Error> {
+    struct HumanOrNumbers;
+    impl<'de> Visitor<'de> for HumanOrNumbers {
+        type Value = Variation;
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("`human`, or how much people vary")
+        }
+        fn visit_str<E: Error>(self, name: &str) -> Result<Variation, E> {
+            if name == "human" { Ok(Variation::human()) } else { Err(E::invalid_value(Unexpected::Str(name), &self)) }
+        }
+        fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Variation, A::Error> {
+            Variation::deserialize(MapAccessDeserializer::new(map))
+        }
     }
-
-    /// Evenly between -1 and 1.
-    pub(in crate::world) fn either_way(&mut self) -> f64 {
-        self.0.random_range(-1.0..=1.0)
-    }
-
-    /// Evenly between 0 and 1.
-    pub(super) fn share(&mut self) -> f64 {
-        self.0.random_range(0.0..=1.0)
-    }
-
-    /// A factor between 1/(1 + spread) and 1 + spread, as likely above 1 as below.
-    pub(super) fn factor(&mut self, spread: f64) -> f64 {
-        let size = 1.0 + spread.max(0.0) * self.share();
-        if self.0.random_bool(0.5) { size } else { 1.0 / size }
-    }
-
-    /// A direction.
-    pub(super) fn direction(&mut self) -> Vector3<f64> {
-        let mut normal = || -> f64 { StandardNormal.sample(&mut self.0) };
-        Vector3::new(normal(), normal(), normal()).try_normalize(1e-9).unwrap_or_else(Vector3::x)
-    }
-
-    /// A normally distributed vector of standard deviation 1 in each component.
-    pub(in crate::world) fn noise(&mut self) -> Vector3<f64> {
-        let mut normal = || -> f64 { StandardNormal.sample(&mut self.0) };
-        Vector3::new(normal(), normal(), normal())
-    }
-}
-
-/// The tremor of one hand today.
-pub(super) struct Shaking {
-    amplitude: f64,
-    /// Angular frequency, rad/s, and phase, rad, in each direction.
-    waves: [(f64, f64); 3],
-}
-
-impl Shaking {
-    pub(super) fn new(tremor: &Tremor, chance: &mut Chance) -> Self {
-        let [low, high] = tremor.frequency.map(|frequency| frequency.0);
-        let waves = [(); 3].map(|()| {
-            let frequency = low + (high - low) * chance.share();
-            (std::f64::consts::TAU * frequency, std::f64::consts::TAU * chance.share())
-        });
-        Self { amplitude: tremor.amplitude.0, waves }
-    }
-
-    /// How far the hand is off at this time, m.
-    pub(super) fn at(&self, time_s: f64) -> Vector3<f64> {
-        // nalgebra's sine is the same on every machine.
-        Vector3::from(self.waves.map(|(rate, phase)| self.amplitude * ComplexField::sin(rate * time_s + phase)))
-    }
+    deserializer.deserialize_any(HumanOrNumbers)
 }

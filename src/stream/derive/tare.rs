@@ -1,0 +1,78 @@
+//! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
+
+use super::motion::{Motion, vector};
+use crate::base::hands::{Finger, Side};
+use crate::base::scene::Role;
+use crate::stream::frames::Issue;
+use crate::stream::geometry::surface_distance;
+use crate::stream::measured::{Measured, Noise};
+use nalgebra::{Point3, Vector3};
+
+/// A fingertip this far from every object feels nothing, m.
+const FAR: f64 = 0.030;
+/// How many of the samples are looked at, and how many of them must be far.
+const LOOKED_AT: usize = 2000;
+const FAR_ENOUGH: usize = 20;
+/// A bias counts when it is this many standard errors of its mean.
+const SIGNIFICANT: f64 = 6.0;
+
+/// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; tells of what was subtracted.
+pub fn tare(measured: &mut Measured) -> Vec<Issue> {
+    let found: Vec<(String, Rest)> = {
+        let motions: Vec<(usize, Motion)> = objects(measured);
+        let sensors = Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
+        sensors.filter_map(|finger| Some((format!("{finger}.force"), rest(measured, &motions, &finger)?))).collect()
+    };
+    let mut issues = Vec::new();
+    for (channel, rest) in found {
+        let Rest { bias, variance, samples } = rest;
+        measured.noise.insert(channel.clone(), Noise { variance });
+        if bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * variance / samples as f64 {
+            measured.subtract(&channel, bias.into());
+            let message = format!(
+                "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
+                bias.norm()
+            );
+            issues.push(measured.over_all("biased", &channel, message));
+        }
+    }
+    issues
+}
+
+/// What a sensor reads at rest.
+struct Rest {
+    bias: Vector3<f64>,
+    /// Of the vector's components together, N².
+    variance: f64,
+    samples: usize,
+}
+
+/// The objects of a scene, which is what fingertips touch.
+fn objects<'a>(measured: &'a Measured) -> Vec<(usize, Motion<'a>)> {
+    let bodies = measured.scene.bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object);
+    bodies.map(|(index, (name, body))| (index, Motion::of_poses(measured, name, body))).collect()
+}
+
+/// What the sensor of a finger reads far from everything; `None` when the log does not tell where it is, or when it is never far.
+fn rest(measured: &Measured, objects: &[(usize, Motion)], finger: &str) -> Option<Rest> {
+    let force = measured.vec3(&format!("{finger}.force"))?;
+    let tip = measured.vec3(&format!("{finger}.position"))?;
+    let far = |frame: &usize| {
+        let tip: Point3<f64> = vector(&tip, *frame).into();
+        objects.iter().all(|(index, motion)| {
+            measured.scene.bodies.get_index(*index).is_none_or(|(_, body)| {
+                surface_distance(body, &motion.pose(*frame).inverse_transform_point(&tip)) > FAR
+            })
+        })
+    };
+    let stride = measured.len().div_ceil(LOOKED_AT).max(1);
+    let read: Vec<Vector3<f64>> =
+        (0..measured.len()).step_by(stride).filter(far).map(|frame| vector(&force, frame)).collect();
+    if read.len() < FAR_ENOUGH {
+        return None;
+    }
+    let count = read.len() as f64;
+    let bias = read.iter().sum::<Vector3<f64>>() / count;
+    let variance = read.iter().map(|force| (force - bias).norm_squared()).sum::<f64>() / count;
+    Some(Rest { bias, variance, samples: read.len() })
+}

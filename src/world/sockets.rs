@@ -1,0 +1,71 @@
+//! The sockets of a scene as places in space: how far an object's plug point is from the rim of a socket, along its axis and beside it.
+
+use super::simulation::BodyState;
+use crate::base::scene::{Scene, Socket};
+use nalgebra::{Point3, Vector3};
+
+/// A socket with the objects that fit in.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    /// Its name in the scene.
+    pub(super) name: String,
+    /// Index of the body that it is fixed to.
+    pub(super) body: usize,
+    pub(super) socket: Socket,
+    /// Indices of the objects that fit, each with its plug point in its own frame.
+    pub(super) plugs: Vec<(usize, Point3<f64>)>,
+}
+
+/// Where a plug point is, seen from a socket; reference frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Plug {
+    /// Unit direction out of the socket.
+    pub(super) axis: Vector3<f64>,
+    /// Height above the rim, m; negative inside.
+    pub(super) height: f64,
+    /// From the axis to the plug point, across the axis, m.
+    pub(super) beside: Vector3<f64>,
+    /// The plug point.
+    pub(super) point: Point3<f64>,
+}
+
+/// The sockets of a scene, in file order.
+pub(super) fn places(scene: &Scene) -> Vec<Place> {
+    let mut places = Vec::new();
+    for (body, (_, holder)) in scene.bodies.iter().enumerate() {
+        for (name, socket) in &holder.sockets {
+            let fits = |object: &String| socket.accepts.as_ref().is_none_or(|accepted| accepted.contains(object));
+            let plugs = scene.bodies.iter().enumerate().filter(|(index, (name, it))| {
+                *index != body && it.role == crate::base::scene::Role::Object && fits(name)
+            });
+            let plugs = plugs.map(|(index, (_, it))| {
+                let plug = it.plug.map_or_else(Vector3::zeros, |plug| Vector3::from(plug.map(|length| length.0)));
+                (index, plug.into())
+            });
+            places.push(Place { name: name.clone(), body, socket: socket.clone(), plugs: plugs.collect() });
+        }
+    }
+    places
+}
+
+impl Place {
+    /// Where the plug point of an object is; `None` for an object that does not fit.
+    pub(super) fn plug(&self, object: usize, bodies: &[BodyState]) -> Option<Plug> {
+        let (_, plug) = self.plugs.iter().find(|(fits, _)| *fits == object)?;
+        let (holder, state) = (bodies.get(self.body)?, bodies.get(object)?);
+        let axis = Vector3::from(self.socket.axis).try_normalize(1e-9).unwrap_or_else(Vector3::z);
+        let axis = holder.pose.rotation * axis;
+        let rim = holder.pose * Point3::from(self.socket.rim.map(|length| length.0));
+        let point = state.pose * plug;
+        let height = (point - rim).dot(&axis);
+        Some(Plug { axis, height, beside: point - rim - axis * height, point })
+    }
+
+    /// Whether a plug point that is seen like this is in the socket.
+    pub(super) fn holds(&self, plug: &Plug) -> bool {
+        let socket = &self.socket;
+        plug.height < 0.0
+            && -plug.height <= socket.depth.0 + socket.radius.0
+            && plug.beside.norm() <= 1.5 * socket.radius.0
+    }
+}

@@ -1,0 +1,75 @@
+//! From primitives to tasks: each stretch from a Move to a Release, by its key primitive (PAPER.md section 5). It follows the chapter's table on
+//! the true primitives and shares nothing with the rules.
+
+use super::facts::Facts;
+use super::series::runs;
+use std::ops::Range;
+
+/// A key counts from this way on, m, this turn on, rad, or this long, ms: less is a fluctuation.
+const TRAVEL_M: f64 = 0.020;
+const TURN_RAD: f64 = 0.17;
+const PRESS: usize = 150;
+
+/// The tasks of a hand, one after the other, with what they are called; without a name where it is at none.
+pub(super) fn tasks(labels: &[&str], facts: &[Facts]) -> Vec<(Range<usize>, &'static str)> {
+    let named = |span: Range<usize>| (span.clone(), task(span, labels, facts));
+    joined(spans(labels), labels, facts).into_iter().map(named).collect()
+}
+
+/// Stretches that end with a Release, and the rest.
+fn spans(labels: &[&str]) -> Vec<Range<usize>> {
+    let mut spans = Vec::new();
+    let mut start = 0;
+    for run in runs(labels) {
+        if labels[run.start] == "Release" || run.end == labels.len() {
+            spans.push(start..run.end);
+            start = run.end;
+        }
+    }
+    spans
+}
+
+/// A touch that came to nothing belongs to what follows it without leaving, and so do the strokes of one turn to each other.
+fn joined(spans: Vec<Range<usize>>, labels: &[&str], facts: &[Facts]) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for span in spans {
+        let stays = labels[span.start] != "Move";
+        let goes_on = |last: &Range<usize>| {
+            let before = task(last.clone(), labels, facts);
+            stays && (before.is_empty() || before == "turn_screw" && task(span.clone(), labels, facts) == before)
+        };
+        match joined.last_mut() {
+            Some(last) if goes_on(last) => last.end = span.end,
+            _ => joined.push(span),
+        }
+    }
+    joined
+}
+
+/// The task of a span; empty when it has no key.
+fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
+    let parts: Vec<Range<usize>> =
+        runs(&labels[span.clone()]).into_iter().map(|run| run.start + span.start..run.end + span.start).collect();
+    let way = |of: fn(&Facts) -> f64, part: &Range<usize>| facts[part.clone()].iter().map(of).sum::<f64>() / 1000.0;
+    let has = |name: &str| {
+        parts.iter().filter(|part| labels[part.start] == name).any(|part| match name {
+            "Turn" => way(|facts| facts.spin, part) >= TURN_RAD,
+            "Slide" | "Push" | "Trace" => way(|facts| facts.speed, part) >= TRAVEL_M,
+            "Press" => part.len() >= PRESS,
+            _ => true,
+        })
+    };
+    let grasped = has("Grasp") || has("Translate");
+    let keys = [
+        ("turn_screw", has("Turn")),
+        ("peg_in_hole", has("Insert")),
+        ("peg_pullout_from_hole", has("Pullout")),
+        ("pick_and_follow", has("Follow")),
+        ("push_and_trace", has("Trace") && !grasped),
+        ("pick_and_press", has("Press")),
+        ("push", has("Push") && !grasped),
+        ("pick_and_place", has("Translate") || has("Place")),
+        ("slide", has("Slide")),
+    ];
+    keys.iter().find(|(_, found)| *found).map_or("", |(name, _)| name)
+}
