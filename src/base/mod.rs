@@ -6,6 +6,7 @@
 pub mod channels;
 pub mod diagnostic;
 pub mod error;
+pub mod geometry;
 pub mod hands;
 pub mod quantity;
 pub mod recording;

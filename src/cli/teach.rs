@@ -6,6 +6,7 @@ use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::stream::csv;
+use crate::stream::formats;
 use crate::world::{self, Operator};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
@@ -48,7 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
     }
     let recording = teach(&scene, &operator, args.seed)?;
-    csv::write(&recording, &args.out)?;
+    formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     Ok(())
@@ -81,7 +82,7 @@ fn many(
     let done = AtomicU64::new(0);
     let frames = seeds.into_par_iter().map(|seed| {
         let recording = world::teach(scene, operator, seed)?;
-        csv::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
+        formats::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
         Ok::<usize, InputError>(recording.time.len())
     });

@@ -8,7 +8,7 @@
 //! Any direction gives a gap that is not too large. For two boxes the sign is exact, and so is the depth of an overlap; beside edges and
 //! corners the gap is short by up to a factor of 1.8. With a cylinder or a ball it is within 10 µm as long as it is less than [`NEAR`].
 
-use super::geometry::pose;
+use crate::base::geometry::pose;
 use crate::base::scene::{Body, Part, Shape};
 use nalgebra::{Isometry3, Unit, Vector3};
 

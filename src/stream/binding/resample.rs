@@ -7,7 +7,7 @@ use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
 use crate::stream::dropouts::moves;
-use crate::stream::geometry::unit;
+use crate::base::geometry::unit;
 use crate::stream::names::{self, Meaning};
 use crate::stream::timebase::believable_step;
 use indexmap::IndexMap;

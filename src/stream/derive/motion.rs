@@ -5,7 +5,7 @@
 //! of a tremor is at most a twentieth. An average of a differentiated position is the way from the mean place before to the mean place after.
 
 use crate::base::scene::Body as SceneBody;
-use crate::stream::geometry::{pose, unit};
+use crate::base::geometry::{pose, unit};
 use crate::stream::measured::Measured;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::borrow::Cow;

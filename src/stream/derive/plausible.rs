@@ -9,7 +9,7 @@ use super::raw::Array;
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Role};
 use crate::stream::frames::{HandLayout, Issue};
-use crate::stream::geometry::surface_distance;
+use crate::base::geometry::surface_distance;
 use crate::stream::measured::Measured;
 use nalgebra::{Point3, Vector3};
 

@@ -4,7 +4,7 @@ use super::motion::{Motion, vector};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Role;
 use crate::stream::frames::Issue;
-use crate::stream::geometry::surface_distance;
+use crate::base::geometry::surface_distance;
 use crate::stream::measured::{Measured, Noise};
 use nalgebra::{Point3, Vector3};
 

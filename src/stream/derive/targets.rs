@@ -6,7 +6,6 @@ use super::motion::{Motion, vector};
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, plugged, sockets};
 use crate::base::hands::{Finger, Side};
-use crate::stream::geometry::bounding_radius;
 use crate::stream::measured::Measured;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -75,7 +74,7 @@ impl<'a> Derivation<'a> {
             "target.rotation" => vec![self.rotation(track)],
             "target.velocity" => vec![of_motion(&|motion, frame| motion.velocity(frame))],
             "target.angular_velocity" => vec![of_motion(&|motion, frame| motion.angular_velocity(frame))],
-            "target.radius" => vec![vec![of_body(&bounding_radius)]],
+            "target.radius" => vec![vec![of_body(&crate::base::scene::Body::bounding_radius)]],
             "target.weight" => vec![vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))]],
             "target.spin" => vec![vec![self.scalars(track, |frame, body| self.spin(frame, body))]],
             "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],

@@ -1,6 +1,8 @@
 //! The state of the world in one millisecond, as far as the truth asks for it.
 
+use crate::base::geometry::surface_distance;
 use crate::base::hands::Finger;
+use crate::base::scene::Body;
 use crate::world::simulation::{BodyState, Observation};
 use nalgebra::{Point3, Vector3};
 

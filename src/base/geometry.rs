@@ -14,25 +14,10 @@ pub fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_else(UnitQuaternion::identity)
 }
 
-/// Radius of the ball about the body's origin that holds it, m; 0 when nothing is known of its size.
-pub fn bounding_radius(body: &Body) -> f64 {
-    body.radius.map_or_else(|| body.parts.iter().map(part_radius).fold(0.0, f64::max), |radius| radius.0)
-}
-
-fn part_radius(part: &Part) -> f64 {
-    let [x, y, z] = part.at.map(|length| length.0);
-    let own = match part.shape {
-        Shape::Box(edges) => edges.iter().map(|edge| (edge.0 / 2.0).powi(2)).sum::<f64>().sqrt(),
-        Shape::Cylinder([radius, height]) => radius.0.hypot(height.0 / 2.0),
-        Shape::Ball(radius) => radius.0,
-    };
-    (x * x + y * y + z * z).sqrt() + own
-}
-
 /// Distance from a point to the surface of a body, m, negative inside. A body without shape is the ball that holds it.
 pub fn surface_distance(body: &Body, point_in_body: &Point3<f64>) -> f64 {
     if body.parts.is_empty() {
-        return point_in_body.coords.norm() - bounding_radius(body);
+        return point_in_body.coords.norm() - body.bounding_radius();
     }
     body.parts.iter().map(|part| part_distance(part, point_in_body)).fold(f64::INFINITY, f64::min)
 }
