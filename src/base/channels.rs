@@ -186,6 +186,12 @@ pub const DERIVED: &[Derived] = &[
     ),
     contact("contacts.handled", Shape::Bool, Dimension::NONE, "the other body is touched by the other hand"),
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
+    hand(
+        "push",
+        Shape::Vec3,
+        Dimension::FORCE,
+        "sum of this hand's finger forces on its target without the tremor of the hand, reference frame",
+    ),
     global(
         "closing",
         Shape::Scalar,

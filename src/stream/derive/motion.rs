@@ -123,7 +123,7 @@ fn differences(measured: &Measured, change: impl Fn(usize, usize) -> f64) -> Vec
 }
 
 /// Takes the tremor out of a column, stretch by stretch.
-fn steady(measured: &Measured, column: &[f64]) -> Vec<f64> {
+pub fn steady(measured: &Measured, column: &[f64]) -> Vec<f64> {
     let reach = (TREMOR_SECS * measured.rate_hz / 2.0).round() as usize;
     averaged(measured, &averaged(measured, column, reach), reach)
 }

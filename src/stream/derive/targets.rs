@@ -2,7 +2,7 @@
 
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
-use super::motion::{Motion, vector};
+use super::motion::{Motion, steady, vector};
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, plugged, sockets};
 use crate::base::hands::{Finger, Side};
@@ -88,7 +88,8 @@ impl<'a> Derivation<'a> {
                 self.motions.get(partner).map_or_else(Vector3::zeros, |motion| motion.velocity(frame))
             }),
             "contacts.handled" => self.handled(track),
-            "load" => vec![vec![self.load(track)]],
+            "load" => vec![vec![self.forces(track).iter().map(Vector3::norm).collect()]],
+            "push" => vec![columns::<3>(self.forces(track).into_iter().map(Into::into)).iter().map(|it| steady(self.measured, it)).collect()],
             _ => return None,
         })
     }
@@ -168,14 +169,13 @@ impl<'a> Derivation<'a> {
         self.partners.iter().map(slot).collect()
     }
 
-    fn load(&self, track: &HandTrack) -> Vec<f64> {
+    /// The sum of the finger forces at each frame, N.
+    fn forces(&self, track: &HandTrack) -> Vec<Vector3<f64>> {
         let forces: Vec<[&[f64]; 3]> = Finger::ALL
             .iter()
             .filter_map(|finger| self.measured.vec3(&format!("{}.{finger}.force", track.side)))
             .collect();
-        (0..self.measured.len())
-            .map(|frame| forces.iter().map(|force| vector(force, frame)).sum::<Vector3<f64>>().norm())
-            .collect()
+        (0..self.measured.len()).map(|frame| forces.iter().map(|force| vector(force, frame)).sum()).collect()
     }
 
     /// The targets of both hands, left first, where they differ.

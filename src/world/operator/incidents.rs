@@ -174,7 +174,7 @@ impl Told<'_> {
                     let near =
                         Reach { offset: [aside, 0.0, 0.03].map(Quantity), opened: Quantity(0.025), ..approach.clone() };
                     let away = Reach { offset: [aside, -0.10, 0.15].map(Quantity), ..approach };
-                    let again = self.steps.get(at.saturating_sub(1)).map(|step| step.goal.clone());
+                    let again = self.reach_before(at);
                     let steps = [Goal::Reach(near), wait, Goal::Reach(away)].into_iter().chain(again);
                     self.insert(at, incident, steps.collect());
                 }
@@ -192,10 +192,22 @@ impl Told<'_> {
                 let off = Goal::Open(Open { by: Quantity(0.006), speed: Quantity(0.06) });
                 self.insert(at + 1, incident, vec![off, again]);
             }
-            Incident::Slip | Incident::Drop => {
+            Incident::Slip => {
                 let Some(at) = self.first(|goal| matches!(goal, Goal::Bring(_))) else { return };
-                let distance = if incident == Incident::Drop { DROP_M } else { self.chance.between(SLIP_M) };
-                self.insert(at, incident, vec![Goal::Slip(Slip { distance: Quantity(distance) })]);
+                let distance = Quantity(self.chance.between(SLIP_M));
+                self.insert(at, incident, vec![Goal::Slip(Slip { distance })]);
+            }
+            Incident::Drop => {
+                let Some((at, approach)) = self.first(|goal| matches!(goal, Goal::Bring(_))).zip(self.approach()) else {
+                    return;
+                };
+                let off = Goal::Open(Open { by: Quantity(0.025), speed: Quantity(0.12) });
+                let fallen = [Goal::Slip(Slip { distance: Quantity(DROP_M) }), off];
+                // Then it is picked up from where it lies, as before.
+                let above = self.reach_before(approach.0);
+                let again = self.steps[approach.0..at].iter().filter(|step| !step.added).map(|step| step.goal.clone());
+                let steps = fallen.into_iter().chain(above).chain(again).collect();
+                self.insert(at, incident, steps);
             }
             Incident::LateStart | Incident::EarlyEnd => {}
         }
@@ -213,7 +225,7 @@ impl Told<'_> {
         let steps =
             [Goal::Reach(above), Goal::Close(lay_on), Goal::Hold(Quantity(stay)), Goal::Open(off), Goal::Carry(up)];
         // Then it begins anew.
-        let again = self.steps.get(at.saturating_sub(1)).map(|step| step.goal.clone());
+        let again = self.reach_before(at);
         self.insert(at, incident, steps.into_iter().chain(again).collect());
     }
 
@@ -241,6 +253,12 @@ impl Told<'_> {
             Goal::Reach(reach) => Some((at, reach.clone())),
             _ => None,
         })
+    }
+
+    /// The script's last reach before a step: from there it begins anew.
+    fn reach_before(&self, at: usize) -> Option<Goal> {
+        let before = self.steps.iter().take(at).rev().filter(|step| !step.added);
+        before.map(|step| &step.goal).find(|goal| matches!(goal, Goal::Reach(_))).cloned()
     }
 
     /// The first closing that the script itself asks for.

@@ -15,9 +15,10 @@ const YIELDING: f64 = 0.020;
 const CENTRING: f64 = 1.0;
 /// Nearer to the rim than this, m, the hand goes down only as well as it has aimed.
 const CAREFUL_M: f64 = 0.003;
-/// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts.
+/// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts. The longer it is tried, the harder, N/s.
 const SHALLOW_M: f64 = 0.004;
 const LIGHT: f64 = 0.2;
+const HARDER: f64 = 0.05;
 /// Who does not find the hole in this time, s, lifts the plug for that time, s, at this speed, m/s, and goes on.
 const TRYING_S: f64 = 2.0;
 const LIFTING_S: f64 = 0.4;
@@ -98,7 +99,7 @@ impl Plugging {
         };
         // A hand eases off when it meets more than it likes, or more than its grip can carry.
         let shallow = going_in && plug.height > -SHALLOW_M;
-        let limit = if shallow { LIGHT } else { grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(LIGHT, EASING)) };
+        let limit = if shallow { (LIGHT + HARDER * self.searched).min(EASING) } else { grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(LIGHT, EASING)) };
         let weight = if going_in { 0.0 } else { grip.weight };
         let met = (force.dot(&way) - weight) / limit;
         let speed = self.speed.min(0.010 + 3.0 * (self.to - plug.height).abs());

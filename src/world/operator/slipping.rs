@@ -13,7 +13,7 @@ const FIRMER: f64 = 1.3;
 const CATCHING_S: f64 = 0.5;
 /// An object that has not been felt for this long, s, or has fallen this far, m, is gone.
 const DROPPED_S: f64 = 0.15;
-const DROPPED_M: f64 = 0.1;
+const DROPPED_M: f64 = 0.025;
 
 /// A grip that loosens.
 pub(super) struct Slipping {
@@ -30,7 +30,7 @@ pub(super) struct Slipping {
 }
 
 impl Slipping {
-    /// Moves the fingertips (palm frame) for another step; whether it is over. The grip holds again when the object was caught.
+    /// Moves the fingertips (palm frame) for another step; whether it is over. The grip holds again only when the object was caught.
     pub(super) fn step(
         &mut self,
         grip: &mut Held,
@@ -64,8 +64,7 @@ impl Slipping {
         let caught = self.catching.is_some_and(|time| pressed >= FIRMER * self.squeeze || time >= CATCHING_S);
         let over = caught || self.empty > DROPPED_S || slipped > DROPPED_M;
         if over {
-            // Whoever has let it fall still means to hold it, and finds out.
-            grip.squeeze = Some(if caught { FIRMER * self.squeeze } else { self.squeeze });
+            grip.squeeze = caught.then_some(FIRMER * self.squeeze);
         }
         over
     }

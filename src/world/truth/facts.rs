@@ -18,6 +18,8 @@ const TURNS: f64 = 0.2;
 /// A hand comes near an object when the middle of its fingertips is within this of the object's bounding ball, m, and stays near it within that.
 const NEAR_M: f64 = 0.050;
 const STAYS_NEAR_M: f64 = 0.070;
+/// Another object must be nearer than this, m, to be dealt with instead.
+const NEARER_BY_M: f64 = 0.010;
 /// An object is in a socket when its plug point is this far below the rim, m.
 const INSIDE_M: f64 = 0.001;
 /// It searches for the socket when the plug point is within this of the hole, m, and from this far below to this far above the rim.
@@ -160,7 +162,9 @@ fn targets(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<usize> {
         let touched = |object: usize| moment.hands[hand].iter().any(|tip| tip.force_on(object).is_some());
         if !touched(target) {
             let distance = |object: &usize| moment.distance(hand, &scene.bodies[*object], *object);
-            let nearest = || objects.iter().copied().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            // Of two objects at the same distance the hand stays with the one that it deals with.
+            let to_go = |object: &usize| distance(object) - if *object == target { NEARER_BY_M } else { 0.0 };
+            let nearest = || objects.iter().copied().min_by(|a, b| to_go(a).total_cmp(&to_go(b)));
             target = objects.iter().copied().find(|&object| touched(object)).or_else(nearest).unwrap_or(usize::MAX);
         }
         target
