@@ -165,6 +165,12 @@ pub const DERIVED: &[Derived] = &[
         Dimension::NONE,
         "the target's plug point is near the axis of a socket, above its rim or at most 5 mm below: searching for the hole",
     ),
+    hand(
+        "target.in_plain_socket",
+        Shape::Bool,
+        Dimension::NONE,
+        "the socket that the target is in has neither thread nor bearing: the scene gives it no `pitch`",
+    ),
     contact("contacts.force", Shape::Vec3, Dimension::FORCE, "force of the other body on the target, reference frame"),
     contact(
         "contacts.normal",

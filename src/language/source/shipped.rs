@@ -14,7 +14,8 @@ shipped![
     "contact.rules",
     "bimanual.rules",
     "hand_force.rules",
-    "hand_flags.rules"
+    "hand_flags.rules",
+    "hand_wrist.rules"
 ];
 
 /// The shipped file that is meant by `contact.rules` or `rules/contact.rules`.

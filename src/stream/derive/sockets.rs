@@ -29,6 +29,11 @@ pub fn sockets(scene: &Scene) -> Vec<Socket<'_>> {
 }
 
 impl Socket<'_> {
+    /// Whether it has neither thread nor bearing.
+    pub const fn is_plain(&self) -> bool {
+        self.socket.pitch.is_none()
+    }
+
     /// The direction out of the socket in the reference frame; vertical when the file gives none.
     pub fn axis(&self, motions: &[Motion], frame: usize) -> Vector3<f64> {
         let [x, y, z] = self.socket.axis;

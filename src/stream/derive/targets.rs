@@ -82,6 +82,9 @@ impl<'a> Derivation<'a> {
             "target.over_socket" => {
                 vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
             }
+            "target.in_plain_socket" => {
+                vec![vec![self.scalars(track, |frame, body| flag(self.socket(frame, body).is_some_and(Socket::is_plain)))]]
+            }
             "contacts.force" => self.slots(track, |frame, contact, _| contact.force(frame)),
             "contacts.normal" => self.slots(track, |frame, contact, _| contact.normal(frame)),
             "contacts.velocity" => self.slots(track, |frame, _, partner| {
@@ -125,17 +128,18 @@ impl<'a> Derivation<'a> {
         }))
     }
 
+    /// The socket that a body is in.
+    fn socket(&self, frame: usize, body: usize) -> Option<&Socket<'_>> {
+        let index = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
+        self.sockets.get(index)
+    }
+
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
     /// else about the vertical.
     fn spin(&self, frame: usize, body: usize) -> f64 {
         let turn =
             |body: usize| self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.angular_velocity(frame));
-        let socket = self
-            .plugged
-            .get(&body)
-            .and_then(|plug| plug.socket.get(frame).copied().flatten())
-            .and_then(|index| self.sockets.get(index));
-        if let Some(socket) = socket {
+        if let Some(socket) = self.socket(frame, body) {
             return (turn(body) - turn(socket.body)).dot(&socket.axis(self.motions, frame));
         }
         let carrying = self.partners.iter().filter_map(|partner| self.contacts.get(&(body, *partner)));
