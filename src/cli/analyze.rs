@@ -1,7 +1,7 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::rules::{RuleArgs, load};
-use super::{Failure, output};
+use super::{Failure, live, output};
 use crate::analysis::{self, Analysis, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html"
 )]
 pub struct Args {
-    /// Recordings
+    /// Recordings of any format, `set#3` for an episode; `-` reads JSON lines and prints segments as they close
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -91,7 +91,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Analyses one recording: what is to be said about it.
 fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
     let request = OpenRequest { log: log.into(), binding: args.binding.clone(), scene: args.scene.clone() };
-    let opened = stream::open(&request)?;
+    let opened = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
+        live(args, &request)?
+    } else {
+        stream::open(&request)?
+    };
     let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
     let binding = args.binding.as_ref().map(|path| path.display().to_string());
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
@@ -101,6 +105,24 @@ fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
         output::write(path, &page, inputs)?;
     }
     written(&analysed, args.format, args.out.is_none())
+}
+
+/// Reads a recording from standard input and prints its segments as they close.
+fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
+    // The rules are the same each time; they are known when the binding, if there is one, has named its hand file.
+    let mut rules = None;
+    let mut analysis_of = |source| {
+        let opened = stream::open_source(source, request)?;
+        if rules.is_none() {
+            rules = Some(load(&args.rules, opened.hand_file.as_deref(), &opened.params)?);
+        }
+        match &rules {
+            Some(rules) => Ok(analyse(rules, &opened, None, vec![])?.analysis),
+            None => Ok(Analysis::default()),
+        }
+    };
+    let source = live::read(std::io::stdin().lock(), &mut analysis_of, &mut live::say)?;
+    Ok(stream::open_source(source, request)?)
 }
 
 /// Runs the rules over an opened recording.

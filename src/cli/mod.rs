@@ -9,6 +9,8 @@ mod check;
 #[cfg(feature = "world")]
 mod demo;
 mod graph;
+mod inspect;
+mod live;
 mod output;
 mod progress;
 mod rules;
@@ -35,6 +37,8 @@ enum Command {
     Demo(demo::Args),
     /// Report every mistake of rule files, and what running them costs
     Check(check::Args),
+    /// Show what a log holds and what could be recognised from it; write a binding to fill in
+    Inspect(inspect::Args),
     /// Segment recordings into primitive motions and name their tasks
     Analyze(analyze::Args),
     /// Compare what is found in recordings with what is true
@@ -90,6 +94,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "world")]
         Command::Demo(args) => demo::run(args),
         Command::Check(args) => check::run(args),
+        Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]

@@ -5,6 +5,7 @@ use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::csv;
+use crate::stream::formats;
 use crate::world::{self, Operator};
 use std::path::{Path, PathBuf};
 
@@ -27,7 +28,7 @@ pub struct Args {
 /// Runs `teach`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = record(&args.scene, &args.operator, args.seed)?;
-    csv::write(&recording, &args.out)?;
+    formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     Ok(())

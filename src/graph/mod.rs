@@ -9,10 +9,12 @@
 
 mod decision;
 mod lower;
+mod possible;
 mod render;
 
 pub use decision::{Decision, Leaf, Target, Test};
 pub use lower::lower;
+pub use possible::{Known, possible};
 pub use render::text;
 
 use crate::base::channels::ChannelSpec;

@@ -2,11 +2,13 @@
 //!
 //! What is written is read back to the same bits. A file appears whole or not at all.
 
+use super::formats::{self, delimited::unreadable};
 use super::frames::Issue;
 use super::names;
-use super::table::{self, Source, Want, unreadable};
+use super::table::{Source, Want};
 use super::whole;
 use crate::base::error::InputError;
+use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::Scene;
 use crate::base::units::{Dimension, compound};
@@ -31,14 +33,23 @@ pub struct Read {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
-    // The log first: one that is not there has no scene beside it either.
-    let source = table::open(path)?;
-    let scene = scene.map_or_else(|| scene_beside(path), read_scene)?;
-    let mut read = columns(source)?;
+    read_source(formats::open(path)?, path, scene)
+}
+
+/// The same of a log that is opened already.
+pub(super) fn read_source(mut source: Source, path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
+    let (own, events) = (source.scene.take(), std::mem::take(&mut source.events));
+    let scene = match (scene, own) {
+        (Some(scene), _) => read_scene(scene)?,
+        (None, Some(own)) => own,
+        (None, None) => scene_beside(path)?,
+    };
+    let mut read = columns(source, None)?;
     read.recording.scene = scene;
-    if let Some(file) = beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
-        read.recording.events = read_events(&file)?;
-    }
+    read.recording.events = match beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
+        Some(file) if events.is_empty() => read_events(&file)?,
+        _ => events,
+    };
     Ok(read)
 }
 
@@ -80,16 +91,16 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), String> {
 }
 
 /// Reads the columns of a canonical table.
-pub(super) fn columns(source: Source) -> Result<Read, InputError> {
-    let file = source.file.clone();
-    let header = source.header.clone();
-    let place = |name: &str| format!("{file} row 1 column {name}");
+pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, InputError> {
+    let header = source.header();
+    let header_place = source.header_place.clone();
+    let place = |name: &str| format!("{header_place} column {name}");
     let mut seen: IndexMap<&str, Dimension> = IndexMap::new();
     let mut wants = Vec::with_capacity(header.len());
     for title in &header {
         let (name, unit) = names::split_unit(title);
         if name.is_empty() {
-            return Err(InputError::new(format!("{file} row 1 column {}", wants.len() + 1), "the column has no name"));
+            return Err(InputError::new(place(&(wants.len() + 1).to_string()), "the column has no name"));
         }
         let (want, dimension) = want(name, unit).map_err(|message| InputError::new(place(name), message))?;
         if seen.insert(name, dimension).is_some() {
@@ -99,10 +110,10 @@ pub(super) fn columns(source: Source) -> Result<Read, InputError> {
         }
         wants.push(want);
     }
-    if !seen.contains_key("time") {
+    if !seen.contains_key("time") && rate.is_none() {
         let near = names::nearest("time", seen.keys().copied())
             .or_else(|| seen.keys().copied().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
-        let error = InputError::new(format!("{file} row 1"), "the log has no column `time`");
+        let error = InputError::new(&header_place, "the log has no column `time`");
         return Err(match near {
             Some(name) => error.help(format!(
                 "rename `{name}` to `time [s]`, or describe the log in a binding and name it with --binding"
@@ -110,7 +121,7 @@ pub(super) fn columns(source: Source) -> Result<Read, InputError> {
             None => error.help("add `time [s]`, or describe the log in a binding and name it with --binding"),
         });
     }
-    let table = source.read(&wants)?;
+    let table = source.read(&wants, rate.map(|rate| rate.0))?;
     let mut recording = Recording { time: table.time, ..Recording::default() };
     for ((((name, dimension), want), numbers), texts) in
         seen.into_iter().zip(&wants).zip(table.numbers).zip(table.texts)
@@ -194,14 +205,7 @@ const EVENT_COLUMNS: [&str; 3] = ["time [s]", "kind", "subjects"];
 /// # Errors
 /// When a file cannot be written, or a column is not as long as the time; then the log is not there.
 pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
-    let name = path.display().to_string();
-    let rows = recording.time.len();
-    let odd = recording.columns.iter().find(|(_, column)| column.values.len() != rows).map(|(name, _)| name);
-    if let Some(column) =
-        odd.or_else(|| recording.labels.iter().find(|(_, texts)| texts.len() != rows).map(|(name, _)| name))
-    {
-        return Err(InputError::new(format!("{name} column {column}"), "the column is not as long as the time"));
-    }
+    check_lengths(recording, path)?;
     let [scene, _] = beside(path, "scene.yaml");
     let [events, _] = beside(path, "events.csv");
     // The log last: where it is, the others are too.
@@ -217,6 +221,19 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
         whole::write(&events, |out| write_events(out, &recording.events))?;
     }
     whole::write(path, |out| write_log(out, recording))
+}
+
+/// Refuses a recording with a column that is not as long as the time.
+pub(super) fn check_lengths(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    let name = path.display().to_string();
+    let rows = recording.time.len();
+    let odd = recording.columns.iter().find(|(_, column)| column.values.len() != rows).map(|(name, _)| name);
+    if let Some(column) =
+        odd.or_else(|| recording.labels.iter().find(|(_, texts)| texts.len() != rows).map(|(name, _)| name))
+    {
+        return Err(InputError::new(format!("{name} column {column}"), "the column is not as long as the time"));
+    }
+    Ok(())
 }
 
 fn write_log(out: &mut dyn std::io::Write, recording: &Recording) -> std::io::Result<()> {

@@ -19,7 +19,7 @@
 
 use crate::base::channels::Shape;
 use crate::base::hands::{Finger, Side};
-use crate::base::units::Dimension;
+use crate::base::units::{Dimension, compound};
 
 /// What a column is, as far as its name tells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,12 +104,21 @@ pub fn is_body_name(name: &str) -> bool {
         && !name.contains(|c: char| c == '.' || c == ',' || c.is_whitespace() || c.is_control())
 }
 
-/// Splits `right.thumb.force.x [mN]` into name and unit; the unit is `None` when it is left out.
+/// Splits `right.thumb.force.x [mN]` into name and unit; the unit is `None` when it is left out. The place in a list, `state[3]`, is no unit.
 pub fn split_unit(header: &str) -> (&str, Option<&str>) {
     let header = header.trim();
+    let is_place = |text: &str| text.contains('<') || text.bytes().all(|byte| byte.is_ascii_digit());
     match header.strip_suffix(']').and_then(|head| head.rsplit_once('[')) {
-        Some((name, unit)) => (name.trim_end(), Some(unit.trim())),
-        None => (header, None),
+        Some((name, unit)) if unit.is_empty() || !is_place(unit) => (name.trim_end(), Some(unit.trim())),
+        _ => (header, None),
+    }
+}
+
+/// Splits a title into name and unit where the bracket holds a unit; else it is part of the name, as in `state[3]`.
+pub fn split_known_unit(title: &str) -> (&str, Option<&str>) {
+    match split_unit(title) {
+        (name, Some(unit)) if compound(unit).is_ok() => (name, Some(unit)),
+        _ => (title.trim(), None),
     }
 }
 

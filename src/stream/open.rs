@@ -3,8 +3,9 @@
 use super::binding::{Binding, BindingFile, bind};
 use super::csv;
 use super::derive;
+use super::formats;
 use super::frames::{Frames, Issue};
-use super::table;
+use super::table::Source;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -47,26 +48,26 @@ pub struct Opened {
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
 pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
-    let ending = request.log.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
-    if !matches!(ending.as_str(), "csv" | "tsv" | "txt") {
-        return Err(InputError::new(
-            request.log.display().to_string(),
-            format!("found a file that ends in `.{ending}`, wanted `.csv`, `.tsv` or `.txt`"),
-        )
-        .help("logs of other formats have to be exported as CSV"));
-    }
+    open_source(formats::open(&request.log)?, request)
+}
+
+/// Opens a log whose columns are known already.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
-        let csv::Read { recording, issues, row_time } = csv::read(&log, request.scene.as_deref())?;
+        let csv::Read { recording, issues, row_time } = csv::read_source(source, &log, request.scene.as_deref())?;
         let (params, trust, slips) = (vec![], vec![], vec![]);
         return Ok(Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips });
     };
     let file = BindingFile::read(binding)?;
-    let source = table::open(&log)?;
-    let scene = match (&request.scene, &file.binding.scene) {
-        (Some(path), _) => csv::read_scene(path)?,
-        (None, Some(scene)) => scene.clone(),
-        (None, None) => csv::scene_beside(&log)?,
+    let scene = match (&request.scene, &file.binding.scene, source.scene.take()) {
+        (Some(path), ..) => csv::read_scene(path)?,
+        (None, Some(scene), _) => scene.clone(),
+        (None, None, Some(own)) => own,
+        (None, None, None) => csv::scene_beside(&log)?,
     };
     let slips = file.check(&scene)?;
     // Of a name that nobody knows, anything else that is wrong with it is no news.

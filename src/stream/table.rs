@@ -1,28 +1,58 @@
-//! Delimited text as a table of columns on one time base: bytes in, numbers and texts out. What the columns mean is not known here.
+//! What every format becomes: tables of named raw columns with times. What the columns mean is not known here.
 //!
-//! Rows are counted as lines of the file, the header being row 1. A row that repeats the stamp before it is dropped, a last row
-//! that was cut short is dropped, both are told; time that runs backwards and a cell that is no number end the reading with their place.
+//! Most logs are one sheet. A bag has a sheet a topic and a folder a sheet a file, each with stamps of its own; a column of such a
+//! sheet is called `<sheet>.<column>`. Sheets that are read together are laid on the union of their stamps, numbers being unmeasured
+//! and texts held between the samples of their sheet, so that resampling finds every sample where it was taken.
 
 use super::frames::Issue;
 use super::names;
 use crate::base::error::InputError;
-use ::csv::{ByteRecord, ReaderBuilder};
-use std::fs::File;
-use std::io::{BufReader, Read};
-use std::path::Path;
+use crate::base::recording::Event;
+use crate::base::scene::Scene;
 
-/// The most columns that are read.
+/// The most columns that a sheet may have.
 pub const MAX_COLUMNS: usize = 10_000;
 /// The longest cell that is read, in bytes.
 pub const MAX_CELL: usize = 64 * 1024;
+/// The most cells that a log may have once it is in memory: formats that compress may promise more than any machine holds.
+pub const MAX_CELLS: usize = 1 << 28;
 
-/// A table whose header has been read.
+/// A log whose columns are known.
 pub struct Source {
     /// The name of the file in messages.
     pub file: String,
-    /// The header as it stands there, trimmed.
+    /// Where the columns are named, for messages: `log.csv row 1`.
+    pub header_place: String,
+    /// The tables.
+    pub sheets: Vec<Sheet>,
+    /// The scene that the log itself carries.
+    pub scene: Option<Scene>,
+    /// The events that the log itself carries.
+    pub events: Vec<Event>,
+    /// What was dropped while the log was opened.
+    pub issues: Vec<Issue>,
+    /// Sheets that are in the file and cannot be read, by name, with the reason.
+    pub refused: Vec<(String, String)>,
+}
+
+/// A table with stamps of its own.
+pub struct Sheet {
+    /// Stands before the names of the columns; empty when there is one sheet only.
+    pub name: String,
+    /// The columns as the log calls them, with unit where it says one: `force.x [mN]`.
     pub header: Vec<String>,
-    reader: ::csv::Reader<Box<dyn Read>>,
+    /// The rows.
+    pub rows: Box<dyn Rows>,
+}
+
+/// Rows that are not read yet.
+pub trait Rows {
+    /// Reads the rows, taking of each column what is wanted of it. Stamps are in the column of the one `Want::Time`, or, where none
+    /// is wanted, count the rows at `rate_hz`.
+    ///
+    /// # Errors
+    /// At the first row that cannot be read as it should: its place, what was found, what was wanted.
+    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError>;
 }
 
 /// What to make of a column.
@@ -40,6 +70,13 @@ pub enum Want {
     Text,
 }
 
+impl Want {
+    /// Whether it makes a column of a table.
+    fn is_column(self) -> bool {
+        matches!(self, Self::Number(_) | Self::Perhaps(_) | Self::Text)
+    }
+}
+
 /// The rows of a table.
 #[derive(Clone, Debug, Default)]
 pub struct Table {
@@ -53,260 +90,208 @@ pub struct Table {
     pub texts: Vec<Vec<String>>,
     /// What was dropped.
     pub issues: Vec<Issue>,
-}
-
-/// Opens a file of comma-separated values, or of tab-separated ones when its name ends in `.tsv`.
-///
-/// # Errors
-/// When the file cannot be read, is empty, or has a header that is no text.
-pub fn open(path: &Path) -> Result<Source, InputError> {
-    let file = path.display().to_string();
-    let bytes = File::open(path).map_err(|error| InputError::unreadable(&file, &error))?;
-    let delimiter = if path.extension().is_some_and(|end| end.eq_ignore_ascii_case("tsv")) { b'\t' } else { b',' };
-    Source::new(Box::new(BufReader::new(bytes)), file, delimiter)
+    /// How many sheets it was laid together from.
+    pub sheets: usize,
 }
 
 impl Source {
-    /// Reads the header.
-    ///
-    /// # Errors
-    /// When there is none, or it is no text.
-    pub fn new(bytes: Box<dyn Read>, file: impl Into<String>, delimiter: u8) -> Result<Self, InputError> {
+    /// A log of one sheet.
+    pub fn one(file: impl Into<String>, header: Vec<String>, rows: Box<dyn Rows>) -> Self {
+        Self::many(file, vec![Sheet { name: String::new(), header, rows }])
+    }
+
+    /// A log of these sheets.
+    pub fn many(file: impl Into<String>, sheets: Vec<Sheet>) -> Self {
         let file = file.into();
-        let mut reader = ReaderBuilder::new().has_headers(false).flexible(true).delimiter(delimiter).from_reader(bytes);
-        let mut record = ByteRecord::new();
-        if !reader.read_byte_record(&mut record).map_err(|error| unreadable(&file, &error))? {
-            return Err(InputError::new(&file, "the file is empty, wanted a header and rows"));
-        }
-        if record.len() > MAX_COLUMNS {
-            let found = record.len();
-            return Err(InputError::new(
-                format!("{file} row 1"),
-                format!("found {found} columns, at most {MAX_COLUMNS} are read"),
-            ));
-        }
-        let mut header = Vec::with_capacity(record.len());
-        for (column, cell) in record.iter().enumerate() {
-            let cell =
-                text_of(cell).map_err(|found| InputError::new(format!("{file} row 1 column {}", column + 1), found))?;
-            header.push(cell.trim_start_matches('\u{feff}').trim().to_string());
-        }
-        Ok(Self { file, header, reader })
+        Self { header_place: file.clone(), file, sheets, scene: None, events: vec![], issues: vec![], refused: vec![] }
     }
 
-    /// The place of a cell in messages.
-    fn place(&self, row: u64, column: usize) -> String {
-        let (name, _) = names::split_unit(self.header.get(column).map_or("", String::as_str));
-        format!("{} row {row} column {name}", self.file)
+    /// The columns of all sheets under their full names, units included.
+    pub fn header(&self) -> Vec<String> {
+        let title = |sheet: &Sheet, title: &String| match sheet.name.as_str() {
+            "" => title.clone(),
+            name => format!("{name}.{title}"),
+        };
+        self.sheets.iter().flat_map(|sheet| sheet.header.iter().map(move |column| title(sheet, column))).collect()
     }
 
-    /// Reads the rows, taking of each column what is wanted of it; exactly one `Want::Time` is needed.
+    /// Reads the sheets of which something is wanted; `wants` goes along with [`Source::header`].
     ///
     /// # Errors
-    /// At the first row that cannot be read as it should: its place, what was found, what was wanted.
-    pub fn read(mut self, wants: &[Want]) -> Result<Table, InputError> {
-        let width = self.header.len();
-        let mut rows = Rows {
-            table: Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], ..Table::default() },
-            ..Rows::default()
-        };
-        let (mut record, mut next) = (ByteRecord::new(), ByteRecord::new());
-        let mut more = self.advance(&mut record)?;
-        if !more {
-            return Err(InputError::new(&self.file, "the file has a header and no rows"));
-        }
-        while more {
-            more = self.advance(&mut next)?;
-            let row = record.position().map_or(0, ::csv::Position::line);
-            match self.check(&record, row, wants) {
-                Ok(time) => rows.push(&record, row, time, wants).map_err(|stamps| {
-                    InputError::new(
-                        self.place(row, time.column),
-                        format!("time runs backwards: {} s after {} s", stamps.1, stamps.0),
-                    )
-                })?,
-                // Only the last row can be the one that was being written when the recording stopped.
-                Err(_) if !more && self.is_cut(&record) => rows.cut(row, record.len(), width),
-                Err(error) => return Err(error),
+    /// At the first row that cannot be read as it should, or when a sheet has no time.
+    pub fn read(self, wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
+        let width: usize = self.sheets.iter().map(|sheet| sheet.header.len()).sum();
+        let alone = self.sheets.len() == 1;
+        let mut parts = vec![];
+        let mut first = 0;
+        for sheet in self.sheets {
+            let columns = first..first + sheet.header.len();
+            first = columns.end;
+            let wants = wants.get(columns.clone()).unwrap_or_default();
+            if !alone && !wants.iter().any(|want| want.is_column()) {
+                continue;
             }
-            std::mem::swap(&mut record, &mut next);
-        }
-        rows.finish(&self.file)
-    }
-
-    fn advance(&mut self, record: &mut ByteRecord) -> Result<bool, InputError> {
-        self.reader.read_byte_record(record).map_err(|error| unreadable(&self.file, &error))
-    }
-
-    /// Whether a row may be the beginning of a whole one: too short, or as long and wrong in its last cell only.
-    fn is_cut(&self, record: &ByteRecord) -> bool {
-        // What swallowed the rows behind it is no row that was being written.
-        if spans_lines(record) {
-            return false;
-        }
-        record.len() < self.header.len()
-            || (record.len() == self.header.len() && record.iter().next_back().and_then(number).is_none())
-    }
-
-    /// Checks every cell of a row before any is stored, so that a row is taken whole or not at all.
-    fn check(&self, record: &ByteRecord, row: u64, wants: &[Want]) -> Result<Stamp, InputError> {
-        if spans_lines(record) {
-            let message = "a cell goes on over the end of its line: a quote is opened and not closed";
-            return Err(InputError::new(format!("{} row {row}", self.file), message));
-        }
-        if record.len() != self.header.len() {
-            let message = format!("found {} fields, wanted {} as in the header", record.len(), self.header.len());
-            return Err(InputError::new(format!("{} row {row}", self.file), message));
-        }
-        let mut stamp = None;
-        for (column, (cell, want)) in record.iter().zip(wants).enumerate() {
-            if *want != Want::Nothing && cell.len() > MAX_CELL {
-                return Err(InputError::new(
-                    self.place(row, column),
-                    format!("the field has {} bytes, at most {MAX_CELL} are read", cell.len()),
+            if rate_hz.is_none() && !wants.iter().any(|want| matches!(want, Want::Time(_))) {
+                let place = if alone { self.file } else { format!("{} sheet {}", self.file, sheet.name) };
+                return Err(InputError::new(place, "no column holds the time").help(
+                    "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced",
                 ));
             }
-            match want {
-                Want::Nothing | Want::Perhaps(_) => {}
-                Want::Text => {
-                    text_of(cell).map_err(|found| InputError::new(self.place(row, column), found))?;
-                }
-                Want::Time(to_seconds) => match number(cell).map(|value| value * to_seconds) {
-                    Some(seconds) if seconds.is_finite() => stamp = Some(Stamp { seconds, column }),
-                    _ => {
-                        return Err(InputError::new(
-                            self.place(row, column),
-                            format!("found `{}`, wanted a time", shown(cell)),
-                        ));
-                    }
-                },
-                Want::Number(_) => {
-                    number(cell).ok_or_else(|| {
-                        InputError::new(self.place(row, column), format!("found `{}`, wanted a number", shown(cell)))
-                    })?;
-                }
-            }
+            parts.push((columns.start, sheet.rows.read(&sheet.header, wants, rate_hz)?));
         }
-        stamp.ok_or_else(|| InputError::new(&self.file, "no column holds the time"))
+        let mut table = match <[(usize, Table); 1]>::try_from(parts) {
+            Ok([(start, table)]) => spread(table, start, width),
+            Err(parts) => merged(parts, width, &self.file)?,
+        };
+        table.issues.splice(0..0, self.issues);
+        Ok(table)
     }
 }
 
-/// The time of a row and where it stands.
-#[derive(Clone, Copy)]
-struct Stamp {
-    seconds: f64,
-    column: usize,
+/// A table of some columns as one of all columns.
+fn spread(table: Table, start: usize, width: usize) -> Table {
+    let mut numbers = vec![vec![]; width];
+    let mut texts = vec![vec![]; width];
+    for (slot, column) in numbers.iter_mut().skip(start).zip(table.numbers) {
+        *slot = column;
+    }
+    for (slot, column) in texts.iter_mut().skip(start).zip(table.texts) {
+        *slot = column;
+    }
+    Table { numbers, texts, sheets: 1, ..table }
 }
 
-/// The rows so far.
+/// Tables on the union of their stamps.
+fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table, InputError> {
+    let stamps: Vec<&[f64]> = parts.iter().map(|(_, table)| table.time.as_slice()).collect();
+    let time = union(&stamps);
+    let columns = parts.iter().flat_map(|(_, table)| &table.numbers).filter(|column| !column.is_empty()).count();
+    if time.len().saturating_mul(columns) > MAX_CELLS {
+        return Err(InputError::new(file, format!("laid on one time base it has more than {MAX_CELLS} cells"))
+            .help("bind fewer columns"));
+    }
+    let mut whole =
+        Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets: parts.len(), ..Table::default() };
+    for (start, table) in parts {
+        let Table { time: own, numbers, texts, issues, .. } = table;
+        for (slot, column) in whole.numbers.iter_mut().skip(start).zip(numbers) {
+            if !column.is_empty() {
+                *slot = placed(&time, &own, &column);
+            }
+        }
+        for (slot, column) in whole.texts.iter_mut().skip(start).zip(texts) {
+            if !column.is_empty() {
+                *slot = held(&time, &own, &column);
+            }
+        }
+        whole.issues.extend(issues);
+    }
+    Ok(Table { row_time: time.clone(), time, ..whole })
+}
+
+/// All stamps, in order, each once.
+pub(super) fn union(stamps: &[&[f64]]) -> Vec<f64> {
+    let mut time: Vec<f64> = stamps.concat();
+    time.sort_by(f64::total_cmp);
+    time.dedup();
+    time
+}
+
+/// A column at the stamps of its own among others: not measured elsewhere. Both lists rise strictly.
+pub(super) fn placed(time: &[f64], own: &[f64], column: &[f64]) -> Vec<f64> {
+    let mut samples = own.iter().zip(column).peekable();
+    let value = |stamp: &f64| samples.next_if(|(at, _)| *at <= stamp).map_or(f64::NAN, |(_, value)| *value);
+    time.iter().map(value).collect()
+}
+
+/// A text at every stamp: the last one, nothing before the first.
+fn held(time: &[f64], own: &[f64], column: &[String]) -> Vec<String> {
+    let mut samples = own.iter().zip(column).peekable();
+    let mut last = String::new();
+    let mut texts = Vec::with_capacity(time.len());
+    for stamp in time {
+        if let Some((_, text)) = samples.next_if(|(at, _)| *at <= stamp) {
+            last.clone_from(text);
+        }
+        texts.push(last.clone());
+    }
+    texts
+}
+
+/// How the stamps of a table go on: one by one, each kept or left out.
 #[derive(Default)]
-struct Rows {
-    table: Table,
+pub(super) struct Stamps {
+    /// The stamps that were kept, s.
+    pub time: Vec<f64>,
+    /// The stamps of all rows, s.
+    pub row_time: Vec<f64>,
     /// How many rows repeat a stamp, the first of them, and the stamps of the first and the last.
     repeated: Option<(usize, u64, f64, f64)>,
 }
 
-impl Rows {
-    /// Stores a checked row; the error is the pair of stamps that run backwards.
-    fn push(&mut self, record: &ByteRecord, row: u64, time: Stamp, wants: &[Want]) -> Result<(), (f64, f64)> {
-        if let Some(&last) = self.table.time.last() {
-            if time.seconds < last {
-                return Err((last, time.seconds));
+impl Stamps {
+    /// Takes the stamp of a row; whether the row is kept.
+    ///
+    /// # Errors
+    /// When time runs backwards, what is to be said about it.
+    pub fn push(&mut self, seconds: f64, row: u64) -> Result<bool, String> {
+        if let Some(&last) = self.time.last() {
+            if seconds < last {
+                return Err(format!("time runs backwards: {seconds} s after {last} s"));
             }
-            if time.seconds <= last {
-                self.table.row_time.push(last);
+            if seconds <= last {
+                self.row_time.push(last);
                 let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, last, last));
                 self.repeated = Some((count + 1, first_row, start, last));
-                return Ok(());
+                return Ok(false);
             }
         }
-        self.table.time.push(time.seconds);
-        self.table.row_time.push(time.seconds);
-        let columns = self.table.numbers.iter_mut().zip(&mut self.table.texts);
-        for ((cell, want), (numbers, texts)) in record.iter().zip(wants).zip(columns) {
-            match want {
-                Want::Nothing | Want::Time(_) => {}
-                Want::Number(to_si) | Want::Perhaps(to_si) => numbers.push(number(cell).unwrap_or(f64::NAN) * to_si),
-                Want::Text => texts.push(text_of(cell).unwrap_or_default().trim().to_string()),
-            }
-        }
-        Ok(())
+        self.row_time.push(seconds);
+        self.time.push(seconds);
+        Ok(true)
     }
 
-    fn cut(&mut self, row: u64, found: usize, wanted: usize) {
-        let at = self.table.time.last().copied().unwrap_or_default();
-        let message = format!("row {row}, the last one, is cut short ({found} of {wanted} fields); it is left out");
-        self.table.issues.push(Issue {
-            kind: "truncated".into(),
-            start_s: at,
-            end_s: at,
-            channel: String::new(),
-            message,
-        });
-    }
-
-    fn finish(mut self, file: &str) -> Result<Table, InputError> {
-        if self.table.time.is_empty() {
-            return Err(InputError::new(file, "the file has no whole row"));
-        }
-        if let (1, Some((count, ..))) = (self.table.time.len(), self.repeated) {
+    /// What is to be told about stamps that were repeated.
+    ///
+    /// # Errors
+    /// When all rows of `place` have the same stamp.
+    pub fn issue(&self, place: &str) -> Result<Option<Issue>, InputError> {
+        let Some((count, row, start_s, end_s)) = self.repeated else { return Ok(None) };
+        if self.time.len() == 1 {
             let message = format!("all {} rows have the same time stamp", count + 1);
             return Err(
-                InputError::new(file, message).help("stamps need more digits than the step between rows is long")
+                InputError::new(place, message).help("stamps need more digits than the step between rows is long")
             );
         }
-        if let Some((count, row, start_s, end_s)) = self.repeated {
-            let rows = if count == 1 { "row repeats" } else { "rows repeat" };
-            let message = format!(
-                "{count} {rows} the time stamp of the row before, first in row {row}; the first of equal stamps is kept"
-            );
-            self.table.issues.push(Issue {
-                kind: "duplicate_stamp".into(),
-                start_s,
-                end_s,
-                channel: String::new(),
-                message,
-            });
-        }
-        Ok(self.table)
+        let rows = if count == 1 { "row repeats" } else { "rows repeat" };
+        let message = format!(
+            "{count} {rows} the time stamp of the row before, first in row {row}; the first of equal stamps is kept"
+        );
+        Ok(Some(Issue { kind: "duplicate_stamp".into(), start_s, end_s, channel: String::new(), message }))
     }
 }
 
-/// What keeps delimited text from being read.
-pub(super) fn unreadable(file: &str, error: &::csv::Error) -> InputError {
-    let place = error.position().map_or(file.to_string(), |at| format!("{file} row {}", at.line()));
-    match error.kind() {
-        ::csv::ErrorKind::Io(error) => InputError::unreadable(place, error),
-        _ => InputError::new(place, format!("cannot be read: {error}")),
-    }
+/// The place of a column in messages, by its name without unit.
+pub(super) fn column_place(place: &str, title: &str) -> String {
+    let (name, _) = names::split_unit(title);
+    format!("{place} column {name}")
 }
 
-fn text_of(cell: &[u8]) -> Result<&str, String> {
-    std::str::from_utf8(cell).map_err(|_| format!("found `{}`, wanted text in UTF-8", shown(cell)))
-}
-
-/// The number in a cell: NaN for an empty one, for `nan` and for an infinity; true is 1 and false 0.
-fn number(cell: &[u8]) -> Option<f64> {
-    let text = std::str::from_utf8(cell).ok()?.trim();
-    match text {
+/// The number that a text says: NaN for an empty one, for `nan` and for an infinity; true is 1 and false 0.
+pub(super) fn number(text: &str) -> Option<f64> {
+    match text.trim() {
         "" => Some(f64::NAN),
         "true" | "True" | "TRUE" => Some(1.0),
         "false" | "False" | "FALSE" => Some(0.0),
-        _ => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),
+        text => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),
     }
 }
 
-/// The beginning of a cell, for a message.
-fn shown(cell: &[u8]) -> String {
-    let text = String::from_utf8_lossy(cell);
+/// The beginning of a text, for a message.
+pub(super) fn shown(text: &str) -> String {
     let mut head: String = text.chars().take(40).collect();
     if head.len() < text.len() {
         head.push('…');
     }
     head
-}
-
-/// Whether a cell holds the end of a line: no number or name of a log does.
-fn spans_lines(record: &ByteRecord) -> bool {
-    record.iter().any(|cell| cell.contains(&b'\n'))
 }

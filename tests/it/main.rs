@@ -7,7 +7,11 @@ mod analysis;
 mod cli;
 mod engine;
 mod graph;
+#[cfg(feature = "cli")]
+mod inspect;
 mod language;
+#[cfg(feature = "cli")]
+mod live;
 mod report;
 mod scenarios;
 mod score;

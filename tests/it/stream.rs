@@ -3,6 +3,7 @@
 mod bad_logs;
 mod bindings;
 mod derived;
+mod formats;
 mod never_panics;
 mod robosuite;
 mod round_trip;

@@ -22,6 +22,8 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("rapier3d", &["src/world/"]),
     ("parry3d", &["src/world/"]),
     ("rand", &["src/world/"]),
+    ("parquet", &["src/stream/formats/"]),
+    ("mcap", &["src/stream/formats/"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/"]),

@@ -1,9 +1,10 @@
 //! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
 
-use super::adjust::{normals_by_role, tare};
+use super::normals::normals_by_role;
 use super::pattern::{Columns, Filling, Pattern};
 use super::resample::resample;
-use super::{BindingFile, Normals, Template};
+use super::sensors;
+use super::{BindingFile, Normals, Template, Threshold};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -28,6 +29,14 @@ struct Bound {
 struct Term {
     column: usize,
     factor: f64,
+    threshold: Option<Threshold>,
+}
+
+impl Term {
+    fn value(&self, number: f64) -> f64 {
+        let value = number * self.factor;
+        self.threshold.map_or(value, |threshold| threshold.flag(value))
+    }
 }
 
 /// Makes a recording of a table as the binding says; `scene` is the one that counts.
@@ -36,32 +45,49 @@ struct Term {
 /// When the binding names what the table lacks, or the table cannot be read.
 pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, InputError> {
     let binding = &file.binding;
-    let mut read = if binding.channels.is_empty() { csv::columns(source)? } else { foreign(source, file, &scene)? };
+    let sheets = source.sheets.len() > 1;
+    let place = source.file.clone();
+    let (mut read, merged) = if binding.channels.is_empty() && !sheets {
+        (csv::columns(source, binding.rate)?, 1)
+    } else {
+        foreign(source, file, &scene)?
+    };
     read.recording.scene = scene;
     for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
         *stamp += binding.time_offset.0;
     }
-    tare(&mut read.recording, file)?;
+    let shifted = sensors::shift(&mut read.recording, file)?;
+    match binding.resample {
+        Some(rate) => {
+            let log = read.recording;
+            read.recording = resample(log, rate.0, binding.bridge.0)?;
+        }
+        None if merged > 1 => {
+            let message = format!("the bound columns are of {merged} sheets with stamps of their own");
+            return Err(
+                InputError::new(place, message).help("say the common rate in the binding, such as `resample: 100 Hz`")
+            );
+        }
+        None if shifted => {
+            let message = "a sensor with a time offset has stamps between the others".into();
+            return Err(file.error("sensors", message).help("say the common rate, such as `resample: 100 Hz`"));
+        }
+        None => {}
+    }
+    sensors::correct(&mut read.recording, file)?;
     if binding.normals == Normals::ByRole {
         normals_by_role(&mut read.recording);
-    }
-    if let Some(rate) = binding.resample {
-        let log = read.recording;
-        read.recording = resample(log, rate.0, binding.bridge.0)?;
     }
     Ok(read)
 }
 
-fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, InputError> {
+/// The bound columns, and from how many sheets they are.
+fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, usize), InputError> {
     let header = Header::new(&source);
     let objects: Vec<&str> =
         scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
     let mut wants = vec![Want::Nothing; header.titles.len()];
-    let time = header
-        .term(&file.binding.time, Filling::default(), Dimension::TIME)
-        .map_err(|message| file.error("time", message))?;
-    let time =
-        time.ok_or_else(|| file.error("time", header.lacks(&file.binding.time.name.fill(Filling::default()))))?;
+    let times = if file.binding.rate.is_some() { vec![] } else { header.times(&source, file)? };
     let mut bound: Vec<Bound> = vec![];
     let mut labels: IndexMap<String, usize> = IndexMap::new();
     for (key, columns) in &file.binding.channels {
@@ -84,10 +110,13 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, In
             _ => return Err(file.error(key, "its column is bound as numbers too".into())),
         }
     }
-    if let Some(want) = wants.get_mut(time.column) {
-        *want = Want::Time(time.factor);
+    for time in times {
+        if let Some(want) = wants.get_mut(time.column) {
+            *want = Want::Time(time.factor);
+        }
     }
-    let Table { time, row_time, numbers, mut texts, issues } = source.read(&wants)?;
+    let rate = file.binding.rate.map(|rate| rate.0);
+    let Table { time, numbers, mut texts, issues, sheets, row_time } = source.read(&wants, rate)?;
     let mut recording = Recording { time, ..Recording::default() };
     for bound in bound {
         let values = bound.values(&numbers, recording.time.len());
@@ -98,7 +127,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<Read, In
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
     }
-    Ok(Read { recording, issues, row_time })
+    Ok((Read { recording, issues, row_time }, sheets))
 }
 
 impl Bound {
@@ -106,7 +135,7 @@ impl Bound {
         let mut values: Vec<f64> = vec![0.0; rows];
         for term in &self.terms {
             for (value, number) in values.iter_mut().zip(numbers.get(term.column).into_iter().flatten()) {
-                let number = number * term.factor;
+                let number = term.value(*number);
                 // A flag that was not measured makes the whole unmeasured, whichever way it is joined.
                 *value = if self.flag && !number.is_nan() && !value.is_nan() {
                     f64::max(*value, f64::from(u8::from(number > 0.5)))
@@ -123,19 +152,35 @@ impl Bound {
 struct Header {
     titles: Vec<String>,
     columns: IndexMap<String, (usize, Option<String>)>,
+    /// Sheets that cannot be read, with the reason.
+    refused: Vec<(String, String)>,
 }
 
 impl Header {
     fn new(source: &Source) -> Self {
         let mut columns = IndexMap::new();
-        for (index, title) in source.header.iter().enumerate() {
-            let (name, unit) = names::split_unit(title);
-            // A bracket that holds no unit is part of the name: `state[3]`.
-            let (name, unit) =
-                if unit.is_some_and(|unit| compound(unit).is_ok()) { (name, unit) } else { (title.as_str(), None) };
+        let titles = source.header();
+        for (index, title) in titles.iter().enumerate() {
+            let (name, unit) = names::split_known_unit(title);
             columns.entry(name.to_string()).or_insert((index, unit.map(str::to_string)));
         }
-        Self { titles: source.header.clone(), columns }
+        Self { titles, columns, refused: source.refused.clone() }
+    }
+
+    /// The columns of time: the one of this name, else the one of each sheet.
+    fn times(&self, source: &Source, file: &BindingFile) -> Result<Vec<Term>, InputError> {
+        let pattern = &file.binding.time;
+        let name = pattern.name.fill(Filling::default());
+        let alone = std::iter::once(name.clone());
+        let of_sheets =
+            source.sheets.iter().filter(|sheet| !sheet.name.is_empty()).map(|sheet| format!("{}.{name}", sheet.name));
+        let mut times = vec![];
+        for name in alone.chain(of_sheets) {
+            let pattern = Pattern { name: Template::text(&name), ..pattern.clone() };
+            let term = self.term(&pattern, Filling::default(), Dimension::TIME);
+            times.extend(term.map_err(|message| file.error("time", message))?);
+        }
+        if times.is_empty() { Err(file.error("time", self.lacks(&name))) } else { Ok(times) }
     }
 
     fn find(&self, name: &str) -> Option<usize> {
@@ -143,6 +188,11 @@ impl Header {
     }
 
     fn lacks(&self, name: &str) -> String {
+        let of_sheet =
+            |sheet: &str| name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+        if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
+            return format!("`{sheet}` cannot be read: {why}");
+        }
         match names::nearest(name, self.columns.keys().map(String::as_str)) {
             Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
             None => format!("the log has no column `{name}`"),
@@ -153,6 +203,7 @@ impl Header {
     fn term(&self, pattern: &Pattern, filling: Filling, dimension: Dimension) -> Result<Option<Term>, String> {
         let name = pattern.name.fill(filling);
         let Some(column) = self.find(&name) else { return Ok(None) };
+        let dimension = pattern.threshold.map_or(dimension, |threshold| threshold.dimension);
         let of_header = self.columns.get(&name).and_then(|(_, unit)| unit.as_deref());
         let to_si = match (pattern.unit.as_deref(), of_header) {
             (Some(said), Some(header)) if said != header => {
@@ -168,7 +219,7 @@ impl Header {
             }
             (None, None) => 1.0,
         };
-        Ok(Some(Term { column, factor: to_si * pattern.sign }))
+        Ok(Some(Term { column, factor: to_si * pattern.sign, threshold: pattern.threshold }))
     }
 
     /// The canonical columns of one key of `channels`.
@@ -179,6 +230,9 @@ impl Header {
         for filling in fillings(&name, objects) {
             let channel = name.fill(filling);
             let (shape, dimension) = shape_of(&channel, columns)?;
+            if shape != Shape::Bool && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
+                return Err(format!("`{channel}` is no flag, only flags have a threshold"));
+            }
             // An object that stands on the right only: its columns are joined.
             let joined: Vec<Filling> =
                 match (columns.patterns().iter().any(|pattern| pattern.name.has_object()), name.has_object()) {

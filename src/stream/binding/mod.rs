@@ -1,17 +1,18 @@
 //! Bindings: a YAML file that says which columns of a foreign log are which channels (docs/bindings.md).
 
-mod adjust;
 mod apply;
 mod check;
+mod normals;
 mod pattern;
 mod resample;
+mod sensors;
 
 pub use apply::bind;
-pub use pattern::{Columns, Filling, Pattern, Template};
+pub use pattern::{Columns, Filling, Pattern, Template, Threshold};
 
 use super::csv::check_scene;
 use crate::base::error::InputError;
-use crate::base::quantity::{Frequency, Time};
+use crate::base::quantity::{Frequency, Mass, Time};
 use crate::base::scene::Scene;
 use crate::base::yaml;
 use indexmap::IndexMap;
@@ -40,6 +41,9 @@ pub struct Binding {
     /// The column of the time stamps.
     #[serde(default = "time_column")]
     pub time: Pattern,
+    /// The rate of rows that have no stamps; there is then no column of time.
+    #[serde(default)]
+    pub rate: Option<Frequency>,
     /// What is added to every stamp.
     #[serde(default)]
     pub time_offset: Time,
@@ -55,6 +59,9 @@ pub struct Binding {
     /// Where contacts without a logged normal get it from.
     #[serde(default)]
     pub normals: Normals,
+    /// What is to be corrected of sensors, by channel without component, such as `right.palm.force`.
+    #[serde(default)]
+    pub sensors: IndexMap<String, Sensor>,
     /// An interval in which some channels should read zero.
     #[serde(default)]
     pub tare: Option<Tare>,
@@ -75,6 +82,20 @@ pub enum Normals {
     ByForce,
     /// Upwards from a support, level from a wall, out of the face of a body whose shape is known, along the force otherwise.
     ByRole,
+}
+
+/// What is to be corrected of a sensor.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sensor {
+    /// What is added to its stamps: negative when it reports late.
+    pub time_offset: Time,
+    /// The channel of the rotation reference_from_frame of what it is fixed to, such as `right.palm.rotation`.
+    pub frame: Option<String>,
+    /// How it is fixed there: the rotation frame_from_sensor (reference_from_sensor without `frame`), quaternion w x y z.
+    pub mounted: Option<[f64; 4]>,
+    /// The mass of the tool that it bears, whose weight is taken off.
+    pub tool: Option<Mass>,
 }
 
 /// An interval in which some channels should read zero: their mean in it is subtracted everywhere.
@@ -116,11 +137,12 @@ impl BindingFile {
     pub fn parse(text: String, name: String) -> Result<Self, InputError> {
         let binding: Binding = yaml::read(&text, &name)?;
         let file = Self { binding, name, text };
-        let rate = file.binding.resample.map_or(1.0, |rate| rate.0);
-        if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
-            return Err(
-                file.error("resample", format!("found {rate} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz"))
-            );
+        for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
+            let rate = rate.map_or(1.0, |rate| rate.0);
+            if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
+                let message = format!("found {rate} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz");
+                return Err(file.error(key, message));
+            }
         }
         if file.binding.bridge.0 < 0.0 {
             return Err(file.error("bridge", "found a negative time".into()));
@@ -147,7 +169,7 @@ impl BindingFile {
 }
 
 fn time_column() -> Pattern {
-    Pattern { name: Template::text("time"), unit: None, sign: 1.0 }
+    Pattern { name: Template::text("time"), unit: None, sign: 1.0, threshold: None }
 }
 
 const fn bridge() -> Time {

@@ -1,6 +1,8 @@
 //! Column patterns of a binding: `-F_R_f1_<object>_<xyz> [mN]` stands for a column for each object and each component.
 
 use crate::base::channels::Shape;
+use crate::base::quantity;
+use crate::base::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 
@@ -22,6 +24,35 @@ pub struct Pattern {
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,
+    /// Makes a flag of the number.
+    pub threshold: Option<Threshold>,
+}
+
+/// `> 0.2` or `< 30 mm` behind a column: when the flag is true.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Threshold {
+    /// Whether the number has to be above the limit, or below it.
+    pub above: bool,
+    /// The limit, SI.
+    pub limit: f64,
+    /// What the limit, and so the column, measures.
+    pub dimension: Dimension,
+}
+
+impl Threshold {
+    /// The flag that a number makes; a number that was not measured makes none.
+    pub fn flag(self, value: f64) -> f64 {
+        if value.is_nan() { value } else { f64::from(u8::from((value > self.limit) == self.above)) }
+    }
+
+    fn parse(above: bool, text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        // The unit begins behind the number.
+        let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
+        let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+        let limit = quantity::parse(text, dimension)?;
+        Ok(Self { above, limit, dimension })
+    }
 }
 
 /// A name with placeholders.
@@ -178,15 +209,34 @@ impl Pattern {
     /// # Errors
     /// What was found that is no pattern.
     pub fn parse(text: &str) -> Result<Self, String> {
+        let (text, threshold) = match (text.split_once(" > "), text.split_once(" < ")) {
+            (Some((text, limit)), _) => (text, Some(Threshold::parse(true, limit)?)),
+            (None, Some((text, limit))) => (text, Some(Threshold::parse(false, limit)?)),
+            (None, None) => (text, None),
+        };
         let (name, unit) = super::super::names::split_unit(text);
         let (name, sign) = name.strip_prefix('-').map_or((name, 1.0), |name| (name, -1.0));
-        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign })
+        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, threshold })
     }
 }
 
 impl<'de> Deserialize<'de> for Pattern {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        Self::parse(&String::deserialize(deserializer)?).map_err(de::Error::custom)
+        /// Tables without header call their columns by number.
+        struct Visitor;
+        impl de::Visitor<'_> for Visitor {
+            type Value = Pattern;
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a column")
+            }
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<Pattern, E> {
+                Pattern::parse(text).map_err(E::custom)
+            }
+            fn visit_u64<E: de::Error>(self, column: u64) -> Result<Pattern, E> {
+                self.visit_str(&column.to_string())
+            }
+        }
+        deserializer.deserialize_any(Visitor)
     }
 }
 
@@ -200,6 +250,9 @@ impl<'de> Deserialize<'de> for Columns {
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Columns, E> {
                 Pattern::parse(text).map(Columns::Pattern).map_err(E::custom)
+            }
+            fn visit_u64<E: de::Error>(self, column: u64) -> Result<Columns, E> {
+                self.visit_str(&column.to_string())
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let mut patterns = vec![];

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree::base::channels::Shape;
 use teachtree::base::units::Dimension;
-use teachtree::stream::table::Source;
+use teachtree::stream::formats::delimited;
 use teachtree::stream::{OpenRequest, open};
 
 /// What a user would be told about a log, and what is left of it.
@@ -92,9 +92,9 @@ fn a_log_that_is_not_there_is_refused() {
 #[test]
 fn a_huge_field_is_refused() {
     let text = format!("time,cube.position.x\n0,1\n0.1,{}\n0.2,1\n", "9".repeat(100_000));
-    let source = Source::new(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv", b',').unwrap();
+    let source = delimited::source(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv").unwrap();
     let wants = [teachtree::stream::table::Want::Time(1.0), teachtree::stream::table::Want::Number(1.0)];
-    insta::assert_snapshot!(source.read(&wants).unwrap_err());
+    insta::assert_snapshot!(source.read(&wants, None).unwrap_err());
 }
 
 #[test]

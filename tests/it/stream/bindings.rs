@@ -4,7 +4,7 @@ use teachtree::base::recording::Recording;
 use teachtree::base::scene::Scene;
 use teachtree::base::units::Dimension;
 use teachtree::stream::binding::{BindingFile, bind};
-use teachtree::stream::table::Source;
+use teachtree::stream::formats::delimited;
 use teachtree::stream::{OpenRequest, Opened, open};
 
 fn opened() -> Opened {
@@ -62,7 +62,7 @@ fn seconds_that_are_called_milliseconds_are_refused() {
     let log = format!("t,x,y,z\n{rows}");
     let text = "time: t [ms]\nresample: 100 Hz\nchannels: {box.position: '<xyz>'}\n";
     let file = BindingFile::parse(text.into(), "binding.yaml".into()).unwrap();
-    let source = Source::new(Box::new(std::io::Cursor::new(log.into_bytes())), "log.csv", b',').unwrap();
+    let source = delimited::source(Box::new(std::io::Cursor::new(log.into_bytes())), "log.csv").unwrap();
     insta::assert_snapshot!(bind(source, &file, Scene::default()).unwrap_err());
 }
 

@@ -8,7 +8,7 @@ use teachtree::base::recording::{Column, Recording};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
 use teachtree::stream::binding::{BindingFile, bind};
-use teachtree::stream::table::Source;
+use teachtree::stream::formats::delimited;
 use teachtree::stream::{frames, names};
 
 const SCENE: &str = "
@@ -122,7 +122,7 @@ proptest! {
         let text = format!("time: t\nchannels:\n  \"{key}\": \"{pattern}\"\n  <object>.position: x<xyz>\n");
         if let Ok(file) = BindingFile::parse(text, "binding.yaml".into()) {
             let log = b"t,xx,xy,xz\n0,1,2,3\n0.1,1,2,3\n".to_vec();
-            let source = Source::new(Box::new(Cursor::new(log)), "log.csv", b',').unwrap();
+            let source = delimited::source(Box::new(Cursor::new(log)), "log.csv").unwrap();
             let _ = bind(source, &file, scene());
         }
     }
@@ -131,7 +131,7 @@ proptest! {
 /// Reads bytes as a canonical log, through a binding that says nothing.
 fn read(bytes: Vec<u8>) {
     let file = BindingFile::parse("resample: 100 Hz".into(), "binding.yaml".into()).unwrap();
-    if let Ok(source) = Source::new(Box::new(Cursor::new(bytes)), "log.csv", b',')
+    if let Ok(source) = delimited::source(Box::new(Cursor::new(bytes)), "log.csv")
         && let Ok(read) = bind(source, &file, scene())
     {
         let _ = frames(&read.recording, &[ask("target"), ask("target.velocity")]);

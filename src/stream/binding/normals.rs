@@ -1,49 +1,11 @@
-//! What a binding adds to the columns themselves: zeroed sensors, normals of contacts.
+//! Normals of contacts where the log has none.
 
-use super::BindingFile;
-use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Body, Role};
 use crate::base::units::Dimension;
 use crate::stream::geometry::{face_normal, pose};
 use crate::stream::names;
 use nalgebra::{Isometry3, Vector3};
-
-/// Subtracts from channels what they read while they should read zero.
-pub fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
-    let Some(tare) = &file.binding.tare else { return Ok(()) };
-    let from = recording.time.partition_point(|time| *time < tare.from.0);
-    let to = recording.time.partition_point(|time| *time < tare.to.0);
-    for channel in &tare.channels {
-        let mut found = false;
-        for (_, column) in recording
-            .columns
-            .iter_mut()
-            .filter(|(name, _)| names::meaning(name).map_or(name.as_str(), |meaning| meaning.channel) == channel)
-        {
-            found = true;
-            let rest: Vec<f64> = column
-                .values
-                .get(from..to)
-                .unwrap_or_default()
-                .iter()
-                .copied()
-                .filter(|value| !value.is_nan())
-                .collect();
-            if rest.is_empty() {
-                return Err(
-                    file.error("tare", format!("`{channel}` has no sample from {} s to {} s", tare.from.0, tare.to.0))
-                );
-            }
-            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-            column.values.iter_mut().for_each(|value| *value -= mean);
-        }
-        if !found {
-            return Err(file.error("tare", format!("no channel `{channel}` is bound")));
-        }
-    }
-    Ok(())
-}
 
 /// Gives contacts a normal where none is logged, since the direction of a force with friction says too little: upwards from a support, level from a
 /// wall, out of the face of a body whose shape is known, and along the force otherwise.

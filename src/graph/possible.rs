@@ -1,0 +1,212 @@
+//! What rules can say at all when some channels say nothing: the leaves that the trees can still reach.
+//!
+//! Every value is either one constant in all its elements and components, or an empty array, or unknown. A tree is walked along both
+//! ways of a test whose condition is unknown. `from` holds only of leaves that are reached, so the walk is repeated until nothing is added.
+
+use super::{Graph, Leaf, Op, Target, ValueId};
+use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope, Window};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// What is known of a value beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Known {
+    /// Every element and component is this number; bools are 0 and 1.
+    Constant(f64),
+    /// An array without slots.
+    Empty,
+    /// Anything.
+    Unknown,
+}
+
+impl Known {
+    const FALSE: Self = Self::Constant(0.0);
+
+    fn bool(value: bool) -> Self {
+        Self::Constant(f64::from(u8::from(value)))
+    }
+
+    fn truth(self) -> Option<bool> {
+        match self {
+            Self::Constant(value) => Some(value > 0.5),
+            Self::Empty | Self::Unknown => None,
+        }
+    }
+}
+
+/// The labels that trees can reach: of a hand's tree where `scope` is `EachHand`, of the tree over both hands else.
+pub fn possible(graph: &Graph, scope: TreeScope, channel: impl Fn(ChannelId, Hand) -> Known) -> BTreeSet<Label> {
+    let mut reached: BTreeSet<Label> = BTreeSet::new();
+    loop {
+        let mut walk = Walk { graph, channel: &channel, reached: &reached, scope, values: BTreeMap::new() };
+        let mut found = reached.clone();
+        for tree in graph.trees.iter().filter(|tree| tree.scope == scope) {
+            let mut open = vec![tree.decision.root];
+            let mut seen = BTreeSet::new();
+            while let Some(target) = open.pop() {
+                match target {
+                    Target::Leaf(Leaf::Primitive(label)) => {
+                        found.insert(label);
+                    }
+                    Target::Leaf(Leaf::Stay | Leaf::Separate) => {}
+                    Target::Test(at) if seen.insert(at) => {
+                        let Some(test) = tree.decision.tests.get(at as usize) else { continue };
+                        match walk.value(test.condition).truth() {
+                            Some(true) => open.push(test.yes),
+                            Some(false) => open.push(test.no),
+                            None => open.extend([test.yes, test.no]),
+                        }
+                    }
+                    Target::Test(_) => {}
+                }
+            }
+        }
+        if found.len() == reached.len() {
+            return found;
+        }
+        reached = found;
+    }
+}
+
+struct Walk<'a, F> {
+    graph: &'a Graph,
+    channel: &'a F,
+    /// The leaves that are reached so far.
+    reached: &'a BTreeSet<Label>,
+    scope: TreeScope,
+    values: BTreeMap<ValueId, Known>,
+}
+
+impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
+    fn value(&mut self, id: ValueId) -> Known {
+        if let Some(known) = self.values.get(&id) {
+            return *known;
+        }
+        // A latch may read a value that reads it: it is unknown until it is known.
+        self.values.insert(id, Known::Unknown);
+        let known = self.computed(id);
+        self.values.insert(id, known);
+        known
+    }
+
+    fn computed(&mut self, id: ValueId) -> Known {
+        let value = self.graph.value(id);
+        let args: Vec<Known> = value.args.iter().map(|arg| self.value(*arg)).collect();
+        let first = args.first().copied().unwrap_or(Known::Unknown);
+        let second = args.get(1).copied().unwrap_or(Known::Unknown);
+        match &value.op {
+            Op::Bool(value) => Known::bool(*value),
+            Op::Number(number) => Known::Constant(number.get()),
+            Op::Channel(channel, hand) => (self.channel)(*channel, *hand),
+            Op::Latch(latch, _) => match self.graph.latches.get(latch.index()).map(|latch| latch.set) {
+                Some(set) if self.value(set) == Known::FALSE => Known::FALSE,
+                _ => Known::Unknown,
+            },
+            Op::From { tree, labels, none } => self.from(*tree, labels, *none),
+            Op::Pick(_) | Op::Component(_) => first,
+            Op::Negate => each(first, |value| -value),
+            Op::Arithmetic(kind) => arithmetic(*kind, first, second),
+            Op::Compare(kind) => compare(*kind, first, second),
+            Op::Not => each(first, |value| f64::from(u8::from(value < 0.5))),
+            Op::And => joined(&args, false),
+            Op::Or => joined(&args, true),
+            Op::Hysteresis { on, rising, .. } => {
+                each(first, |value| f64::from(u8::from(if *rising { value > on.get() } else { value < on.get() })))
+            }
+            // What holds all along has held for a while, but not from the beginning.
+            Op::Window(Window::For, _) if first != Known::FALSE && first != Known::Empty => Known::Unknown,
+            Op::Window(..) => first,
+            Op::Rate(_) | Op::Rises | Op::Falls => each(first, |_| 0.0),
+            Op::Call(function) => call(*function, &args),
+        }
+    }
+
+    fn from(&self, tree: Hand, labels: &[Label], none: bool) -> Known {
+        let own = match self.scope {
+            TreeScope::EachHand => tree != Hand::Nobody,
+            TreeScope::BothHands => tree == Hand::Nobody,
+        };
+        let can = none || !own || labels.iter().any(|pattern| self.reached.iter().any(|label| pattern.covers(*label)));
+        if can { Known::Unknown } else { Known::FALSE }
+    }
+}
+
+/// A function of each element.
+fn each(known: Known, function: impl Fn(f64) -> f64) -> Known {
+    match known {
+        Known::Constant(value) => Known::Constant(function(value)),
+        other => other,
+    }
+}
+
+fn arithmetic(kind: Arithmetic, left: Known, right: Known) -> Known {
+    match (left, right) {
+        (Known::Empty, _) | (_, Known::Empty) => Known::Empty,
+        (Known::Constant(a), Known::Constant(b)) => Known::Constant(match kind {
+            Arithmetic::Add => a + b,
+            Arithmetic::Subtract => a - b,
+            Arithmetic::Multiply => a * b,
+            Arithmetic::Divide => a / b,
+        }),
+        _ => Known::Unknown,
+    }
+}
+
+fn compare(kind: Comparison, left: Known, right: Known) -> Known {
+    match (left, right) {
+        (Known::Empty, _) | (_, Known::Empty) => Known::Empty,
+        (Known::Constant(a), Known::Constant(b)) => Known::bool(match kind {
+            Comparison::Less => a < b,
+            Comparison::LessEqual => a <= b,
+            Comparison::Greater => a > b,
+            Comparison::GreaterEqual => a >= b,
+            Comparison::Equal => a.total_cmp(&b).is_eq(),
+            Comparison::NotEqual => a.total_cmp(&b).is_ne(),
+        }),
+        _ => Known::Unknown,
+    }
+}
+
+/// `and` and `or`: one argument that `decides` is enough.
+fn joined(args: &[Known], decides: bool) -> Known {
+    if args.iter().any(|arg| arg.truth() == Some(decides)) {
+        Known::bool(decides)
+    } else if args.contains(&Known::Empty) {
+        Known::Empty
+    } else if args.iter().all(|arg| arg.truth().is_some()) {
+        Known::bool(!decides)
+    } else {
+        Known::Unknown
+    }
+}
+
+fn call(function: Function, args: &[Known]) -> Known {
+    let first = args.first().copied().unwrap_or(Known::Unknown);
+    let zero = |known: Known| known == Known::Empty || known == Known::Constant(0.0);
+    match function {
+        Function::Any => {
+            if first == Known::Empty {
+                Known::FALSE
+            } else {
+                first
+            }
+        }
+        Function::All => {
+            if first == Known::Empty {
+                Known::bool(true)
+            } else {
+                first
+            }
+        }
+        Function::Abs => each(first, f64::abs),
+        Function::Norm if first == Known::Empty => Known::Empty,
+        Function::Norm | Function::Sum | Function::Mean | Function::Count | Function::SqueezeOf
+            if args.iter().all(|arg| zero(*arg)) =>
+        {
+            Known::FALSE
+        }
+        Function::Dot if args.contains(&Known::Constant(0.0)) => Known::FALSE,
+        Function::Dot | Function::Tangential if args.contains(&Known::Empty) => Known::Empty,
+        Function::Tangential if first == Known::Constant(0.0) => first,
+        _ => Known::Unknown,
+    }
+}

@@ -1,0 +1,120 @@
+//! The formats of logs, one file each: a path in, tables of raw columns out. Which format a log has, its content tells before its name.
+
+pub mod delimited;
+mod folder;
+mod json;
+pub mod jsonl;
+#[cfg(feature = "parquet")]
+mod lerobot;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+mod qualisys;
+mod rosbag;
+mod rosmsg;
+mod topics;
+
+use super::csv;
+use super::frames::Issue;
+use super::table::Source;
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Endings of names that a table of text may have.
+const TEXT_ENDINGS: [&str; 6] = ["csv", "tsv", "txt", "dat", "log", "tab"];
+
+/// Opens a log of any format. `path#3` is episode 3 of a data set, `-` are JSON lines on standard input.
+///
+/// # Errors
+/// When it cannot be opened, is of no format that is read here, or its head is wrong.
+pub fn open(path: &Path) -> Result<Source, InputError> {
+    if path == Path::new("-") {
+        return jsonl::read(std::io::stdin().lock(), "standard input".into());
+    }
+    let (path, episode) = episode(path);
+    let name = path.display().to_string();
+    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
+    if path.is_dir() {
+        return folder::open(&path, episode);
+    }
+    if let Some(episode) = episode {
+        let message = format!("found a file, wanted a data set: only data sets have an episode {episode}");
+        return Err(InputError::new(name, message));
+    }
+    let mut bytes = File::open(&path).map_err(failed)?;
+    let mut magic = vec![];
+    bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
+    bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
+    match magic.as_slice() {
+        [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
+        #[cfg(feature = "mcap")]
+        [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(bytes, name),
+        #[cfg(feature = "parquet")]
+        [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
+        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
+        [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
+            jsonl::read(BufReader::new(bytes), name)
+        }
+        _ if text_ending(&path) => delimited::source(Box::new(BufReader::new(bytes)), name),
+        _ => Err(unknown(&path)),
+    }
+}
+
+/// Writes a recording as a log of the format that the name tells: Parquet, or CSV with files beside it.
+///
+/// # Errors
+/// When a file cannot be written, or a column is not as long as the time; then the log is not there.
+pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    match ending(path).as_str() {
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::write(recording, path),
+        _ => csv::write(recording, path),
+    }
+}
+
+/// Whether a name ends as that of a table of text.
+fn text_ending(path: &Path) -> bool {
+    TEXT_ENDINGS.contains(&ending(path).as_str())
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// A path and the episode that stands behind it; a file that is really called so is no episode.
+fn episode(path: &Path) -> (PathBuf, Option<usize>) {
+    let text = path.to_string_lossy();
+    let split = text.rsplit_once('#').and_then(|(log, number)| Some((PathBuf::from(log), number.parse().ok()?)));
+    match split {
+        Some((log, number)) if !path.exists() => (log, Some(number)),
+        _ => (path.to_path_buf(), None),
+    }
+}
+
+/// What is said of a file that no reader knows.
+fn unknown(path: &Path) -> InputError {
+    let ending = ending(path);
+    let name = path.display().to_string();
+    let message = format!("found a file that ends in `.{ending}` and begins like no log that is read here");
+    let error = InputError::new(name, message);
+    match ending.as_str() {
+        "db3" => error.help("convert the bag with `ros2 bag convert` to MCAP"),
+        "parquet" if cfg!(not(feature = "parquet")) => {
+            error.help("this build cannot read Parquet, its feature `parquet` is off")
+        }
+        "mcap" if cfg!(not(feature = "mcap")) => error.help("this build cannot read MCAP, its feature `mcap` is off"),
+        _ => error.help(format!(
+            "wanted a table of text ({}), Parquet, MCAP, a ROS bag, JSON lines or a LeRobot data set",
+            TEXT_ENDINGS.join(", ")
+        )),
+    }
+}
+
+/// What is told about a log that ends before it should.
+fn truncated(at: f64, message: String) -> Issue {
+    Issue { kind: "truncated".into(), start_s: at, end_s: at, channel: String::new(), message }
+}

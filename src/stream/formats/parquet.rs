@@ -1,0 +1,339 @@
+//! Parquet: columns as they are called in the file, list columns one a place (`state[0]`, `state[1]`, …); canonical logs with their scene.
+//!
+//! Columns that are nested deeper, that are bytes, and lists that are longer than [`MAX_LIST`] are left out. Stamps of dates count seconds.
+//! A canonical log is written with `name [unit]` as in a CSV, the scene as YAML under the key `teachtree.scene` of the file's metadata and
+//! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
+
+use super::super::csv::{check_lengths, check_scene};
+use super::super::sheet::{Cells, Memory, titled};
+use super::super::table::{MAX_CELLS, MAX_COLUMNS, Source};
+use super::super::whole;
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use crate::base::yaml;
+use ::parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical};
+use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use ::parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
+use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::KeyValue;
+use ::parquet::file::properties::WriterProperties;
+use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::schema::types::{ColumnDescriptor, Type};
+use std::fs::File;
+use std::path::Path;
+use std::sync::Arc;
+
+/// The longest list that is spread into columns.
+pub const MAX_LIST: usize = 256;
+/// How many rows are read at once.
+const BATCH: usize = 8192;
+/// Keys of the metadata.
+const SCENE: &str = "teachtree.scene";
+const EVENTS: &str = "teachtree.events";
+
+/// Reads a file.
+///
+/// # Errors
+/// When it is no Parquet, is damaged, or is too large.
+pub fn source(file: File, name: String) -> Result<Source, InputError> {
+    let sheet = read(file, &name, |_| true)?;
+    let Sheet { memory, scene, events } = sheet;
+    let mut source = Source::one(&name, memory.header(), Box::new(memory));
+    if let Some(text) = scene {
+        let place = format!("{name} metadata {SCENE}");
+        let scene = yaml::read(&text, &place)?;
+        check_scene(&scene).map_err(|message| InputError::new(place, message))?;
+        source.scene = Some(scene);
+    }
+    if let Some(text) = events {
+        let wrong = |error: serde_json::Error| InputError::new(format!("{name} metadata {EVENTS}"), error.to_string());
+        source.events = serde_json::from_str(&text).map_err(wrong)?;
+    }
+    Ok(source)
+}
+
+/// What a file holds.
+pub(super) struct Sheet {
+    /// The columns.
+    pub memory: Memory,
+    scene: Option<String>,
+    events: Option<String>,
+}
+
+/// Reads the columns of a file whose names are wanted.
+pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Sheet, InputError> {
+    let damaged = |error: ParquetError| InputError::new(name, format!("cannot be read as Parquet: {error}"));
+    let reader = SerializedFileReader::new(file).map_err(damaged)?;
+    let metadata = reader.metadata().file_metadata();
+    let key = |wanted: &str| {
+        metadata.key_value_metadata()?.iter().find(|pair| pair.key == wanted).and_then(|pair| pair.value.clone())
+    };
+    let (scene, events) = (key(SCENE), key(EVENTS));
+    let schema = metadata.schema_descr();
+    let too_large = || InputError::new(name, format!("it holds more than {MAX_CELLS} cells, the most that are read"));
+    let mut leaves: Vec<(usize, Leaf)> = vec![];
+    for (index, column) in schema.columns().iter().enumerate() {
+        leaves.extend(Leaf::new(column).filter(|leaf| wanted(&leaf.name)).map(|leaf| (index, leaf)));
+    }
+    if leaves.len() > MAX_COLUMNS {
+        let found = leaves.len();
+        return Err(InputError::new(name, format!("found {found} columns, at most {MAX_COLUMNS} are read")));
+    }
+    let rows = usize::try_from(metadata.num_rows())
+        .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
+    if rows.saturating_mul(leaves.len()) > MAX_CELLS {
+        return Err(too_large());
+    }
+    let mut before = 0_usize;
+    let mut budget = MAX_CELLS;
+    for group in 0..reader.num_row_groups() {
+        let group = reader.get_row_group(group).map_err(damaged)?;
+        let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+        for (index, leaf) in &mut leaves {
+            let used =
+                leaf.read(group.get_column_reader(*index).map_err(damaged)?, before, rows_here).map_err(damaged)?;
+            budget = budget.checked_sub(used).ok_or_else(too_large)?;
+        }
+        before = before.saturating_add(rows_here);
+        if before > rows {
+            return Err(InputError::new(name, format!("its parts have more rows than the {rows} that it says it has")));
+        }
+    }
+    let mut memory = Memory::new(name);
+    for (_, leaf) in leaves {
+        leaf.put_into(&mut memory);
+    }
+    Ok(Sheet { memory, scene, events })
+}
+
+/// A column while it is read.
+struct Leaf {
+    name: String,
+    /// Turns what is stored into SI, where the type says what it is.
+    factor: f64,
+    unit: &'static str,
+    max_def: i16,
+    max_rep: i16,
+    /// One list of values a place of a list; one for a plain column.
+    places: Vec<Vec<f64>>,
+    texts: Option<Vec<String>>,
+}
+
+impl Leaf {
+    /// A column, if it is of a kind that a log can have.
+    fn new(column: &ColumnDescriptor) -> Option<Self> {
+        let mut parts: Vec<&str> = column.path().parts().iter().map(String::as_str).collect();
+        let max_rep = column.max_rep_level();
+        if max_rep > 1 {
+            return None;
+        }
+        // A list is a group that repeats a group of one element; neither is part of its name.
+        if max_rep == 1 && parts.len() > 2 {
+            parts.truncate(parts.len() - 2);
+        }
+        let text = matches!(column.logical_type_ref(), Some(LogicalType::String))
+            || column.converted_type() == ConvertedType::UTF8;
+        let (factor, unit) = match (column.logical_type_ref(), column.converted_type()) {
+            (Some(LogicalType::Timestamp(stamp)), _) => (step(&stamp.unit), "s"),
+            (_, ConvertedType::TIMESTAMP_MILLIS) => (1e-3, "s"),
+            (_, ConvertedType::TIMESTAMP_MICROS) => (1e-6, "s"),
+            (_, ConvertedType::DECIMAL) => return None,
+            _ => (1.0, ""),
+        };
+        let texts = match column.physical_type() {
+            Physical::BOOLEAN | Physical::INT32 | Physical::INT64 | Physical::FLOAT | Physical::DOUBLE => None,
+            Physical::BYTE_ARRAY if text && max_rep == 0 => Some(vec![]),
+            _ => return None,
+        };
+        let name = parts.join(".");
+        Some(Self { name, factor, unit, max_def: column.max_def_level(), max_rep, places: vec![], texts })
+    }
+
+    /// Reads the part of a row group, whose first row is `before`; how many cells it has.
+    fn read(&mut self, reader: ColumnReader, before: usize, rows: usize) -> Result<usize, ParquetError> {
+        let factor = self.factor;
+        match reader {
+            ColumnReader::BoolColumnReader(reader) => {
+                self.numbers(reader, before, rows, |value| f64::from(u8::from(*value)))
+            }
+            ColumnReader::Int32ColumnReader(reader) => {
+                self.numbers(reader, before, rows, |value| f64::from(*value) * factor)
+            }
+            ColumnReader::Int64ColumnReader(reader) => {
+                self.numbers(reader, before, rows, |value| *value as f64 * factor)
+            }
+            ColumnReader::FloatColumnReader(reader) => self.numbers(reader, before, rows, |value| f64::from(*value)),
+            ColumnReader::DoubleColumnReader(reader) => self.numbers(reader, before, rows, |value| *value),
+            ColumnReader::ByteArrayColumnReader(reader) => {
+                let mut texts = self.texts.take().unwrap_or_default();
+                let used =
+                    levels(reader, self.max_def, self.max_rep, before, rows, |row, _, value: Option<&ByteArray>| {
+                        texts.resize(row, String::new());
+                        texts.push(
+                            value.map_or_else(String::new, |value| String::from_utf8_lossy(value.data()).into_owned()),
+                        );
+                    })?;
+                self.texts = Some(texts);
+                Ok(used)
+            }
+            _ => Ok(0),
+        }
+    }
+
+    fn numbers<T: DataType>(
+        &mut self,
+        reader: ColumnReaderImpl<T>,
+        before: usize,
+        rows: usize,
+        number: impl Fn(&T::T) -> f64,
+    ) -> Result<usize, ParquetError> {
+        let places = &mut self.places;
+        levels(reader, self.max_def, self.max_rep, before, rows, |row, place, value: Option<&T::T>| {
+            // One place more than is read tells that the list is too long.
+            if place > MAX_LIST {
+                return;
+            }
+            if places.len() <= place {
+                places.resize(place + 1, vec![]);
+            }
+            if let Some(column) = places.get_mut(place) {
+                column.resize(row, f64::NAN);
+                column.push(value.map_or(f64::NAN, &number));
+            }
+        })
+    }
+
+    fn put_into(self, memory: &mut Memory) {
+        let name = titled(&self.name, self.unit);
+        if let Some(texts) = self.texts {
+            memory.push_column(name, Cells::Texts(texts));
+        } else if self.max_rep == 0 {
+            memory.push_column(name, Cells::Numbers(self.places.into_iter().next().unwrap_or_default()));
+        } else if self.places.len() <= MAX_LIST {
+            for (place, values) in self.places.into_iter().enumerate() {
+                memory.push_column(format!("{}[{place}]", self.name), Cells::Numbers(values));
+            }
+        }
+    }
+}
+
+/// How many seconds a step of a stamp is.
+fn step(unit: &TimeUnit) -> f64 {
+    match unit {
+        TimeUnit::MILLIS => 1e-3,
+        TimeUnit::MICROS => 1e-6,
+        TimeUnit::NANOS => 1e-9,
+    }
+}
+
+/// Walks over the values of a column: row, place in its list, value. How many there were.
+fn levels<T: DataType>(
+    mut reader: ColumnReaderImpl<T>,
+    max_def: i16,
+    max_rep: i16,
+    before: usize,
+    rows: usize,
+    mut each: impl FnMut(usize, usize, Option<&T::T>),
+) -> Result<usize, ParquetError> {
+    let mut row = before;
+    let mut used = 0;
+    let (mut defs, mut reps, mut values) = (vec![], vec![], vec![]);
+    while row < before + rows {
+        defs.clear();
+        reps.clear();
+        values.clear();
+        let batch = BATCH.min(before + rows - row);
+        let (records, _, count) = reader.read_records(batch, Some(&mut defs), Some(&mut reps), &mut values)?;
+        if records == 0 {
+            return Err(ParquetError::General(format!("a column ends after {} of {rows} rows", row - before)));
+        }
+        let count = if max_def == 0 { values.len() } else { count };
+        let mut next = values.iter();
+        let (mut at, mut place) = (row, 0);
+        for level in 0..count {
+            let repeats = max_rep > 0 && reps.get(level).is_some_and(|rep| *rep > 0);
+            if repeats {
+                place += 1;
+            } else {
+                at = if level == 0 { row } else { at + 1 };
+                place = 0;
+            }
+            let def = defs.get(level).copied().unwrap_or(max_def);
+            if def == max_def {
+                each(at, place, next.next());
+            } else if max_rep == 0 {
+                each(at, place, None);
+            }
+        }
+        used += count;
+        row += records;
+    }
+    Ok(used)
+}
+
+/// Writes a canonical log, whole or not at all.
+///
+/// # Errors
+/// When a column is not as long as the time, or the file cannot be written.
+pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    check_lengths(recording, path)?;
+    let scene = yaml::write(&recording.scene)?;
+    let events = serde_json::to_string(&recording.events)
+        .map_err(|error| InputError::new(path.display().to_string(), error.to_string()))?;
+    whole::write(path, |out| write_columns(out, recording, scene, events).map_err(std::io::Error::other))
+}
+
+fn write_columns(
+    out: &mut (dyn std::io::Write + Send),
+    recording: &Recording,
+    scene: String,
+    events: String,
+) -> Result<(), ParquetError> {
+    let number = |title: &str| {
+        Type::primitive_type_builder(title, Physical::DOUBLE)
+            .with_repetition(Repetition::REQUIRED)
+            .build()
+            .map(Arc::new)
+    };
+    let text = |title: &str| {
+        Type::primitive_type_builder(title, Physical::BYTE_ARRAY)
+            .with_repetition(Repetition::REQUIRED)
+            .with_logical_type(Some(LogicalType::String))
+            .build()
+            .map(Arc::new)
+    };
+    let mut fields = vec![number("time [s]")?];
+    for (name, column) in &recording.columns {
+        fields.push(number(&titled(name, &column.dimension.si_unit()))?);
+    }
+    for name in recording.labels.keys() {
+        fields.push(text(name)?);
+    }
+    let schema = Type::group_type_builder("log").with_fields(fields).build()?;
+    let metadata = vec![KeyValue::new(SCENE.into(), scene), KeyValue::new(EVENTS.into(), events)];
+    let properties = WriterProperties::builder()
+        .set_created_by("teachtree".into())
+        .set_compression(Compression::SNAPPY)
+        .set_key_value_metadata(Some(metadata))
+        .build();
+    let mut writer = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
+    let mut group = writer.next_row_group()?;
+    let numbers = std::iter::once(&recording.time).chain(recording.columns.values().map(|column| &column.values));
+    for values in numbers {
+        if let Some(mut column) = group.next_column()? {
+            column.typed::<DoubleType>().write_batch(values, None, None)?;
+            column.close()?;
+        }
+    }
+    for texts in recording.labels.values() {
+        if let Some(mut column) = group.next_column()? {
+            let texts: Vec<ByteArray> = texts.iter().map(|text| ByteArray::from(text.as_str())).collect();
+            column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
+            column.close()?;
+        }
+    }
+    group.close()?;
+    writer.close()?;
+    Ok(())
+}

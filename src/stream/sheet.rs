@@ -1,0 +1,275 @@
+//! Rows that are in memory already: named columns in, a table of what is wanted of them out.
+
+use super::names;
+use super::table::{MAX_CELLS, MAX_COLUMNS, Rows, Stamps, Table, Want, column_place, number, shown};
+use crate::base::error::InputError;
+use indexmap::IndexMap;
+
+/// The values of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Cells {
+    /// Numbers; NaN where nothing was measured.
+    Numbers(Vec<f64>),
+    /// Texts; empty where nothing was said.
+    Texts(Vec<String>),
+}
+
+/// Rows in memory, grown row by row: a value that a row does not have is not measured.
+#[derive(Clone, Debug, Default)]
+pub struct Memory {
+    columns: IndexMap<String, Cells>,
+    rows: usize,
+    /// Where the rows are, for messages: the file, with the topic where there are several.
+    pub place: String,
+    /// The column of the values that come next, since rows mostly repeat the order of the row before.
+    next: usize,
+}
+
+impl Memory {
+    /// No rows yet.
+    pub fn new(place: impl Into<String>) -> Self {
+        Self { place: place.into(), ..Self::default() }
+    }
+
+    /// Number of rows.
+    pub fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The columns as they are called.
+    pub fn header(&self) -> Vec<String> {
+        self.columns.keys().cloned().collect()
+    }
+
+    /// The columns by name.
+    pub fn columns(&self) -> &IndexMap<String, Cells> {
+        &self.columns
+    }
+
+    /// Begins a row; values are put into the last row.
+    ///
+    /// # Errors
+    /// When the log would not fit.
+    pub fn begin_row(&mut self) -> Result<(), InputError> {
+        self.rows += 1;
+        self.next = 0;
+        if self.rows.saturating_mul(self.columns.len()) > MAX_CELLS {
+            return Err(InputError::new(
+                &self.place,
+                format!("found more than {MAX_CELLS} cells, the most that are read"),
+            ));
+        }
+        Ok(())
+    }
+
+    /// Takes back the last row.
+    pub fn drop_row(&mut self) {
+        self.rows = self.rows.saturating_sub(1);
+        for cells in self.columns.values_mut() {
+            match cells {
+                Cells::Numbers(values) => values.truncate(self.rows),
+                Cells::Texts(values) => values.truncate(self.rows),
+            }
+        }
+    }
+
+    /// Puts a number into the last row. A column keeps the kind of its first value: a text column takes the number as text.
+    ///
+    /// # Errors
+    /// When there are too many columns.
+    pub fn put(&mut self, name: &str, value: f64) -> Result<(), InputError> {
+        let row = self.rows.saturating_sub(1);
+        match self.column(name, || Cells::Numbers(vec![]))? {
+            Cells::Numbers(values) => set(values, row, value, || f64::NAN),
+            Cells::Texts(values) => set(values, row, value.to_string(), String::new),
+        }
+        Ok(())
+    }
+
+    /// Puts a text into the last row; a column of numbers takes what the text says, if that is a number.
+    ///
+    /// # Errors
+    /// When there are too many columns.
+    pub fn put_text(&mut self, name: &str, value: &str) -> Result<(), InputError> {
+        let row = self.rows.saturating_sub(1);
+        match self.column(name, || Cells::Texts(vec![]))? {
+            Cells::Numbers(values) => set(values, row, number(value).unwrap_or(f64::NAN), || f64::NAN),
+            Cells::Texts(values) => set(values, row, value.to_string(), String::new),
+        }
+        Ok(())
+    }
+
+    /// Adds a whole column; it may be shorter than others.
+    pub fn push_column(&mut self, name: String, cells: Cells) {
+        self.rows = self.rows.max(match &cells {
+            Cells::Numbers(values) => values.len(),
+            Cells::Texts(values) => values.len(),
+        });
+        self.columns.insert(name, cells);
+    }
+
+    /// Adds a whole column before the others.
+    pub fn push_first(&mut self, name: &str, cells: Cells) {
+        self.columns.shift_remove(name);
+        self.push_column(name.to_string(), cells);
+        self.columns.move_index(self.columns.len() - 1, 0);
+    }
+
+    fn column(&mut self, name: &str, empty: impl FnOnce() -> Cells) -> Result<&mut Cells, InputError> {
+        let expected = self.columns.get_index(self.next).is_some_and(|(column, _)| column == name);
+        let index = if expected { Some(self.next) } else { self.columns.get_index_of(name) };
+        let index = match index {
+            Some(index) => index,
+            None if self.columns.len() >= MAX_COLUMNS => {
+                let message = format!("found more than {MAX_COLUMNS} columns, the most that are read");
+                return Err(InputError::new(&self.place, message));
+            }
+            None => self.columns.insert_full(name.to_string(), empty()).0,
+        };
+        self.next = index + 1;
+        let place = &self.place;
+        self.columns
+            .get_index_mut(index)
+            .map(|(_, cells)| cells)
+            .ok_or_else(|| InputError::new(place, format!("the column {name} is lost")))
+    }
+
+    /// Puts the rows in the order of their stamps, in the column of this name; rows with equal stamps keep their order.
+    pub fn sort_by(&mut self, time: &str) {
+        let Some(Cells::Numbers(stamps)) = self.columns.get(time) else { return };
+        if stamps.is_sorted() {
+            return;
+        }
+        let stamps = stamps.clone();
+        let mut order: Vec<usize> = (0..self.rows).collect();
+        let stamp = |row: usize| stamps.get(row).copied().unwrap_or(f64::NAN);
+        order.sort_by(|a, b| stamp(*a).total_cmp(&stamp(*b)));
+        for cells in self.columns.values_mut() {
+            match cells {
+                Cells::Numbers(values) => {
+                    *values = order.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
+                }
+                Cells::Texts(values) => {
+                    *values =
+                        order.iter().map(|row| values.get_mut(*row).map(std::mem::take).unwrap_or_default()).collect();
+                }
+            }
+        }
+    }
+}
+
+/// Sets the value of a row; rows before it that have none are filled.
+fn set<T>(values: &mut Vec<T>, row: usize, value: T, empty: impl Fn() -> T) {
+    while values.len() < row {
+        values.push(empty());
+    }
+    match values.get_mut(row) {
+        Some(slot) => *slot = value,
+        None => values.push(value),
+    }
+}
+
+impl Rows for Memory {
+    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
+        let Self { columns, rows, place, .. } = *self;
+        if rows == 0 {
+            return Err(InputError::new(place, "the log has no rows"));
+        }
+        let timed = wants.iter().position(|want| matches!(want, Want::Time(_)));
+        let stamp = |row: usize| -> Result<f64, InputError> {
+            let Some(column) = timed else {
+                return Ok(row as f64 / rate_hz.unwrap_or(1.0));
+            };
+            let to_seconds = match wants.get(column) {
+                Some(Want::Time(to_seconds)) => *to_seconds,
+                _ => 1.0,
+            };
+            let (value, found) = match columns.get_index(column) {
+                Some((_, Cells::Numbers(values))) => {
+                    let value = values.get(row).copied().unwrap_or(f64::NAN);
+                    (value, if value.is_nan() { String::new() } else { value.to_string() })
+                }
+                Some((_, Cells::Texts(texts))) => {
+                    let text = texts.get(row).map_or("", String::as_str);
+                    (number(text).unwrap_or(f64::NAN), shown(text))
+                }
+                None => (f64::NAN, String::new()),
+            };
+            let seconds = value * to_seconds;
+            if seconds.is_finite() {
+                return Ok(seconds);
+            }
+            let title = header.get(column).map_or("", String::as_str);
+            let place = column_place(&format!("{place} row {}", row + 1), title);
+            Err(InputError::new(place, format!("found `{found}`, wanted a time")))
+        };
+        let mut stamps = Stamps::default();
+        let mut kept = Vec::with_capacity(rows);
+        for row in 0..rows {
+            let at = row as u64 + 1;
+            if stamps.push(stamp(row)?, at).map_err(|message| InputError::new(format!("{place} row {at}"), message))? {
+                kept.push(row);
+            }
+        }
+        let mut table = Table {
+            issues: stamps.issue(&place)?.into_iter().collect(),
+            time: stamps.time,
+            row_time: stamps.row_time,
+            ..Table::default()
+        };
+        for ((title, cells), want) in columns.iter().zip(wants) {
+            let (mut numbers, mut texts) = (vec![], vec![]);
+            match want {
+                Want::Nothing | Want::Time(_) => {}
+                Want::Number(to_si) => numbers = measured(cells, &kept, *to_si, Some((&place, title)))?,
+                Want::Perhaps(to_si) => numbers = measured(cells, &kept, *to_si, None)?,
+                Want::Text => texts = said(cells, &kept),
+            }
+            table.numbers.push(numbers);
+            table.texts.push(texts);
+        }
+        Ok(table)
+    }
+}
+
+/// The numbers of some rows. A text that is none is an error when its place is given, and not measured otherwise.
+fn measured(cells: &Cells, rows: &[usize], to_si: f64, place: Option<(&str, &str)>) -> Result<Vec<f64>, InputError> {
+    let value = |row: &usize| match cells {
+        Cells::Numbers(values) => {
+            let value = values.get(*row).copied().unwrap_or(f64::NAN);
+            Ok(if value.is_finite() { value * to_si } else { f64::NAN })
+        }
+        Cells::Texts(texts) => {
+            let text = texts.get(*row).map_or("", String::as_str);
+            match (number(text), place) {
+                (Some(value), _) => Ok(value * to_si),
+                (None, None) => Ok(f64::NAN),
+                (None, Some((place, title))) => Err(InputError::new(
+                    column_place(&format!("{place} row {}", row + 1), title),
+                    format!("found `{}`, wanted a number", shown(text)),
+                )),
+            }
+        }
+    };
+    rows.iter().map(value).collect()
+}
+
+/// The texts of some rows.
+fn said(cells: &Cells, rows: &[usize]) -> Vec<String> {
+    let text = |row: &usize| match cells {
+        Cells::Numbers(values) => {
+            values.get(*row).filter(|value| !value.is_nan()).map_or_else(String::new, f64::to_string)
+        }
+        Cells::Texts(texts) => texts.get(*row).map_or_else(String::new, |text| text.trim().to_string()),
+    };
+    rows.iter().map(text).collect()
+}
+
+/// A title with its unit, where the name does not say one already.
+pub fn titled(name: &str, unit: &str) -> String {
+    match names::split_unit(name) {
+        (_, Some(_)) => name.to_string(),
+        (name, None) if unit.is_empty() => name.to_string(),
+        (name, None) => format!("{name} [{unit}]"),
+    }
+}

@@ -1,0 +1,83 @@
+//! `teachtree inspect` as a user meets it.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn teachtree(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn complained(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// A copy of the fixture log with these columns left out.
+fn log_without(folder: &Path, left_out: &str) -> PathBuf {
+    let text = std::fs::read_to_string("demos/robosuite/SawyerNutAssembly_demo_1.csv").unwrap();
+    let keep: Vec<bool> = text.lines().next().unwrap().split(',').map(|title| !title.contains(left_out)).collect();
+    let line = |line: &str| {
+        let cells: Vec<&str> = line.split(',').zip(&keep).filter(|(_, keep)| **keep).map(|(cell, _)| cell).collect();
+        cells.join(",") + "\n"
+    };
+    let path = folder.join("log.csv");
+    std::fs::write(&path, text.lines().map(line).collect::<String>()).unwrap();
+    path
+}
+
+const NUTS: &str = "demos/robosuite/sawyer_nut_assembly.binding.yaml";
+
+#[test]
+fn inspect_tells_what_cannot_be_recognised_and_why() {
+    let folder = tempfile::tempdir().unwrap();
+    // A binding without contacts of the nuts.
+    let binding = folder.path().join("binding.yaml");
+    let text = std::fs::read_to_string(NUTS).unwrap();
+    let kept: Vec<&str> = text.lines().filter(|line| !line.trim_start().starts_with("contact.")).collect();
+    std::fs::write(&binding, kept.join("\n")).unwrap();
+    let log = log_without(folder.path(), "_env");
+    let output =
+        teachtree(&["inspect", log.to_str().unwrap(), "--binding", binding.to_str().unwrap(), "--format", "json"]);
+    assert!(output.status.success(), "{}", complained(&output));
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!(document["schema"], "teachtree.inspection/1");
+    let track = &document["recognition"]["tracks"][0];
+    let can: Vec<&str> = track["can"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    assert!(can.contains(&"Translate") && can.contains(&"Insert") && !can.contains(&"Place"), "{can:?}");
+    let lack = &track["cannot"][0];
+    assert_eq!(lack["of"], "the log has no contacts");
+    let lost: Vec<&str> = lack["primitives"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    for primitive in ["Place", "Slide", "Press", "Follow", "Push", "Trace"] {
+        assert!(lost.contains(&primitive), "{primitive} is not in {lost:?}");
+    }
+}
+
+#[test]
+fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    let row = |row: u32| {
+        let t = f64::from(row) * 0.01 + if row > 150 { 0.05 } else { 0.0 };
+        let x = 0.2 * t + if row.is_multiple_of(2) { 0.0005 } else { -0.0005 };
+        format!("{t:.3},{x:.5},0,1,{},{},7.25,{},pick\n", x * 2.0, row % 3 / 2, if row < 20 { "" } else { "3" })
+    };
+    let rows: String = (0..200).map(row).collect();
+    std::fs::write(&log, format!("stamp,tip_x [m],tip_y [m],tip_z [m],state[0],grip,dead,late,what\n{rows}")).unwrap();
+    let skeleton = folder.path().join("lab.binding.yaml");
+    let output = teachtree(&["inspect", log.to_str().unwrap(), "--skeleton", skeleton.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", complained(&output));
+    let place = format!("{}/", folder.path().display());
+    insta::assert_snapshot!(said(&output).replace(&place, ""));
+    let text = std::fs::read_to_string(&skeleton).unwrap();
+    insta::assert_snapshot!("inspect_skeleton", text);
+    // Filled in, it is a binding.
+    let filled = text.replace("# ?: tip_<xyz> [m]", "right.thumb.position: tip_<xyz> [m]");
+    std::fs::write(&skeleton, filled).unwrap();
+    let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
+    assert!(said(&output).contains("nothing can be told"), "{}", said(&output));
+    assert!(said(&output).contains("the rules need `right.index.position`"), "{}", said(&output));
+}

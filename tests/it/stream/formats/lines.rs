@@ -1,0 +1,51 @@
+//! JSON lines.
+
+use super::{bound_text, values};
+use teachtree::stream::{OpenRequest, open};
+
+#[test]
+fn an_object_a_line_is_a_row() {
+    let text = r#"{"time": 0, "right": {"thumb": {"force": [0, 0.5, 1], "contact": true}}, "right.label": "Move"}
+{"time": 0.1, "right.thumb.force": [1, 0.5, 2], "right.thumb.contact": false, "right.label": "Grasp"}
+
+{"time": 0.2, "right.thumb.force.x": null, "right.thumb.force.y": 3}
+{"time": 0.3, "right.thu"#;
+    let (recording, issues) = bound_text("log.jsonl", text, "").unwrap();
+    assert_eq!(recording.time, [0.0, 0.1, 0.2]);
+    assert_eq!(values(&recording, "right.thumb.force.y"), [0.5, 0.5, 3.0]);
+    assert!(values(&recording, "right.thumb.force.x")[2].is_nan());
+    assert_eq!(values(&recording, "right.thumb.contact")[..2], [1.0, 0.0]);
+    assert_eq!(recording.labels["right.label"], ["Move", "Grasp", ""]);
+    assert_eq!(issues[0].kind, "truncated");
+}
+
+#[test]
+fn the_first_line_may_carry_the_scene() {
+    let folder = super::folder(&[(
+        "log.jsonl",
+        r#"{"scene": {"bodies": {"cube": {"role": "object", "radius": "50 mm"}}, "hands": {"right": {"fingers": ["thumb"]}}}}
+{"time": 0, "cube.position": [0, 0, 1]}
+{"time": 0.1, "cube.position": [0, 0, 1]}
+"#,
+    )]);
+    let opened = open(&OpenRequest { log: folder.path().join("log.jsonl"), ..OpenRequest::default() }).unwrap();
+    assert_eq!(opened.recording.scene.bodies["cube"].bounding_radius(), 0.05);
+    assert_eq!(values(&opened.recording, "cube.position.z"), [1.0, 1.0]);
+}
+
+#[test]
+fn lines_that_are_no_objects_are_refused() {
+    let refused = |text: &str| bound_text("log.jsonl", text, "").unwrap_err();
+    insta::assert_snapshot!(
+        [
+            refused("{\"time\": 0}\n{\"time\": 0.1\n{\"time\": 0.2}\n"),
+            refused("{\"time\": 0}\n[1, 2]\n"),
+            refused("{\"time\": \"soon\"}\n"),
+            refused("{\"time\": 0.2}\n{\"time\": 0.1}\n"),
+            refused("{\"scene\": {\"bodies\": {\"left\": {\"role\": \"object\"}}}}\n"),
+            refused("{\"time\": 0"),
+            refused(&format!("{{\"time\": 0, \"a\": {}1{}}}\n", "[".repeat(40), "]".repeat(40))),
+        ]
+        .join("\n")
+    );
+}

@@ -1,0 +1,298 @@
+//! Bags: messages by topic, each decoded by its own definition.
+
+use super::{bound, fixture, folder, header, values};
+use mcap::{Compression, WriteOptions, Writer, records::MessageHeader};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// A stamped wrench as ROS defines it, cut short to what counts.
+const WRENCH: &str = "std_msgs/Header header
+geometry_msgs/Vector3 force   # N
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+";
+
+/// Joints of a gripper, with a default, a constant and arrays of each kind.
+const JOINTS: &str = "uint8 OPEN=1
+string<=10 name \"hand\"
+float32[] position
+int16[2] raw
+bool closed
+uint8[] image
+";
+
+/// A wrench in CDR; an odd frame id shows whether values stand on their grid.
+fn wrench(stamp_s: f64, force: [f64; 3], little: bool) -> Vec<u8> {
+    let nanos = (stamp_s * 1e9).round() as u64;
+    let (sec, nanosec) = ((nanos / 1_000_000_000) as u32, (nanos % 1_000_000_000) as u32);
+    let u32_of = |value: u32| if little { value.to_le_bytes() } else { value.to_be_bytes() };
+    let f64_of = |value: f64| if little { value.to_le_bytes() } else { value.to_be_bytes() };
+    let mut body = vec![];
+    for value in [sec, nanosec, 6] {
+        body.extend(u32_of(value));
+    }
+    body.extend(b"wrist\0");
+    body.resize(body.len().next_multiple_of(8), 0);
+    for value in force {
+        body.extend(f64_of(value));
+    }
+    [vec![0, u8::from(little), 0, 0], body].concat()
+}
+
+/// Joints in CDR, with an image that is too long to be a column.
+fn joints(position: [f32; 2], closed: bool) -> Vec<u8> {
+    let mut body = vec![];
+    body.extend(5_u32.to_le_bytes());
+    body.extend(b"grip\0");
+    body.resize(body.len().next_multiple_of(4), 0);
+    body.extend(2_u32.to_le_bytes());
+    for value in position {
+        body.extend(value.to_le_bytes());
+    }
+    for value in [-3_i16, 7] {
+        body.extend(value.to_le_bytes());
+    }
+    body.push(u8::from(closed));
+    body.resize(body.len().next_multiple_of(4), 0);
+    body.extend(100_u32.to_le_bytes());
+    body.extend([9; 100]);
+    [vec![0, 1, 0, 0], body].concat()
+}
+
+/// A topic: name, encoding, type, definition, and its messages with the time at which each was recorded, s.
+type Topic<'a> = (&'a str, &'a str, &'a str, &'a str, Vec<(f64, Vec<u8>)>);
+
+fn write(path: &Path, compression: Option<Compression>, topics: &[Topic]) {
+    let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
+    let mut writer =
+        WriteOptions::new().chunk_size(Some(256)).compression(compression).profile("ros2").create(file).unwrap();
+    for (topic, encoding, kind, definition, messages) in topics {
+        let schema = match definition.is_empty() {
+            true => 0,
+            false => writer.add_schema(kind, "ros2msg", definition.as_bytes()).unwrap(),
+        };
+        let channel = writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap();
+        for (recorded, data) in messages {
+            let time = (recorded * 1e9) as u64;
+            let header = MessageHeader { channel_id: channel, sequence: 0, log_time: time, publish_time: time };
+            writer.write_to_known_channel(&header, data).unwrap();
+        }
+    }
+    finish(writer);
+}
+
+fn finish<W: std::io::Write + std::io::Seek>(mut writer: Writer<W>) {
+    writer.finish().unwrap();
+}
+
+/// A bag with a wrench at 100 Hz that was recorded in batches and out of order, and joints at 50 Hz without stamps.
+fn bag(compression: Option<Compression>) -> (tempfile::TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let stamp = |index: usize| 1000.0 + index as f64 * 0.01;
+    let mut wrenches: Vec<(f64, Vec<u8>)> = (0..10)
+        .map(|index| (stamp(9) + 0.001, wrench(stamp(index), [index as f64, 0.5, -1.0], index % 2 == 0)))
+        .collect();
+    wrenches.swap(3, 4);
+    let grips = (0..5).map(|index| (stamp(2 * index), joints([0.01, index as f32 * 0.5], index > 2))).collect();
+    write(
+        &path,
+        compression,
+        &[
+            ("/wrench", "cdr", "geometry_msgs/msg/WrenchStamped", WRENCH, wrenches),
+            ("/gripper", "cdr", "my_msgs/msg/Joints", JOINTS, grips),
+        ],
+    );
+    (folder, path)
+}
+
+const BINDING: &str = "
+resample: 100 Hz
+channels:
+  right.thumb.force: /wrench.force.<xyz>
+  right.gripper.opening: \"/gripper.position[1] [mm]\"
+  right.thumb.contact: /gripper.closed
+";
+
+#[test]
+fn topics_are_decoded_and_laid_on_one_time_base() {
+    for compression in [None, Some(Compression::Zstd), Some(Compression::Lz4)] {
+        let (_folder, path) = bag(compression);
+        assert_eq!(
+            header(&path),
+            [
+                "/wrench.time [s]",
+                "/wrench.header.frame_id",
+                "/wrench.force.x",
+                "/wrench.force.y",
+                "/wrench.force.z",
+                "/gripper.time [s]",
+                "/gripper.name",
+                "/gripper.position[0]",
+                "/gripper.position[1]",
+                "/gripper.raw[0]",
+                "/gripper.raw[1]",
+                "/gripper.closed",
+            ]
+        );
+        let (recording, issues) = bound(&path, BINDING).unwrap();
+        assert!(issues.is_empty());
+        // The stamps in the headers count, not the batch in which they were recorded; times begin with the first of them.
+        let force = values(&recording, "right.thumb.force.x");
+        assert_eq!(force.len(), 10);
+        assert!(force.iter().enumerate().all(|(index, force)| (force - index as f64).abs() < 1e-9), "{force:?}");
+        assert!((recording.time[9] - 0.09).abs() < 1e-6);
+        // What is slower is held.
+        let closed = values(&recording, "right.thumb.contact");
+        assert_eq!(closed.iter().filter(|flag| **flag > 0.5).count(), 4);
+        assert!((values(&recording, "right.gripper.opening")[2] - 0.0005).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn a_topic_that_cannot_be_read_does_not_hide_the_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let good = || vec![(1.0, wrench(1.0, [1.0; 3], true)), (1.1, wrench(1.1, [1.0; 3], true))];
+    write(
+        &path,
+        None,
+        &[
+            ("/good", "cdr", "geometry_msgs/msg/WrenchStamped", WRENCH, good()),
+            ("/proto", "protobuf", "foxglove.Pose", "x", vec![(1.0, vec![1, 2, 3])]),
+            (
+                "/short",
+                "cdr",
+                "geometry_msgs/msg/WrenchStamped",
+                WRENCH,
+                vec![(1.0, wrench(1.0, [1.0; 3], true)[..40].to_vec())],
+            ),
+            ("/parameters", "cdr", "a/msg/B", "c/Unknown d", vec![(1.0, vec![0, 1, 0, 0])]),
+            ("/newer", "cdr", "geometry_msgs/msg/WrenchStamped", WRENCH, vec![(1.0, vec![0, 9, 0, 0])]),
+            ("/bare", "cdr", "", "", vec![(1.0, vec![0, 1, 0, 0])]),
+        ],
+    );
+    let read = |topic: &str| bound(&path, &format!("channels: {{right.thumb.force: {topic}.force.<xyz>}}\n"));
+    assert_eq!(read("/good").unwrap().0.time.len(), 2);
+    let refused = |topic: &str| read(topic).unwrap_err();
+    insta::assert_snapshot!(["/proto", "/short", "/parameters", "/newer", "/bare", "/absent"].map(refused).join("\n"));
+}
+
+#[test]
+fn a_wrong_encoding_is_refused_with_its_channel() {
+    let refused = bound(&fixture("rosbag2/wrong_rmw_test_0.mcap"), "").unwrap_err();
+    insta::assert_snapshot!(refused, @"wrong_rmw_test_0.mcap topic /test_topic: its messages are encoded as `wrong_format`, wanted `cdr`, `ros1` or `json`");
+}
+
+#[test]
+fn a_bag_of_ros_itself_is_read() {
+    let log = fixture("rosbag2/cdr_test_0.mcap");
+    let titles = header(&log);
+    assert!(titles.contains(&"/array_topic.basic_types_values[2].float32_value".to_string()), "{titles:?}");
+    let binding = "channels: {right.gripper.opening: /test_topic.int32_value, right.label: \"/array_topic.string_values[0]\"}\nresample: 100 Hz\nbridge: 1 s\n";
+    let (recording, _) = bound(&log, binding).unwrap();
+    let measured: Vec<f64> =
+        values(&recording, "right.gripper.opening").iter().copied().filter(|value| !value.is_nan()).collect();
+    assert!(measured.len() > 3 && measured.iter().all(|value| *value == 123.0));
+}
+
+#[test]
+fn a_folder_of_files_is_one_bag() {
+    let metadata = |storage: &str, file: &str| {
+        format!(
+            "rosbag2_bagfile_information:\n  version: 4\n  storage_identifier: {storage}\n  relative_file_paths: [{file}]\n"
+        )
+    };
+    let folder = folder(&[
+        ("good/metadata.yaml", &metadata("mcap", "a.mcap, b.mcap")),
+        ("old/metadata.yaml", &metadata("sqlite3", "a.db3")),
+        ("out/metadata.yaml", &metadata("mcap", "../a.mcap")),
+        ("gone/metadata.yaml", &metadata("mcap", "a.mcap")),
+    ]);
+    let topic = |from: f64| {
+        let wrenches = (0..3).map(|index| (0.0, wrench(from + f64::from(index) * 0.1, [from; 3], true))).collect();
+        [("/wrench", "cdr", "geometry_msgs/msg/WrenchStamped", WRENCH, wrenches)]
+    };
+    write(&folder.path().join("good/a.mcap"), None, &topic(5.0));
+    write(&folder.path().join("good/b.mcap"), None, &topic(5.3));
+    let read = |name: &str| bound(&folder.path().join(name), "channels: {right.thumb.force: /wrench.force.<xyz>}\n");
+    let (recording, _) = read("good").unwrap();
+    assert_eq!(recording.time.len(), 6);
+    assert_eq!(values(&recording, "right.thumb.force.x")[..4], [5.0, 5.0, 5.0, 5.3]);
+    let refused = |name: &str| read(name).unwrap_err();
+    insta::assert_snapshot!(["old", "out", "gone"].map(refused).join("\n"));
+}
+
+#[test]
+fn a_bag_that_was_cut_counts_as_far_as_it_goes() {
+    let (_folder, path) = bag(None);
+    let whole = std::fs::read(&path).unwrap();
+    // In the middle of the messages.
+    let at = whole.windows(5).rposition(|window| window == b"wrist").unwrap() - 60;
+    std::fs::write(&path, &whole[..at]).unwrap();
+    let (recording, issues) = bound(&path, "channels: {right.thumb.force: /wrench.force.<xyz>}\n").unwrap();
+    assert!(recording.time.len() >= 5 && recording.time.len() < 10, "{}", recording.time.len());
+    assert_eq!(issues[0].kind, "truncated");
+}
+
+/// A record of a ROS 1 bag.
+fn record(fields: &[(&str, &[u8])], data: &[u8]) -> Vec<u8> {
+    let sized = |bytes: Vec<u8>| [(bytes.len() as u32).to_le_bytes().to_vec(), bytes].concat();
+    let header: Vec<u8> =
+        fields.iter().flat_map(|(name, value)| sized([name.as_bytes(), b"=", *value].concat())).collect();
+    [sized(header), sized(data.to_vec())].concat()
+}
+
+/// A ROS 1 bag of some rows, in one chunk.
+fn bag1(compression: &str, rows: u32) -> Vec<u8> {
+    let definition = "Header header\ngeometry_msgs/Vector3 force\nint8[] pad\ntime when\n====\nMSG: std_msgs/Header\nuint32 seq\ntime stamp\nstring frame_id\n====\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+    let of_connection: Vec<u8> = [("type", "my_msgs/Wrench"), ("message_definition", definition)]
+        .iter()
+        .flat_map(|(name, value)| {
+            let field = format!("{name}={value}");
+            [(field.len() as u32).to_le_bytes().to_vec(), field.into_bytes()].concat()
+        })
+        .collect();
+    let id = 0_u32.to_le_bytes();
+    let mut inner = record(&[("op", &[7]), ("conn", &id), ("topic", b"/wrench")], &of_connection);
+    for row in 0..rows {
+        let mut data = vec![];
+        for value in [row, 100, row * 10_000_000, 5] {
+            data.extend(value.to_le_bytes());
+        }
+        data.extend(b"wrist");
+        for value in [f64::from(row), 0.0, -1.0] {
+            data.extend(value.to_le_bytes());
+        }
+        data.extend([2, 0, 0, 0, 255, 1, 7, 0, 0, 0, 0, 0, 0, 0]);
+        inner.extend(record(&[("op", &[2]), ("conn", &id), ("time", &[9, 0, 0, 0, 0, 0, 0, 0])], &data));
+    }
+    let size = (inner.len() as u32).to_le_bytes();
+    let chunk = record(&[("op", &[5]), ("compression", compression.as_bytes()), ("size", &size)], &inner);
+    [b"#ROSBAG V2.0\n".to_vec(), record(&[("op", &[3])], &[b' '; 40]), chunk].concat()
+}
+
+#[test]
+fn a_bag_of_ros_1_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.bag");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        bound(&path, "channels: {right.thumb.force: /wrench.force.<xyz>, right.gripper.opening: \"/wrench.pad[0]\"}\n")
+    };
+    let (recording, _) = read(&bag1("none", 4)).unwrap();
+    assert_eq!(values(&recording, "right.thumb.force.x"), [0.0, 1.0, 2.0, 3.0]);
+    assert_eq!(values(&recording, "right.gripper.opening"), [-1.0; 4]);
+    assert!((recording.time[3] - 0.03).abs() < 1e-9);
+    let whole = bag1("none", 4);
+    // A chunk is read whole or not at all.
+    let refused = [read(&bag1("bz2", 4)), read(&whole[..whole.len() - 10]), read(b"#ROSBAG V1.2\n")];
+    insta::assert_snapshot!(refused.map(Result::unwrap_err).join("\n"));
+}

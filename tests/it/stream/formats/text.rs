@@ -1,0 +1,180 @@
+//! Tables of text: what delimits them, where their header is, and sensors that are corrected.
+
+use super::{bound, bound_text, folder, header, values};
+
+const PALM: &str = "channels: {right.palm.position: p<xyz>}\n";
+
+#[test]
+fn the_first_line_tells_what_delimits() {
+    let titles = |text: &str| header(&folder(&[("log.csv", text)]).path().join("log.csv"));
+    assert_eq!(titles("t,p x,pz\n0,1,2\n"), ["t", "p x", "pz"]);
+    assert_eq!(titles("t;px;pz\n0;1;2\n"), ["t", "px", "pz"]);
+    assert_eq!(titles("t\tpx\tpz\n0\t1\t2\n"), ["t", "px", "pz"]);
+    assert_eq!(titles("t [ms]  px   pz [mm]\n0 1 2\n"), ["t [ms]", "px", "pz [mm]"]);
+    assert_eq!(titles("\"t, stamp\";px\n0;1\n"), ["t, stamp", "px"]);
+    assert_eq!(titles("0,1,2\n1,1,2\n"), ["1", "2", "3"]);
+    assert_eq!(titles("0 1\t 2 \n1 1 2\n"), ["1", "2", "3"]);
+    assert_eq!(titles("# made by hand\n# t px pz\n0 1 2\n"), ["t", "px", "pz"]);
+    assert_eq!(titles("# made by hand\nt,px,pz\n0,1,2\n"), ["t", "px", "pz"]);
+}
+
+#[test]
+fn columns_without_names_are_bound_by_number() {
+    let text = "0 1 2 3\t\n  0.5\t4   5 6 \n1 7 8 9\n";
+    let (recording, _) =
+        bound_text("log.dat", text, "time: 1\nchannels: {right.palm.position: \"<xyz=2 3 4> [mm]\"}\n").unwrap();
+    assert_eq!(recording.time, [0.0, 0.5, 1.0]);
+    assert_eq!(values(&recording, "right.palm.position.y"), [0.002, 0.005, 0.008]);
+}
+
+#[test]
+fn a_comma_is_the_decimal_point_between_semicolons() {
+    let text = "time;px;py;pz\n0,0;1,5;0;0\n0,1;2,5;0;0\n";
+    let (recording, _) = bound_text("log.csv", text, PALM).unwrap();
+    assert_eq!(recording.time, [0.0, 0.1]);
+    assert_eq!(values(&recording, "right.palm.position.x"), [1.5, 2.5]);
+}
+
+#[test]
+fn rows_without_stamps_have_a_rate() {
+    let text = "px,py,pz\n1,2,3\n4,5,6\n";
+    let (recording, _) = bound_text("log.csv", text, &format!("rate: 100 Hz\n{PALM}")).unwrap();
+    assert_eq!(recording.time, [0.0, 0.01]);
+    insta::assert_snapshot!(bound_text("log.csv", text, PALM).unwrap_err(), @"binding.yaml: the log has no column `time`");
+}
+
+#[test]
+fn a_folder_of_tables_is_laid_on_one_time_base() {
+    let folder = folder(&[
+        ("run/pose.dat", "0 0 0 0\n0.02 2 0 0\n0.04 4 0 0\n"),
+        ("run/force.dat", "0.01 5 0 0\n0.03 6 0 0\n0.05 7 0 0\n"),
+        ("run/notes.txt", ""),
+    ]);
+    let log = folder.path().join("run");
+    let binding = "
+time: 1
+channels:
+  right.palm.position: pose.<xyz=2 3 4>
+  right.palm.force: force.<xyz=2 3 4>
+";
+    let (recording, _) = bound(&log, &format!("{binding}resample: 100 Hz\n")).unwrap();
+    let stamps: Vec<i64> = recording.time.iter().map(|time| (time * 1e3).round() as i64).collect();
+    assert_eq!(stamps, [0, 10, 20, 30, 40, 50]);
+    // Positions go on between their samples, forces stay; before its first sample a force is not measured.
+    assert_eq!(values(&recording, "right.palm.position.x")[..5], [0.0, 1.0, 2.0, 3.0, 4.0]);
+    let force = values(&recording, "right.palm.force.x");
+    assert!(force[0].is_nan());
+    assert_eq!(force[1..], [5.0, 5.0, 6.0, 6.0, 7.0]);
+    insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @r"
+    run: the bound columns are of 2 sheets with stamps of their own
+      help: say the common rate in the binding, such as `resample: 100 Hz`
+    ");
+    // One of them alone needs no common rate.
+    let alone = "time: 1\nchannels: {right.palm.force: force.<xyz=2 3 4>}\n";
+    assert_eq!(bound(&log, alone).unwrap().0.time, [0.01, 0.03, 0.05]);
+    let refused = "time: 1\nchannels: {right.palm.force: notes.<xyz=2 3 4>}\n";
+    insta::assert_snapshot!(bound(&log, refused).unwrap_err(), @"binding.yaml:2:12: `notes` cannot be read: the file is empty, wanted a header and rows");
+}
+
+const CAPTURE: &str = "NO_OF_FRAMES\t3\nFREQUENCY\t50\nMARKER_NAMES\ttip\tpillow\n";
+
+#[test]
+fn qualisys_markers_that_were_lost_are_not_measured() {
+    let text = format!(
+        "{CAPTURE}Frame\tTime\ttip X\ttip Y\ttip Z\tpillow X\tpillow Y\tpillow Z\t\n1\t0.00\t1\t2\t3\t0\t0\t0\n2\t0.02\t0.000\t0.000\t0.000\t4\t5\t6\t\n3\t0.04\t\t\t\t4\t5\t6\n"
+    );
+    let binding = "channels: {right.thumb.position: tip <XYZ>, cube.position: pillow <XYZ>}\n";
+    let (recording, _) = bound_text("capture.tsv", &text, binding).unwrap();
+    assert_eq!(recording.time, [0.0, 0.02, 0.04]);
+    let tip = values(&recording, "right.thumb.position.z");
+    assert!(tip[0] == 0.003 && tip[1].is_nan() && tip[2].is_nan());
+    let pillow = values(&recording, "cube.position.x");
+    assert!(pillow[0].is_nan() && pillow[1..] == [0.004, 0.004]);
+}
+
+#[test]
+fn qualisys_frames_without_stamps_have_the_rate_of_the_header() {
+    let (recording, issues) = bound_text(
+        "capture.tsv",
+        &format!("{CAPTURE}1\t2\t3\t4\t5\t6\n1\t2\t3\t4\t5\t6\n1\t2"),
+        "channels: {right.thumb.position: tip <XYZ>}\n",
+    )
+    .unwrap();
+    assert_eq!(recording.time, [0.0, 0.02]);
+    assert_eq!(issues.len(), 1);
+    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, wanted 6); it is left out");
+    let refused = |rows: &str| bound_text("capture.tsv", &format!("{CAPTURE}{rows}"), "").unwrap_err();
+    insta::assert_snapshot!(refused("1\t2\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found 2 fields, wanted 6");
+    insta::assert_snapshot!(refused("1\t2\t3\t4\t5\tfar\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found `far`, wanted a number");
+}
+
+#[test]
+fn a_flag_is_made_by_a_threshold() {
+    let text = "time,opening [mm],pad\n0,80,0.1\n1,29,0.3\n2,,\n";
+    let binding = "channels: {right.gripper.closed: opening < 30 mm, right.thumb.contact: pad > 0.2}\n";
+    let (recording, _) = bound_text("log.csv", text, binding).unwrap();
+    for name in ["right.gripper.closed", "right.thumb.contact"] {
+        let flags = values(&recording, name);
+        assert!(flags[..2] == [0.0, 1.0] && flags[2].is_nan(), "{name}: {flags:?}");
+    }
+    let wrong = |channel: &str| bound_text("log.csv", text, &format!("channels: {{{channel}}}\n")).unwrap_err();
+    insta::assert_snapshot!(wrong("right.gripper.closed: opening < 30 N"), @"binding.yaml:1:12: `mm` is a length (m), wanted a force (N)");
+    insta::assert_snapshot!(wrong("right.gripper.opening: opening < 30 mm"), @"binding.yaml:1:12: `right.gripper.opening` is no flag, only flags have a threshold");
+}
+
+/// A wrist sensor that is upright first and lies on its side then, with a tool of 1 kg, a bias of 0.5 N, and a push on an object of 3 N along x.
+const WRIST: &str = "time,qw,qx,qy,qz,fx,fy,fz
+0,1,0,0,0,0.5,0.5,10.31
+1,1,0,0,0,0.5,0.5,10.31
+2,0.7071067811865476,0,0.7071067811865476,0,-9.31,0.5,3.5
+";
+
+#[test]
+fn a_wrist_sensor_is_turned_and_its_tool_taken_off() {
+    let binding = "
+channels: {right.palm.rotation: q<wxyz>, right.palm.force: f<xyz>}
+sensors: {right.palm.force: {frame: right.palm.rotation, tool: 1 kg}}
+tare: {channels: [right.palm.force], from: 0 s, to: 1.5 s}
+";
+    let (recording, _) = bound_text("log.csv", WRIST, binding).unwrap();
+    let force = |row: usize| ["x", "y", "z"].map(|axis| values(&recording, &format!("right.palm.force.{axis}"))[row]);
+    for (row, wanted) in [(0, [0.0, 0.0, 0.0]), (2, [3.0, 0.0, 0.0])] {
+        for (found, wanted) in force(row).iter().zip(wanted) {
+            assert!((found - wanted).abs() < 1e-9, "row {row}: {:?}", force(row));
+        }
+    }
+}
+
+#[test]
+fn corrections_of_what_is_not_bound_are_refused() {
+    let wrong = |sensors: &str| {
+        let binding =
+            format!("channels: {{right.palm.force: f<xyz>, right.thumb.contact: qx}}\nsensors: {{{sensors}}}\n");
+        bound_text("log.csv", WRIST, &binding).unwrap_err()
+    };
+    insta::assert_snapshot!(
+        [
+            wrong("right.thumb.force: {tool: 1 kg}"),
+            wrong("right.palm.force: {frame: right.palm.rotation}"),
+            wrong("right.thumb.contact: {tool: 1 kg}"),
+            wrong("right.palm.force: {time_offset: 12 ms}"),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn a_sensor_that_reports_late_is_set_back() {
+    let text = "time,px,py,pz,fx,fy,fz\n0,0,0,0,0,0,0\n0.1,1,0,0,0,0,0\n0.2,2,0,0,9,0,0\n0.3,3,0,0,9,0,0\n";
+    let binding = "
+channels: {right.palm.position: p<xyz>, right.palm.force: f<xyz>}
+sensors: {right.palm.force: {time_offset: -50 ms}}
+resample: 20 Hz
+bridge: 200 ms
+";
+    let (recording, _) = bound_text("log.csv", text, binding).unwrap();
+    let begins = values(&recording, "right.palm.force.x").iter().position(|force| *force > 1.0).unwrap();
+    assert!((recording.time[begins] - 0.15).abs() < 1e-9);
+    let there = values(&recording, "right.palm.position.x")[begins];
+    assert!((there - 1.5).abs() < 1e-9, "{there}");
+}
