@@ -71,6 +71,8 @@ pub enum Absent {
         on: f64,
         /// Threshold to become false again.
         off: f64,
+        /// Whether a rule reads it; else a log may lack the other channel too.
+        needed: bool,
     },
     /// Derived from other channels and the scene; see [`derived`].
     Derived,

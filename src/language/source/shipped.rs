@@ -15,7 +15,11 @@ shipped![
     "bimanual.rules",
     "hand_force.rules",
     "hand_flags.rules",
-    "hand_wrist.rules"
+    "hand_blind.rules",
+    "hand_wrist.rules",
+    "hand_gripper.rules",
+    "hand_seen.rules",
+    "hand_place.rules"
 ];
 
 /// The shipped file that is meant by `contact.rules` or `rules/contact.rules`.
