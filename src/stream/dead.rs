@@ -20,7 +20,7 @@ use std::ops::Range;
 /// How long a value must be repeated, s.
 const STUCK_SECS: f64 = 1.0;
 /// A sensor without rest is dead all along when most of its samples are repeated for this long, s: it updates now and then.
-const LAZY_SECS: f64 = 0.25;
+pub(super) const LAZY_SECS: f64 = 0.25;
 /// A force nearer to zero than this is rest, N.
 const REST: f64 = 0.05;
 /// How far a fingertip must get in that time, m.

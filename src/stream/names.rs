@@ -118,11 +118,17 @@ pub fn split_unit(header: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// Splits a title into name and unit where the bracket holds a unit; else it is part of the name, as in `state[3]`.
+/// Splits a title into name and unit where brackets hold a unit, `F_x [N]` or `F_x (N)`; else they are part of the name, as in `state[3]`.
 pub fn split_known_unit(title: &str) -> (&str, Option<&str>) {
-    match split_unit(title) {
-        (name, Some(unit)) if compound(unit).is_ok() => (name, Some(unit)),
-        _ => (title.trim(), None),
+    let title = title.trim();
+    let is_unit = |unit: &str| !unit.is_empty() && !unit.starts_with('1') && compound(unit).is_ok();
+    let (name, unit) = match title.strip_suffix(')').and_then(|head| head.rsplit_once('(')) {
+        Some((name, unit)) => (name.trim_end(), Some(unit.trim())),
+        None => split_unit(title),
+    };
+    match unit {
+        Some(unit) if is_unit(unit) && !name.is_empty() => (name, Some(unit)),
+        _ => (title, None),
     }
 }
 

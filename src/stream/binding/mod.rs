@@ -5,6 +5,7 @@ mod check;
 mod normals;
 mod pattern;
 mod resample;
+mod rotations;
 mod sensors;
 
 pub use apply::bind;
