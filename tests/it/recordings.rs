@@ -187,3 +187,33 @@ fn what_a_log_cannot_tell_is_said_by_name() {
     insta::assert_snapshot!(inspect("dapg_door/door_00.csv", "bindings/dapg_door"));
     insta::assert_snapshot!(inspect("robosuite/wipe_panda_demo_1.csv", "robosuite/wipe"));
 }
+
+#[test]
+fn a_hand_file_of_ones_own_lies_beside_the_binding() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = tempfile::tempdir().unwrap();
+    let binding = std::fs::read_to_string(root.join("demos/robosuite/panda_lift.binding.yaml")).unwrap();
+    std::fs::write(folder.path().join("lab.yaml"), binding.replace("hand_flags.rules", "hands/lab.rules")).unwrap();
+    std::fs::create_dir(folder.path().join("hands")).unwrap();
+    let flags = std::fs::read_to_string(root.join("rules/hand_flags.rules")).unwrap();
+    std::fs::write(folder.path().join("hands/lab.rules"), flags).unwrap();
+    let found = analysis("demos/robosuite/lift_demo_1.csv", folder.path().join("lab.yaml").to_str().unwrap());
+    let files: Vec<&str> = found["rules"]["files"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
+    assert!(files.iter().any(|file| file.ends_with("hands/lab.rules")), "{files:?}");
+    assert_eq!(told(&found), told(&shipped("lift_demo_1.csv")));
+}
+
+/// The nut binding needs no parameter of its own, and those of the snap assembly are printed.
+#[test]
+fn what_a_binding_overrides_is_printed() {
+    let found = shipped("SawyerNutAssembly_demo_1.csv");
+    assert_eq!(found["rules"]["params"], serde_json::json!({}));
+    let folder = tempfile::tempdir().unwrap();
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let binding = std::fs::read_to_string(root.join("demos/robosuite/panda_lift.binding.yaml")).unwrap();
+    let own = folder.path().join("lab.yaml");
+    std::fs::write(&own, binding.replace("time: t", "params: {near_on: 40 mm}\ntime: t")).unwrap();
+    let own = own.to_str().unwrap();
+    let output = teachtree(&["analyze", "demos/robosuite/lift_demo_1.csv", "--binding", own]);
+    assert!(String::from_utf8_lossy(&output.stdout).contains("near_on = 40 mm"));
+}
