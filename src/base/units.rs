@@ -154,6 +154,15 @@ pub const UNITS: &[Unit] = &[
     Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 
+/// Units that only logs and bindings have: their symbols may be names in rules.
+const OF_LOGS: &[Unit] = &[
+    Unit { symbol: "us", in_si: 1e-6, dimension: Dimension::TIME },
+    Unit { symbol: "µs", in_si: 1e-6, dimension: Dimension::TIME },
+    Unit { symbol: "ns", in_si: 1e-9, dimension: Dimension::TIME },
+    Unit { symbol: "µm", in_si: 1e-6, dimension: Dimension::LENGTH },
+    Unit { symbol: "°", in_si: std::f64::consts::PI / 180.0, dimension: Dimension::ANGLE },
+];
+
 /// The unit with this symbol.
 pub fn unit(symbol: &str) -> Option<Unit> {
     UNITS.iter().copied().find(|unit| unit.symbol == symbol)
@@ -178,7 +187,8 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
                 Some((symbol, power)) => (symbol, power.parse::<i8>().map_err(|_| factor.to_string())?),
                 None => (factor, 1),
             };
-            let unit = unit(symbol).ok_or_else(|| factor.to_string())?;
+            let of_logs = || OF_LOGS.iter().copied().find(|unit| unit.symbol == symbol);
+            let unit = unit(symbol).or_else(of_logs).ok_or_else(|| factor.to_string())?;
             let power = if place == 0 { power } else { power.checked_neg().ok_or_else(|| factor.to_string())? };
             in_si *= unit.in_si.powi(i32::from(power));
             dimension = unit

@@ -2,14 +2,16 @@
 
 use super::rules::{RuleArgs, load};
 use super::{Failure, output};
+use crate::base::channels::Absent;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::graph::{Graph, Known, lower, possible};
+use crate::graph::{Graph, Known, Leaf, Target, lower, possible};
 use crate::language::rules::{Hand, Label, TreeScope};
-use crate::stream::binding::{BindingFile, Filling};
+use crate::stream::binding::BindingFile;
 use crate::stream::frames::{ColumnKey, Frames, Issue};
 use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
 use crate::stream::skeleton::skeleton;
+use crate::stream::table::SEEN;
 use crate::stream::{self, OpenRequest, formats, names};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -91,9 +93,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let binding = args.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
     let source = formats::open(&args.log)?;
     let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
-    let time = binding.as_ref().map(|binding| binding.time.name.fill(Filling::default()));
+    let time = binding.as_ref().map(|binding| &binding.time);
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
-    let log = inspect(source, time.as_deref(), rate)?;
+    let log = inspect(source, time, rate)?;
     if let Some(path) = &args.skeleton {
         let inputs = [Some(&args.log), args.binding.as_ref(), args.scene.as_ref()].into_iter().flatten();
         let inputs: Vec<&Path> = inputs.chain(&args.rules.rules).map(PathBuf::as_path).collect();
@@ -147,7 +149,7 @@ impl Recognition {
 /// What a tree could tell: with each channel that says nothing silenced, together and one by one.
 fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -> Track {
     let silent = silent(frames);
-    let known = |only: Option<&str>| {
+    let known = |silenced: &dyn Fn(&str) -> bool| {
         possible(graph, scope, |channel, hand| {
             let side = match hand {
                 Hand::This => side,
@@ -155,27 +157,53 @@ fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -
                 Hand::Nobody => None,
             };
             let found = silent.get(&(channel.0, side));
-            found.filter(|(of, _)| only.is_none_or(|only| of == only)).map_or(Known::Unknown, |(_, known)| *known)
+            found.filter(|(of, _)| silenced(of)).map_or(Known::Unknown, |(_, known)| *known)
         })
     };
     let all = possible(graph, scope, |_, _| Known::Unknown);
-    let can = known(None);
+    let can = known(&|_| true);
     let reasons: BTreeSet<&str> = silent.values().map(|(of, _)| of.as_str()).collect();
     let mut left: BTreeSet<Label> = all.difference(&can).copied().collect();
     let mut cannot = vec![];
     let names = |labels: &BTreeSet<Label>| labels.iter().map(|label| graph.label_name(*label).to_string()).collect();
     for of in &reasons {
-        let lost: BTreeSet<Label> = left.difference(&known(Some(of))).copied().collect();
+        let lost: BTreeSet<Label> = left.difference(&known(&|other| other == *of)).copied().collect();
         if !lost.is_empty() {
             left.retain(|label| !lost.contains(label));
             cannot.push(Lack { of: (*of).to_string(), primitives: names(&lost) });
         }
     }
-    if !left.is_empty() {
-        let of = reasons.into_iter().collect::<Vec<_>>().join("; ");
-        cannot.push(Lack { of, primitives: names(&left) });
+    // What no single lack explains: as few together as do.
+    let mut together: BTreeMap<Vec<&str>, BTreeSet<Label>> = BTreeMap::new();
+    for label in left {
+        let mut needed: Vec<&str> = reasons.iter().copied().collect();
+        for of in &reasons {
+            let fewer: Vec<&str> = needed.iter().copied().filter(|other| other != of).collect();
+            if !known(&|other| fewer.contains(&other)).contains(&label) {
+                needed = fewer;
+            }
+        }
+        together.entry(needed).or_default().insert(label);
     }
+    // What stands in the tree, but asks for what the hand file says is never so.
+    let never: BTreeSet<Label> = leaves(graph, scope).difference(&all).copied().collect();
+    if !never.is_empty() {
+        cannot.push(Lack { of: "the hand file says that nothing measures it".into(), primitives: names(&never) });
+    }
+    cannot.extend(together.into_iter().map(|(of, labels)| Lack { of: of.join(" and "), primitives: names(&labels) }));
     Track { track: side.map_or("both", Side::name).to_string(), can: names(&can), cannot }
+}
+
+/// The labels that stand in the trees.
+fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
+    let trees = graph.trees.iter().filter(|tree| tree.scope == scope);
+    let targets = trees
+        .flat_map(|tree| tree.decision.tests.iter().flat_map(|test| [test.yes, test.no]).chain([tree.decision.root]));
+    let label = |target| match target {
+        Target::Leaf(Leaf::Primitive(label)) => Some(label),
+        _ => None,
+    };
+    targets.filter_map(label).collect()
 }
 
 /// The channels that say nothing in this log, with what is to be told about them.
@@ -194,8 +222,16 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
                 if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
                     silent.insert((index, side), (format!("the log has no {family}"), Known::Empty));
                 }
-            } else if columns.flatten().all(|value| *value == 0.0) {
-                silent.insert((index, side), (format!("`{}` is zero all along", channel.name), Known::Constant(0.0)));
+                continue;
+            }
+            let mut values = columns.flatten();
+            let Some(first) = values.next().copied() else { continue };
+            // What is measured may stand still by chance; a number that is worked out from the scene does not.
+            let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
+            if fixed && values.all(|value| *value == first) {
+                let told = if first == 0.0 { "zero" } else { "constant" };
+                silent
+                    .insert((index, side), (format!("`{}` is {told} all along", channel.name), Known::Constant(first)));
             }
         }
     }
@@ -270,7 +306,11 @@ fn sheet_text(text: &mut String, sheet: &SheetReport) {
 
 fn column_text(column: &ColumnReport) -> String {
     let mut text = match column.kind {
-        Kind::Text => return "text".into(),
+        Kind::Text if column.texts.is_empty() => return "empty".into(),
+        Kind::Text => {
+            let more = if column.texts.len() == SEEN { ", …" } else { "" };
+            return format!("text: {}{more}", column.texts.join(", "));
+        }
         Kind::Constant => format!("always {}", unit(column.min, &column.unit)),
         Kind::Flag => "flag".into(),
         Kind::Number => format!(

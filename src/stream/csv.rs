@@ -95,6 +95,10 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
     let header = source.header();
     let header_place = source.header_place.clone();
     let place = |name: &str| format!("{header_place} column {name}");
+    let unnamed = source.sheets.iter().flat_map(|sheet| &sheet.header).position(String::is_empty);
+    if let Some(column) = unnamed {
+        return Err(InputError::new(place(&(column + 1).to_string()), "the column has no name"));
+    }
     let mut seen: IndexMap<&str, Dimension> = IndexMap::new();
     let mut wants = Vec::with_capacity(header.len());
     for title in &header {
@@ -128,7 +132,7 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
     {
         match want {
             Want::Nothing | Want::Time(_) => {}
-            Want::Number(_) | Want::Perhaps(_) => {
+            Want::Number(_) | Want::Perhaps(_) | Want::Look => {
                 recording.columns.insert(name.to_string(), Column { dimension, values: numbers });
             }
             Want::Text => {

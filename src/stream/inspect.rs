@@ -1,16 +1,36 @@
 //! Looking at a log before anything is known about it: raw columns in, what each of them is like out.
 
+use super::binding::{Filling, Pattern};
+use super::dead::LAZY_SECS;
 use super::frames::Issue;
 use super::names;
 use super::table::{Source, Table, Want};
 use super::timebase::GAP_STEPS;
 use crate::base::error::InputError;
+use crate::base::units::{Dimension, compound};
 use serde::Serialize;
 
 /// A value that is repeated for this long is told, s.
 const REPEATED_SECS: f64 = 1.0;
 /// Names that columns of time have.
-const TIMES: [&str; 9] = ["time", "t", "timestamp", "stamp", "time_s", "secs", "seconds", "zeit", "temps"];
+const TIMES: [&str; 14] = [
+    "time",
+    "t",
+    "timestamp",
+    "time_stamp",
+    "stamp",
+    "secs",
+    "sec",
+    "seconds",
+    "datetime",
+    "%time",
+    "elapsed",
+    "ros_time",
+    "zeit",
+    "temps",
+];
+/// Endings of such names that say the unit.
+const ENDINGS: [(&str, &str); 5] = [("_ns", "ns"), ("_us", "us"), ("_ms", "ms"), ("_sec", "s"), ("_s", "s")];
 
 /// What a log is like.
 #[derive(Clone, Debug, Serialize)]
@@ -34,6 +54,8 @@ pub struct SheetReport {
     pub time: Option<String>,
     /// Number of rows.
     pub rows: usize,
+    /// The first stamp, s; 0 without stamps.
+    pub start_s: f64,
     /// From the first stamp to the last, s; 0 without stamps.
     pub duration_s: f64,
     /// One over the usual step, Hz; 0 without stamps.
@@ -65,8 +87,12 @@ pub struct ColumnReport {
     pub noise: f64,
     /// The share of rows without a value.
     pub missing: f64,
+    /// Texts that stand in it, the first few different ones.
+    pub texts: Vec<String>,
     /// The longest time for which exactly one value is repeated, s, when that is long enough to be told; rows without stamps are not judged.
     pub repeated_s: f64,
+    /// The share of rows in which a value other than zero is repeated for a quarter of a second and longer.
+    pub repeated_share: f64,
 }
 
 /// The kind of values of a column.
@@ -83,30 +109,37 @@ pub enum Kind {
     Text,
 }
 
-/// Looks at a log; `time` is the name of the column of the stamps, if it is known.
+/// The column of the stamps: where it is, how a binding calls it, and how many seconds its unit is.
+struct Stamps {
+    column: usize,
+    title: String,
+    to_seconds: f64,
+}
+
+/// Looks at a log; `time` is the column of the stamps, if it is known.
 ///
 /// # Errors
 /// When a log of one sheet cannot be read.
-pub fn inspect(source: Source, time: Option<&str>, rate_hz: Option<f64>) -> Result<Inspection, InputError> {
+pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> Result<Inspection, InputError> {
     let Source { file, sheets, refused, issues, .. } = source;
     let alone = sheets.len() == 1;
     let mut found = Inspection { log: file.clone(), sheets: vec![], refused, issues };
     for sheet in sheets {
-        let (name, header) = (sheet.name.clone(), sheet.header.clone());
-        let at = time_column(&header, time);
+        let (name, header) = (sheet.name.clone(), sheet.titles());
+        let at = stamps(&header, time);
         let rate = if at.is_none() { rate_hz.or(Some(1.0)) } else { None };
-        let to_seconds =
-            |title: &String| names::split_known_unit(title).1.and_then(|unit| crate::base::units::compound(unit).ok());
-        let want = |(index, title): (usize, &String)| match at {
-            Some(at) if at == index => Want::Time(to_seconds(title).map_or(1.0, |(factor, _)| factor)),
-            _ => Want::Perhaps(1.0),
+        let want = |index: usize| match &at {
+            Some(at) if at.column == index => Want::Time(at.to_seconds),
+            _ => Want::Look,
         };
-        let wants: Vec<Want> = header.iter().enumerate().map(want).collect();
+        let wants: Vec<Want> = (0..header.len()).map(want).collect();
         let table = Source::many(&file, vec![sheet]).read(&wants, rate);
         match table {
             Ok(table) => {
                 found.issues.extend(table.issues.iter().cloned());
-                found.sheets.push(report(name, &header, at, at.is_some() || rate_hz.is_some(), table));
+                let sheet = report(name, &header, at, rate_hz.is_some(), table);
+                found.issues.extend(sheet.columns.iter().filter_map(|column| dead(&sheet, column)));
+                found.sheets.push(sheet);
             }
             Err(error) if alone => return Err(error),
             Err(error) => found.refused.push((name, error.message)),
@@ -116,40 +149,57 @@ pub fn inspect(source: Source, time: Option<&str>, rate_hz: Option<f64>) -> Resu
 }
 
 /// The column of the stamps: the one of this name, else the one that is called as such columns are; the first of a table without names.
-fn time_column(header: &[String], time: Option<&str>) -> Option<usize> {
-    let name = |title: &String| names::split_known_unit(title).0.to_lowercase();
+fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
+    let factor = |unit: Option<&str>| unit.and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
     if let Some(time) = time {
-        return header.iter().position(|title| names::split_known_unit(title).0 == time);
+        let wanted = time.name.fill(Filling::default());
+        let is_it = |title: &String| *title == wanted || names::split_known_unit(title).0 == wanted;
+        let column = header.iter().position(is_it)?;
+        let unit = names::split_known_unit(header.get(column)?).1;
+        return Some(Stamps { column, title: wanted, to_seconds: factor(time.unit.as_deref().or(unit)) });
     }
-    TIMES
-        .iter()
-        .find_map(|known| header.iter().position(|title| name(title) == *known))
-        .or_else(|| (header.len() > 1 && header.first().is_some_and(|title| title == "1")).then_some(0))
+    let found = TIMES.iter().find_map(|known| {
+        header.iter().enumerate().find_map(|(column, title)| {
+            let (name, unit) = names::split_known_unit(title);
+            let name = name.to_lowercase();
+            if name == *known {
+                return Some(Stamps { column, title: title.clone(), to_seconds: factor(unit) });
+            }
+            let (_, unit) = ENDINGS.iter().find(|(ending, _)| name.strip_suffix(ending) == Some(*known))?;
+            Some(Stamps { column, title: format!("{title} [{unit}]"), to_seconds: factor(Some(unit)) })
+        })
+    });
+    let unnamed = || header.len() > 1 && header.first().is_some_and(|title| title == "1");
+    found.or_else(|| unnamed().then(|| Stamps { column: 0, title: "1".into(), to_seconds: 1.0 }))
 }
 
-fn report(name: String, header: &[String], at: Option<usize>, stamped: bool, table: Table) -> SheetReport {
-    let Table { time, numbers, .. } = table;
+fn report(name: String, header: &[String], at: Option<Stamps>, rated: bool, table: Table) -> SheetReport {
+    let Table { time, numbers, texts, .. } = table;
     let mut steps: Vec<f64> = time.iter().zip(time.iter().skip(1)).map(|(from, to)| to - from).collect();
     steps.sort_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or_default();
     let count = |odd: &dyn Fn(f64) -> bool| steps.iter().filter(|step| odd(**step / usual)).count();
     let uneven = count(&|steps| (steps - 1.0).abs() > 0.1) as f64 / steps.len().max(1) as f64;
-    let stamps = stamped && usual > 0.0;
-    let columns = header.iter().zip(&numbers).enumerate().filter(|(index, _)| Some(*index) != at);
+    let stamps = (at.is_some() || rated) && usual > 0.0;
+    let stamped = at.as_ref().map(|at| at.column);
+    let columns = header.iter().zip(numbers.iter().zip(texts)).enumerate().filter(|(index, _)| Some(*index) != stamped);
     SheetReport {
         name,
-        time: at.and_then(|at| header.get(at)).cloned(),
+        time: at.map(|at| at.title),
         rows: time.len(),
+        start_s: if stamps { time.first().copied().unwrap_or_default() } else { 0.0 },
         duration_s: if stamps { time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first) } else { 0.0 },
         rate_hz: if stamps { 1.0 / usual } else { 0.0 },
         uneven: if stamps { uneven } else { 0.0 },
         gaps: if stamps { count(&|steps| steps > GAP_STEPS) } else { 0 },
         longest_step_s: if stamps { steps.last().copied().unwrap_or_default() } else { 0.0 },
-        columns: columns.map(|(_, (title, values))| column(title, values, if stamps { &time } else { &[] })).collect(),
+        columns: columns
+            .map(|(_, (title, (values, texts)))| column(title, values, texts, if stamps { &time } else { &[] }))
+            .collect(),
     }
 }
 
-fn column(title: &str, values: &[f64], time: &[f64]) -> ColumnReport {
+fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> ColumnReport {
     let (name, unit) = names::split_known_unit(title);
     let measured: Vec<f64> = values.iter().copied().filter(|value| !value.is_nan()).collect();
     let (min, max) = measured
@@ -170,8 +220,39 @@ fn column(title: &str, values: &[f64], time: &[f64]) -> ColumnReport {
         max: if measured.is_empty() { 0.0 } else { max },
         noise: if kind == Kind::Number { noise(&measured) } else { 0.0 },
         missing: (values.len() - measured.len()) as f64 / values.len().max(1) as f64,
-        repeated_s: if kind == Kind::Number { repeated(values, time) } else { 0.0 },
+        texts,
+        repeated_s: if kind == Kind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
+        repeated_share: if kind == Kind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
     }
+}
+
+/// What is to be told of a force that never changes, or repeats itself during most of the log without ever reading zero.
+fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
+    const MOST: f64 = 0.5;
+    let rests = column.min <= 0.0 && column.max >= 0.0;
+    if rests || !is_force(&column.name, &column.unit) {
+        return None;
+    }
+    let message = match column.kind {
+        Kind::Constant => format!("it stays at exactly {}: a sensor that measures has noise", column.min),
+        Kind::Number if column.repeated_share > MOST => format!(
+            "it repeats one value for {LAZY_SECS} s and longer in {:.0} % of the rows, and never reads zero",
+            column.repeated_share * 100.0
+        ),
+        _ => return None,
+    };
+    let name = if sheet.name.is_empty() { column.name.clone() } else { format!("{}.{}", sheet.name, column.name) };
+    let (start_s, end_s) = (sheet.start_s, sheet.start_s + sheet.duration_s);
+    Some(Issue { kind: "stuck_sensor".into(), start_s, end_s, channel: name, message })
+}
+
+/// Whether a column is a force, as far as its unit and its name tell: `f_x`, `Fz`, `wrench.force.x`.
+fn is_force(name: &str, unit: &str) -> bool {
+    if let (false, Ok((_, dimension))) = (unit.is_empty(), compound(unit)) {
+        return dimension == Dimension::FORCE;
+    }
+    let name = name.to_lowercase();
+    name.split(|c: char| !c.is_alphanumeric()).any(|word| matches!(word, "f" | "fx" | "fy" | "fz" | "force" | "forces"))
 }
 
 /// Standard deviation of white noise on a smooth signal: the median of its second differences, which are √6 times as wide.
@@ -187,15 +268,27 @@ fn noise(values: &[f64]) -> f64 {
     differences.get(differences.len() / 2).copied().unwrap_or_default() / MEDIAN_OF_NORMAL / 6.0_f64.sqrt()
 }
 
-/// The longest time for which exactly one value other than zero is repeated, s; 0 when it is short.
-fn repeated(values: &[f64], time: &[f64]) -> f64 {
-    let mut longest: f64 = 0.0;
-    let mut since: Option<(f64, u64)> = None;
-    for (value, stamp) in values.iter().zip(time) {
-        match since {
-            Some((start, bits)) if bits == value.to_bits() && *value != 0.0 => longest = longest.max(stamp - start),
-            _ => since = Some((*stamp, value.to_bits())),
+/// How a column repeats itself.
+#[derive(Default)]
+struct Repeated {
+    /// The longest time for which exactly one value other than zero is repeated, s; 0 when it is short.
+    longest_s: f64,
+    /// The share of the rows in which one is repeated for so long.
+    share: f64,
+}
+
+/// How a column repeats itself for `least_s` and longer, s.
+fn repeated(values: &[f64], time: &[f64], least_s: f64) -> Repeated {
+    let mut found = Repeated::default();
+    let mut rows = 0;
+    let samples: Vec<(f64, f64)> = values.iter().copied().zip(time.iter().copied()).collect();
+    for run in samples.chunk_by(|(one, _), (next, _)| one.to_bits() == next.to_bits()) {
+        let [(value, from), .., (_, to)] = run else { continue };
+        if to - from >= least_s && *value != 0.0 && !value.is_nan() {
+            found.longest_s = found.longest_s.max(to - from);
+            rows += run.len();
         }
     }
-    if longest >= REPEATED_SECS { longest } else { 0.0 }
+    found.share = rows as f64 / time.len().max(1) as f64;
+    found
 }

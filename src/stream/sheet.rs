@@ -1,9 +1,12 @@
 //! Rows that are in memory already: named columns in, a table of what is wanted of them out.
 
 use super::names;
-use super::table::{MAX_CELLS, MAX_COLUMNS, Rows, Stamps, Table, Want, column_place, number, shown};
+use super::table::{MAX_CELLS, MAX_COLUMNS, Rows, Stamps, Table, Want, column_place, date_time, number, see, shown};
 use crate::base::error::InputError;
 use indexmap::IndexMap;
+
+/// The column that tells episodes of a data set apart.
+pub const EPISODE: &str = "episode_index";
 
 /// The values of a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -184,18 +187,18 @@ impl Rows for Memory {
                 Some(Want::Time(to_seconds)) => *to_seconds,
                 _ => 1.0,
             };
-            let (value, found) = match columns.get_index(column) {
+            let (seconds, found) = match columns.get_index(column) {
                 Some((_, Cells::Numbers(values))) => {
                     let value = values.get(row).copied().unwrap_or(f64::NAN);
-                    (value, if value.is_nan() { String::new() } else { value.to_string() })
+                    (value * to_seconds, if value.is_nan() { String::new() } else { value.to_string() })
                 }
                 Some((_, Cells::Texts(texts))) => {
                     let text = texts.get(row).map_or("", String::as_str);
-                    (number(text).unwrap_or(f64::NAN), shown(text))
+                    let seconds = number(text).map(|value| value * to_seconds).or_else(|| date_time(text));
+                    (seconds.unwrap_or(f64::NAN), shown(text))
                 }
                 None => (f64::NAN, String::new()),
             };
-            let seconds = value * to_seconds;
             if seconds.is_finite() {
                 return Ok(seconds);
             }
@@ -207,7 +210,14 @@ impl Rows for Memory {
         let mut kept = Vec::with_capacity(rows);
         for row in 0..rows {
             let at = row as u64 + 1;
-            if stamps.push(stamp(row)?, at).map_err(|message| InputError::new(format!("{place} row {at}"), message))? {
+            let backwards = |message: String| {
+                let error = InputError::new(format!("{place} row {at}"), message);
+                if columns.contains_key(EPISODE) {
+                    return error.help("its rows are of several episodes: name the folder of the data set and one of them, such as `my_set#3`");
+                }
+                error
+            };
+            if stamps.push(stamp(row)?, at).map_err(backwards)? {
                 kept.push(row);
             }
         }
@@ -223,6 +233,12 @@ impl Rows for Memory {
                 Want::Nothing | Want::Time(_) => {}
                 Want::Number(to_si) => numbers = measured(cells, &kept, *to_si, Some((&place, title)))?,
                 Want::Perhaps(to_si) => numbers = measured(cells, &kept, *to_si, None)?,
+                Want::Look => {
+                    numbers = measured(cells, &kept, 1.0, None)?;
+                    if let Cells::Texts(all) = cells {
+                        all.iter().filter(|text| number(text).is_none()).for_each(|text| see(&mut texts, text));
+                    }
+                }
                 Want::Text => texts = said(cells, &kept),
             }
             table.numbers.push(numbers);

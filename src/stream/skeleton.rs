@@ -1,6 +1,8 @@
 //! A binding to fill in: what was found in a log in, the text of a binding out, with the columns that belong together as patterns.
 
-use super::inspect::{Inspection, Kind};
+use super::inspect::{ColumnReport, Inspection, Kind};
+use super::names;
+use crate::base::hands::{Finger, Side};
 use std::fmt::Write as _;
 
 /// Columns that belong together.
@@ -62,6 +64,32 @@ fn around<'a>(name: &'a str, ending: &str) -> Option<(&'a str, &'a str)> {
     (!tail.starts_with(char::is_alphanumeric) && !head.is_empty()).then_some((head, tail))
 }
 
+/// What a column may be, as far as its name and unit tell; `?` for what has to be filled in.
+fn channel(pattern: &str, width: usize, flag: bool) -> String {
+    let (name, unit) = names::split_known_unit(pattern);
+    let name = name.split('<').next().unwrap_or(name).to_lowercase();
+    let words: Vec<&str> = name.split(|c: char| !c.is_alphanumeric()).filter(|word| !word.is_empty()).collect();
+    let says = |known: &[&str]| words.iter().any(|word| known.contains(word));
+    let last = |known: &[&str]| words.last().is_some_and(|word| known.iter().any(|ending| word.ends_with(ending)));
+    let side = if says(&["l", "left"]) { Side::Left } else { Side::Right };
+    let finger = Finger::ALL.into_iter().find(|finger| name.contains(finger.name())).map_or("?", Finger::name);
+    match (width, unit) {
+        (4, _) => "?.rotation".into(),
+        (3, Some("N" | "mN")) => format!("{side}.{finger}.force"),
+        (3, Some("m" | "mm" | "cm" | "um")) if finger != "?" => format!("{side}.{finger}.position"),
+        (3, Some("m" | "mm" | "cm" | "um")) => "?.position".into(),
+        (3, None) if says(&["f", "force", "forces"]) => format!("{side}.{finger}.force"),
+        (3, None) if last(&["torque", "linear", "angular", "t", "v", "w"]) => "?".into(),
+        (3, None) if last(&["p", "pos", "position", "translation"]) && finger != "?" => {
+            format!("{side}.{finger}.position")
+        }
+        (3, None) if last(&["p", "pos", "position", "translation"]) => "?.position".into(),
+        (1, _) if flag && name.contains("clos") => format!("{side}.gripper.closed"),
+        (1, _) if !flag && name.contains("opening") => format!("{side}.gripper.opening"),
+        _ => "?".into(),
+    }
+}
+
 /// The text of a binding for a log like this one.
 pub fn skeleton(log: &Inspection) -> String {
     let mut text = String::from("about: what this log is, for people\n");
@@ -73,7 +101,7 @@ pub fn skeleton(log: &Inspection) -> String {
             let _ = writeln!(text, "time: {}", scalar(time));
         }
         None => {
-            text.push_str("rate: 100 Hz                # the rows have no stamps: say how many there are in a second\n")
+            text.push_str("rate: ? Hz                  # the rows have no stamps: say how many there are in a second\n")
         }
     }
     let fastest = log.sheets.iter().map(|sheet| sheet.rate_hz).fold(0.0, f64::max);
@@ -101,9 +129,10 @@ pub fn skeleton(log: &Inspection) -> String {
                 (_, true) => "a flag",
                 _ => "a number",
             };
-            let _ = writeln!(text, "  # ?: {}    # {kind}", scalar(&pattern));
+            let _ = writeln!(text, "  # {}: {}    # {kind}", channel(&pattern, width, flag), scalar(&pattern));
         }
-        for column in sheet.columns.iter().filter(|column| column.kind == Kind::Text) {
+        let texts = |column: &&ColumnReport| column.kind == Kind::Text && column.texts.len() > 1;
+        for column in sheet.columns.iter().filter(texts) {
             let _ = writeln!(text, "  # right.label: {}    # text", scalar(&full(&column.name)));
         }
     }

@@ -12,6 +12,8 @@ use crate::base::scene::Scene;
 
 /// The most columns that a sheet may have.
 pub const MAX_COLUMNS: usize = 10_000;
+/// How many different texts of a column are seen by `Want::Look`.
+pub const SEEN: usize = 4;
 /// The longest cell that is read, in bytes.
 pub const MAX_CELL: usize = 64 * 1024;
 /// The most cells that a log may have once it is in memory: formats that compress may promise more than any machine holds.
@@ -45,6 +47,17 @@ pub struct Sheet {
     pub rows: Box<dyn Rows>,
 }
 
+impl Sheet {
+    /// The columns as the log calls them; one without a name is called by its place.
+    pub fn titles(&self) -> Vec<String> {
+        let title = |(place, title): (usize, &String)| match title.as_str() {
+            "" => (place + 1).to_string(),
+            title => title.to_string(),
+        };
+        self.header.iter().enumerate().map(title).collect()
+    }
+}
+
 /// Rows that are not read yet.
 pub trait Rows {
     /// Reads the rows, taking of each column what is wanted of it. Stamps are in the column of the one `Want::Time`, or, where none
@@ -66,6 +79,8 @@ pub enum Want {
     Number(f64),
     /// Numbers of a column that nobody may ask for: a text is NaN.
     Perhaps(f64),
+    /// Numbers, and beside them the first [`SEEN`] different texts: to see what a column is like.
+    Look,
     /// Text.
     Text,
 }
@@ -73,7 +88,7 @@ pub enum Want {
 impl Want {
     /// Whether it makes a column of a table.
     fn is_column(self) -> bool {
-        matches!(self, Self::Number(_) | Self::Perhaps(_) | Self::Text)
+        matches!(self, Self::Number(_) | Self::Perhaps(_) | Self::Look | Self::Text)
     }
 }
 
@@ -86,7 +101,7 @@ pub struct Table {
     pub row_time: Vec<f64>,
     /// One entry a column of the header; empty unless a number was wanted.
     pub numbers: Vec<Vec<f64>>,
-    /// One entry a column of the header; empty unless text was wanted.
+    /// One entry a column of the header; empty unless text was wanted, and then one a row, or the different ones of a `Want::Look`.
     pub texts: Vec<Vec<String>>,
     /// What was dropped.
     pub issues: Vec<Issue>,
@@ -108,11 +123,14 @@ impl Source {
 
     /// The columns of all sheets under their full names, units included.
     pub fn header(&self) -> Vec<String> {
-        let title = |sheet: &Sheet, title: &String| match sheet.name.as_str() {
-            "" => title.clone(),
+        let title = |sheet: &Sheet, title: String| match sheet.name.as_str() {
+            "" => title,
             name => format!("{name}.{title}"),
         };
-        self.sheets.iter().flat_map(|sheet| sheet.header.iter().map(move |column| title(sheet, column))).collect()
+        self.sheets
+            .iter()
+            .flat_map(|sheet| sheet.titles().into_iter().map(move |column| title(sheet, column)))
+            .collect()
     }
 
     /// Reads the sheets of which something is wanted; `wants` goes along with [`Source::header`].
@@ -163,8 +181,14 @@ fn spread(table: Table, start: usize, width: usize) -> Table {
 
 /// Tables on the union of their stamps.
 fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table, InputError> {
-    let stamps: Vec<&[f64]> = parts.iter().map(|(_, table)| table.time.as_slice()).collect();
+    // What was said once only, such as a transform that never changes, holds all along.
+    let is_held = |table: &Table| table.time.len() == 1;
+    let stamps: Vec<&[f64]> =
+        parts.iter().filter(|(_, table)| !is_held(table)).map(|(_, table)| table.time.as_slice()).collect();
     let time = union(&stamps);
+    if time.is_empty() {
+        return Err(InputError::new(file, "each of the bound parts has a single row: a log has at least two"));
+    }
     let columns = parts.iter().flat_map(|(_, table)| &table.numbers).filter(|column| !column.is_empty()).count();
     if time.len().saturating_mul(columns) > MAX_CELLS {
         return Err(InputError::new(file, format!("laid on one time base it has more than {MAX_CELLS} cells"))
@@ -173,10 +197,15 @@ fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table,
     let mut whole =
         Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets: parts.len(), ..Table::default() };
     for (start, table) in parts {
+        let held_all_along = is_held(&table);
         let Table { time: own, numbers, texts, issues, .. } = table;
+        let own = if held_all_along { time.get(..1).unwrap_or_default().to_vec() } else { own };
         for (slot, column) in whole.numbers.iter_mut().skip(start).zip(numbers) {
             if !column.is_empty() {
-                *slot = placed(&time, &own, &column);
+                *slot = match column.as_slice() {
+                    [value] if held_all_along => vec![*value; time.len()],
+                    column => placed(&time, &own, column),
+                };
             }
         }
         for (slot, column) in whole.texts.iter_mut().skip(start).zip(texts) {
@@ -284,6 +313,56 @@ pub(super) fn number(text: &str) -> Option<f64> {
         "true" | "True" | "TRUE" => Some(1.0),
         "false" | "False" | "FALSE" => Some(0.0),
         text => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),
+    }
+}
+
+/// Seconds since 1970 of a date and a time of day, `2026-11-21 19:07:00.25+01:00`; since midnight of a time of day alone.
+pub(super) fn date_time(text: &str) -> Option<f64> {
+    let text = text.trim();
+    let (days, clock) = match text.split_once(['T', ' ']) {
+        Some((date, clock)) => (days(date)?, clock),
+        None => (0.0, text),
+    };
+    let (clock, zone) = match clock.strip_suffix('Z') {
+        Some(clock) => (clock, 0.0),
+        None => match clock.rfind(['+', '-']).and_then(|at| clock.split_at_checked(at)) {
+            Some((clock, zone)) => {
+                let sign = if zone.starts_with('-') { -1.0 } else { 1.0 };
+                (clock, sign * seconds(zone.get(1..)?)?)
+            }
+            None => (clock, 0.0),
+        },
+    };
+    Some(days * 86_400.0 + seconds(clock.trim())? - zone)
+}
+
+/// Seconds of a time of day, `19:07`, `19:07:00.25`.
+fn seconds(clock: &str) -> Option<f64> {
+    let parts: Vec<f64> = clock
+        .split(':')
+        .map(|part| part.parse().ok().filter(|value| part.starts_with(|c: char| c.is_ascii_digit()) && *value >= 0.0))
+        .collect::<Option<_>>()?;
+    match parts.as_slice() {
+        [hours, minutes] => Some(hours * 3600.0 + minutes * 60.0),
+        [hours, minutes, seconds] => Some(hours * 3600.0 + minutes * 60.0 + seconds),
+        _ => None,
+    }
+}
+
+/// Days from 1970-01-01 to a date of the Gregorian calendar, `2026-11-21` or `2026/11/21`.
+fn days(date: &str) -> Option<f64> {
+    let parts: Vec<i64> = date.split(['-', '/']).map(|part| part.parse().ok()).collect::<Option<_>>()?;
+    let [year @ 1..=9999, month @ 1..=12, day @ 1..=31] = parts.as_slice() else { return None };
+    // Years that begin in March have their leap day at the end.
+    let (year, month) = if *month > 2 { (*year, month - 3) } else { (year - 1, month + 9) };
+    Some((365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day - 719_469) as f64)
+}
+
+/// Puts a text among those that were seen in a column, if it is none of them and there is room.
+pub(super) fn see(seen: &mut Vec<String>, text: &str) {
+    let text = text.trim();
+    if seen.len() < SEEN && !text.is_empty() && !seen.iter().any(|known| known == text) {
+        seen.push(shown(text));
     }
 }
 

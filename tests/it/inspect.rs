@@ -63,10 +63,16 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let row = |row: u32| {
         let t = f64::from(row) * 0.01 + if row > 150 { 0.05 } else { 0.0 };
         let x = 0.2 * t + if row.is_multiple_of(2) { 0.0005 } else { -0.0005 };
-        format!("{t:.3},{x:.5},0,1,{},{},7.25,{},pick\n", x * 2.0, row % 3 / 2, if row < 20 { "" } else { "3" })
+        format!(
+            "{t:.3},{x:.5},0,1,{},{},7.25,{},{}\n",
+            x * 2.0,
+            row % 3 / 2,
+            if row < 20 { "" } else { "3" },
+            if row < 99 { "pick" } else { "place" }
+        )
     };
     let rows: String = (0..200).map(row).collect();
-    std::fs::write(&log, format!("stamp,tip_x [m],tip_y [m],tip_z [m],state[0],grip,dead,late,what\n{rows}")).unwrap();
+    std::fs::write(&log, format!("stamp,tip_x [m],tip_y [m],tip_z [m],state[0],grip,force,late,what\n{rows}")).unwrap();
     let skeleton = folder.path().join("lab.binding.yaml");
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--skeleton", skeleton.to_str().unwrap()]);
     assert!(output.status.success(), "{}", complained(&output));
@@ -75,7 +81,7 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let text = std::fs::read_to_string(&skeleton).unwrap();
     insta::assert_snapshot!("inspect_skeleton", text);
     // Filled in, it is a binding.
-    let filled = text.replace("# ?: tip_<xyz> [m]", "right.thumb.position: tip_<xyz> [m]");
+    let filled = text.replace("# ?.position: tip_<xyz> [m]", "right.thumb.position: tip_<xyz> [m]");
     std::fs::write(&skeleton, filled).unwrap();
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
     assert!(said(&output).contains("nothing can be told"), "{}", said(&output));

@@ -1,8 +1,9 @@
 //! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
 
 use super::normals::normals_by_role;
-use super::pattern::{Columns, Filling, Pattern};
+use super::pattern::{Columns, Filling, Form, Pattern};
 use super::resample::resample;
+use super::rotations;
 use super::sensors;
 use super::{BindingFile, Normals, Template, Threshold};
 use crate::base::channels::Shape;
@@ -12,8 +13,8 @@ use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
 use crate::stream::csv::{self, Read};
-use crate::stream::names;
 use crate::stream::table::{Source, Table, Want};
+use crate::stream::{dead, names};
 use indexmap::IndexMap;
 
 /// One canonical column and what it is made of.
@@ -47,7 +48,14 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     let binding = &file.binding;
     let sheets = source.sheets.len() > 1;
     let place = source.file.clone();
-    let (mut read, merged) = if binding.channels.is_empty() && !sheets {
+    let canonical = || source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
+    if binding.channels.is_empty() && (sheets || !canonical()) {
+        let message = "no channel is bound, and no column of the log has a canonical name";
+        return Err(file
+            .error("channels", message.into())
+            .help("`teachtree inspect LOG --skeleton B.yaml` writes a binding to fill in"));
+    }
+    let (mut read, merged) = if binding.channels.is_empty() {
         (csv::columns(source, binding.rate)?, 1)
     } else {
         foreign(source, file, &scene)?
@@ -74,6 +82,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         }
         None => {}
     }
+    read.issues.extend(dead::silence_uncorrected(&mut read.recording, &binding.trust));
     sensors::correct(&mut read.recording, file)?;
     if binding.normals == Normals::ByRole {
         normals_by_role(&mut read.recording);
@@ -93,7 +102,8 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
     for (key, columns) in &file.binding.channels {
         let wrong = |message: String| file.error(key, message);
         if names::is_label(key) {
-            let name = columns.component(0).map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
+            let (patterns, _) = columns.component(0);
+            let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
             labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
         } else {
             bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
@@ -124,6 +134,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
             return Err(file.error("channels", format!("`{}` is bound twice", bound.name)));
         }
     }
+    rotations::to_quaternions(&mut recording);
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
     }
@@ -151,7 +162,10 @@ impl Bound {
 /// The header of a foreign table: names, and units where they are given as ours are.
 struct Header {
     titles: Vec<String>,
-    columns: IndexMap<String, (usize, Option<String>)>,
+    /// Where a name is.
+    columns: IndexMap<String, usize>,
+    /// The unit of each column, where the header says one.
+    units: Vec<Option<String>>,
     /// Sheets that cannot be read, with the reason.
     refused: Vec<(String, String)>,
 }
@@ -159,12 +173,14 @@ struct Header {
 impl Header {
     fn new(source: &Source) -> Self {
         let mut columns = IndexMap::new();
+        let mut units = vec![];
         let titles = source.header();
         for (index, title) in titles.iter().enumerate() {
             let (name, unit) = names::split_known_unit(title);
-            columns.entry(name.to_string()).or_insert((index, unit.map(str::to_string)));
+            columns.entry(name.to_string()).or_insert(index);
+            units.push(unit.map(str::to_string));
         }
-        Self { titles, columns, refused: source.refused.clone() }
+        Self { titles, columns, units, refused: source.refused.clone() }
     }
 
     /// The columns of time: the one of this name, else the one of each sheet.
@@ -184,7 +200,7 @@ impl Header {
     }
 
     fn find(&self, name: &str) -> Option<usize> {
-        self.columns.get(name).map(|(index, _)| *index).or_else(|| self.titles.iter().position(|title| title == name))
+        self.columns.get(name).copied().or_else(|| self.titles.iter().position(|title| title == name))
     }
 
     fn lacks(&self, name: &str) -> String {
@@ -204,7 +220,7 @@ impl Header {
         let name = pattern.name.fill(filling);
         let Some(column) = self.find(&name) else { return Ok(None) };
         let dimension = pattern.threshold.map_or(dimension, |threshold| threshold.dimension);
-        let of_header = self.columns.get(&name).and_then(|(_, unit)| unit.as_deref());
+        let of_header = self.units.get(column).and_then(Option::as_deref);
         let to_si = match (pattern.unit.as_deref(), of_header) {
             (Some(said), Some(header)) if said != header => {
                 return Err(format!("`{name}` is in `{header}` as the header says, not in `{said}`"));
@@ -229,8 +245,9 @@ impl Header {
         let mut missing = None;
         for filling in fillings(&name, objects) {
             let channel = name.fill(filling);
-            let (shape, dimension) = shape_of(&channel, columns)?;
-            if shape != Shape::Bool && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
+            let (form, dimension) = form_of(&channel, columns)?;
+            let flag = is_flag(&channel);
+            if !flag && columns.patterns().iter().any(|pattern| pattern.threshold.is_some()) {
                 return Err(format!("`{channel}` is no flag, only flags have a threshold"));
             }
             // An object that stands on the right only: its columns are joined.
@@ -240,16 +257,21 @@ impl Header {
                     _ => vec![filling],
                 };
             let mut parts: Vec<Bound> = vec![];
-            for (component, letter) in shape.components().iter().enumerate() {
-                let pattern = columns.component(component).ok_or("a component has no column")?;
+            for (component, letter) in form.components().iter().enumerate() {
+                let (patterns, weight) = columns.component(component);
                 let full = if letter.is_empty() { channel.clone() } else { format!("{channel}.{letter}") };
-                let mut part = Bound { name: full, dimension, flag: shape == Shape::Bool, terms: vec![] };
-                for filling in &joined {
+                let mut part = Bound { name: full, dimension, flag, terms: vec![] };
+                for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
+                {
                     let filling = Filling { component, ..*filling };
                     match self.term(pattern, filling, dimension)? {
-                        Some(term) => part.terms.push(term),
+                        Some(term) => part.terms.push(Term { factor: weight * term.factor, ..term }),
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
                     }
+                }
+                // Of a mean, all or none.
+                if patterns.len() > 1 && !part.terms.is_empty() && part.terms.len() < joined.len() * patterns.len() {
+                    return Err(missing.map_or_else(String::new, |name| self.lacks(&name)));
                 }
                 parts.push(part);
             }
@@ -261,7 +283,7 @@ impl Header {
                 _ => return Err(missing.map_or_else(String::new, |name| self.lacks(&name))),
             }
         }
-        if bound.is_empty() {
+        if bound.is_empty() && !columns.patterns().iter().all(|pattern| pattern.optional) {
             return Err(missing.map_or_else(
                 || "the scene has no objects for `<object>` to stand for".into(),
                 |name| self.lacks(&name),
@@ -286,10 +308,15 @@ fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
     }
 }
 
-/// Shape and dimension of a channel: from its name, else from its columns.
-fn shape_of(channel: &str, columns: &Columns) -> Result<(Shape, Dimension), String> {
-    let (shape, dimension) = match names::channel(channel) {
-        Some((shape, dimension, _)) => (shape, dimension),
+/// Whether a channel is 0 or 1.
+fn is_flag(channel: &str) -> bool {
+    names::channel(channel).is_some_and(|(shape, ..)| shape == Shape::Bool)
+}
+
+/// What the columns of a channel make, and their dimension: from its name, else from its columns.
+fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String> {
+    let (wanted, dimension) = match names::channel(channel) {
+        Some((shape, dimension, _)) => (Some(shape), dimension),
         None => {
             let (side, rest) = channel.split_once('.').unwrap_or((channel, ""));
             if Side::from_name(side).is_none() || rest.is_empty() {
@@ -299,18 +326,18 @@ fn shape_of(channel: &str, columns: &Columns) -> Result<(Shape, Dimension), Stri
             }
             let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();
             let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` is no unit that I know"))?;
-            (columns.shape(), dimension)
+            (None, dimension)
         }
     };
-    let found = columns.shape();
-    let whole = shape.components().len() == found.components().len();
-    if whole {
-        Ok((shape, dimension))
-    } else {
-        Err(format!(
-            "`{channel}` has {} components, found columns for {}",
-            shape.components().len(),
-            found.components().len()
-        ))
+    let form = columns.form(wanted);
+    let (found, wanted) =
+        (form.shape().components().len(), wanted.map_or(form.shape(), |shape| shape).components().len());
+    match form {
+        Form::Vector if wanted == 4 => {
+            Err(format!("`{channel}` has 4 components, found columns for 3; angles are `<rpy>`"))
+        }
+        _ if found != wanted => Err(format!("`{channel}` has {wanted} components, found columns for {found}")),
+        Form::Angles => Ok((form, Dimension::ANGLE)),
+        _ => Ok((form, dimension)),
     }
 }

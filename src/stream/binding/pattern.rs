@@ -6,13 +6,52 @@ use crate::base::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
 
-/// The columns of a channel: one pattern, or one for each component in the order x y z or w x y z.
+/// The columns of a channel: one pattern, or one for each component.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Columns {
     /// `R_f1_p<xyz> [mm]`
     Pattern(Pattern),
     /// `[q3, q0, q1, q2]`
     List(Vec<Pattern>),
+    /// `{mean: [left <XYZ>, right <XYZ>]}`: the point in the middle of several markers.
+    Mean(Vec<Pattern>),
+}
+
+/// What columns make together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Form {
+    /// One column.
+    Scalar,
+    /// x y z
+    Vector,
+    /// w x y z
+    Quaternion,
+    /// Roll, pitch and yaw: turns about the fixed axes x, y and z, in this order.
+    Angles,
+    /// A rotation matrix, row by row.
+    Matrix,
+}
+
+impl Form {
+    /// What the columns are called behind the name of the channel; those that are no quaternion are temporary.
+    pub fn components(self) -> &'static [&'static str] {
+        match self {
+            Self::Scalar => Shape::Scalar.components(),
+            Self::Vector => Shape::Vec3.components(),
+            Self::Quaternion => Shape::Rotation.components(),
+            Self::Angles => &["roll", "pitch", "yaw"],
+            Self::Matrix => &["m00", "m01", "m02", "m10", "m11", "m12", "m20", "m21", "m22"],
+        }
+    }
+
+    /// The shape of what they make.
+    pub fn shape(self) -> Shape {
+        match self {
+            Self::Scalar => Shape::Scalar,
+            Self::Vector => Shape::Vec3,
+            Self::Quaternion | Self::Angles | Self::Matrix => Shape::Rotation,
+        }
+    }
 }
 
 /// A column, or several that differ in an object and a component.
@@ -24,6 +63,8 @@ pub struct Pattern {
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,
+    /// Whether logs may lack it: `?` at the end.
+    pub optional: bool,
     /// Makes a flag of the number.
     pub threshold: Option<Threshold>,
 }
@@ -66,8 +107,8 @@ enum Piece {
     Object,
     /// `<other>`: another object.
     Other,
-    /// `<xyz>`, `<wxyz>`, with the texts that stand for the components; `<xyz=0 1 2>` says them.
-    Component(Shape, Vec<String>),
+    /// `<xyz>`, `<wxyz>`, `<rpy>`, with the texts that stand for the components; `<xyz=0 1 2>` says them.
+    Component(Form, Vec<String>),
 }
 
 /// What the placeholders stand for.
@@ -114,35 +155,34 @@ impl Template {
 
     fn placeholder(text: &str) -> Result<Piece, String> {
         let (name, texts) = text.split_once('=').map_or((text, None), |(name, texts)| (name, Some(texts)));
-        let shape = match name.trim() {
+        let (form, order) = match name.trim() {
             "object" => return Ok(Piece::Object),
             "other" => return Ok(Piece::Other),
-            "xyz" | "XYZ" => Shape::Vec3,
-            "wxyz" | "WXYZ" | "xyzw" | "XYZW" => Shape::Rotation,
-            other => return Err(format!("`<{other}>` is no placeholder, wanted <object>, <other>, <xyz> or <wxyz>")),
+            "xyz" | "XYZ" => (Form::Vector, "xyz"),
+            "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Form::Quaternion, "wxyz"),
+            "rpy" | "RPY" => (Form::Angles, "rpy"),
+            other => {
+                return Err(format!("`<{other}>` is no placeholder, wanted <object>, <other>, <xyz>, <wxyz> or <rpy>"));
+            }
         };
         let letters: Vec<String> = match texts {
             // The placeholder says the order in which the texts are given, `<xyzw=3 4 5 6>`.
             Some(texts) => {
                 let texts: Vec<&str> = texts.split([' ', ',']).filter(|text| !text.is_empty()).collect();
-                if texts.len() != shape.components().len() {
-                    return Err(format!(
-                        "`<{text}>` gives {} texts for {} components",
-                        texts.len(),
-                        shape.components().len()
-                    ));
+                if texts.len() != order.len() {
+                    return Err(format!("`<{text}>` gives {} texts for {} components", texts.len(), order.len()));
                 }
-                let place = |component: &&str| {
-                    name.to_lowercase().find(*component).and_then(|at| texts.get(at)).map(ToString::to_string)
+                let place = |component: char| {
+                    name.to_lowercase().find(component).and_then(|at| texts.get(at)).map(ToString::to_string)
                 };
-                shape.components().iter().filter_map(place).collect()
+                order.chars().filter_map(place).collect()
             }
             None if name.starts_with(char::is_uppercase) => {
-                shape.components().iter().map(|letter| letter.to_uppercase()).collect()
+                order.chars().map(|letter| letter.to_uppercase().to_string()).collect()
             }
-            None => shape.components().iter().map(ToString::to_string).collect(),
+            None => order.chars().map(String::from).collect(),
         };
-        Ok(Piece::Component(shape, letters))
+        Ok(Piece::Component(form, letters))
     }
 
     /// The name with the placeholders filled.
@@ -167,9 +207,9 @@ impl Template {
     }
 
     /// What the component placeholder stands for, if there is one.
-    pub fn shape(&self) -> Option<Shape> {
+    pub fn form(&self) -> Option<Form> {
         self.0.iter().find_map(|piece| match piece {
-            Piece::Component(shape, _) => Some(*shape),
+            Piece::Component(form, _) => Some(*form),
             _ => None,
         })
     }
@@ -180,25 +220,31 @@ impl Columns {
     pub fn patterns(&self) -> &[Pattern] {
         match self {
             Self::Pattern(pattern) => std::slice::from_ref(pattern),
-            Self::List(patterns) => patterns,
+            Self::List(patterns) | Self::Mean(patterns) => patterns,
         }
     }
 
-    /// The pattern of a component.
-    pub fn component(&self, component: usize) -> Option<&Pattern> {
+    /// The patterns of a component, which all count, and how much each does.
+    pub fn component(&self, component: usize) -> (&[Pattern], f64) {
         match self {
-            Self::Pattern(pattern) => Some(pattern),
-            Self::List(patterns) => patterns.get(component),
+            Self::Pattern(pattern) => (std::slice::from_ref(pattern), 1.0),
+            Self::List(patterns) => (patterns.get(component).map(std::slice::from_ref).unwrap_or_default(), 1.0),
+            Self::Mean(patterns) => (patterns, 1.0 / patterns.len() as f64),
         }
     }
 
-    /// What the columns make together, as far as their form tells.
-    pub fn shape(&self) -> Shape {
+    /// What the columns make together for a channel of this shape, as far as their form tells.
+    pub fn form(&self, wanted: Option<Shape>) -> Form {
         match self {
-            Self::Pattern(pattern) => pattern.name.shape().unwrap_or(Shape::Scalar),
-            Self::List(patterns) if patterns.len() == 4 => Shape::Rotation,
-            Self::List(patterns) if patterns.len() == 3 => Shape::Vec3,
-            Self::List(_) => Shape::Scalar,
+            Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),
+            Self::Mean(patterns) => patterns.first().and_then(|pattern| pattern.name.form()).unwrap_or(Form::Scalar),
+            Self::List(patterns) => match patterns.len() {
+                9 => Form::Matrix,
+                4 => Form::Quaternion,
+                3 if wanted == Some(Shape::Rotation) => Form::Angles,
+                3 => Form::Vector,
+                _ => Form::Scalar,
+            },
         }
     }
 }
@@ -214,9 +260,10 @@ impl Pattern {
             (None, Some((text, limit))) => (text, Some(Threshold::parse(false, limit)?)),
             (None, None) => (text, None),
         };
+        let (text, optional) = text.trim_end().strip_suffix('?').map_or((text, false), |text| (text, true));
         let (name, unit) = super::super::names::split_unit(text);
         let (name, sign) = name.strip_prefix('-').map_or((name, 1.0), |name| (name, -1.0));
-        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, threshold })
+        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, optional, threshold })
     }
 }
 
@@ -246,7 +293,7 @@ impl<'de> Deserialize<'de> for Columns {
         impl<'de> de::Visitor<'de> for Visitor {
             type Value = Columns;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a column such as `R_f1_p<xyz> [mm]`, or a list of columns")
+                f.write_str("a column such as `R_f1_p<xyz> [mm]`, a list of columns, or `{mean: […]}`")
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Columns, E> {
                 Pattern::parse(text).map(Columns::Pattern).map_err(E::custom)
@@ -254,15 +301,24 @@ impl<'de> Deserialize<'de> for Columns {
             fn visit_u64<E: de::Error>(self, column: u64) -> Result<Columns, E> {
                 self.visit_str(&column.to_string())
             }
+            fn visit_map<A: de::MapAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
+                let wanted =
+                    || de::Error::custom("wanted `{mean: [left <xyz>, right <xyz>]}`, with two columns or more");
+                let mean = match items.next_entry::<String, Vec<Pattern>>()? {
+                    Some((key, patterns)) if key == "mean" && patterns.len() >= 2 => Columns::Mean(patterns),
+                    _ => return Err(wanted()),
+                };
+                if items.next_key::<String>()?.is_some() { Err(wanted()) } else { Ok(mean) }
+            }
             fn visit_seq<A: de::SeqAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let mut patterns = vec![];
                 while let Some(pattern) = items.next_element()? {
                     patterns.push(pattern);
                 }
                 match patterns.len() {
-                    3 | 4 => Ok(Columns::List(patterns)),
+                    3 | 4 | 9 => Ok(Columns::List(patterns)),
                     found => Err(de::Error::custom(format!(
-                        "found a list of {found} columns, wanted 3 (x y z) or 4 (w x y z)"
+                        "found a list of {found} columns, wanted 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 (a rotation matrix, row by row)"
                     ))),
                 }
             }

@@ -29,6 +29,11 @@ pub fn sockets(scene: &Scene) -> Vec<Socket<'_>> {
 }
 
 impl Socket<'_> {
+    /// Whether it has neither thread nor bearing.
+    pub const fn is_plain(&self) -> bool {
+        self.socket.pitch.is_none()
+    }
+
     /// The direction out of the socket in the reference frame; vertical when the file gives none.
     pub fn axis(&self, motions: &[Motion], frame: usize) -> Vector3<f64> {
         let [x, y, z] = self.socket.axis;
@@ -39,6 +44,11 @@ impl Socket<'_> {
     fn takes(&self, body: usize, name: &str) -> bool {
         self.body != body && self.socket.accepts.as_ref().is_none_or(|accepted| accepted.iter().any(|it| it == name))
     }
+}
+
+/// What a log says of an object in a socket: `<object>.angle.<socket>` or `<object>.depth.<socket>`.
+pub fn logged<'a>(measured: &'a Measured, body: &str, quantity: &str, socket: &Socket) -> Option<&'a [f64]> {
+    measured.scalar(&format!("{body}.{quantity}.{}", socket.name))
 }
 
 /// An object against the sockets it fits, over the whole log.
@@ -53,7 +63,8 @@ pub struct Plugged {
     pub over: Vec<bool>,
 }
 
-/// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere.
+/// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere; an object whose
+/// angle in a socket is logged is in it all along.
 pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
     let frames = measured.len();
     let (socket, depth, over) = (vec![None; frames], vec![0.0; frames], vec![false; frames]);
@@ -66,10 +77,12 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
         let Some(holder) = motions.get(socket.body) else { continue };
         let rim = Point3::from(socket.socket.rim.map(|length| length.0));
         let radius = socket.socket.radius.0;
-        let logged = measured.scalar(&format!("{name}.depth.{}", socket.name));
+        let angle = logged(measured, name, "angle", socket);
+        let turns = angle.map(|angle| vec![socket.socket.depth.0; angle.len()]);
+        let depths = logged(measured, name, "depth", socket).or(turns.as_deref());
         let from_rim = |frame: usize| motion.pose(frame) * plug - holder.pose(frame) * rim;
         let below_rim = |frame: usize| {
-            let logged = logged.and_then(|depth| depth.get(frame).copied());
+            let logged = depths.and_then(|depth| depth.get(frame).copied());
             logged.unwrap_or_else(|| -from_rim(frame).dot(&socket.axis(motions, frame)))
         };
         let mut ever_inside = false;
@@ -82,7 +95,7 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
                 let depth = below_rim(frame);
                 let allowed = if inside { LEAVES_AT * radius } else { radius };
                 let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
-                inside = depth > 0.0 && (logged.is_some() || within);
+                inside = depth > 0.0 && (depths.is_some() || within);
                 if let (true, Some(in_socket), Some(in_depth)) =
                     (inside, plugged.socket.get_mut(frame), plugged.depth.get_mut(frame))
                     && depth > *in_depth

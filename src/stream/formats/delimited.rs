@@ -6,7 +6,7 @@
 //! number end the reading with their place.
 
 use super::super::table::{
-    MAX_CELL, MAX_CELLS, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, column_place, number, shown,
+    MAX_CELL, MAX_CELLS, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, column_place, date_time, number, see, shown,
 };
 use crate::base::error::InputError;
 use crate::stream::frames::Issue;
@@ -134,6 +134,12 @@ impl Form {
             .from_reader(bytes)
     }
 
+    /// The time in a cell, s: a number times a factor, or a date.
+    fn time(self, cell: &[u8], to_seconds: f64) -> Option<f64> {
+        let date = || date_time(std::str::from_utf8(cell).ok()?);
+        self.number(cell).map(|value| value * to_seconds).or_else(date)
+    }
+
     /// The number in a cell; where semicolons delimit, a comma may be the decimal point.
     fn number(self, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?;
@@ -239,7 +245,9 @@ impl Delimited {
             let message = "a cell goes on over the end of its line: a quote is opened and not closed";
             return Err(InputError::new(format!("{} row {row}", self.file), message));
         }
-        if record.len() != header.len() {
+        // A delimiter too many at the end of each row is no column.
+        let surplus = record.len() == header.len() + 1 && record.iter().next_back().is_some_and(<[u8]>::is_empty);
+        if record.len() != header.len() && !surplus {
             let message = format!("found {} fields, wanted {} as in the header", record.len(), header.len());
             return Err(InputError::new(format!("{} row {row}", self.file), message));
         }
@@ -250,11 +258,11 @@ impl Delimited {
                 return Err(wrong(format!("the field has {} bytes, at most {MAX_CELL} are read", cell.len())));
             }
             match want {
-                Want::Nothing | Want::Perhaps(_) => {}
+                Want::Nothing | Want::Perhaps(_) | Want::Look => {}
                 Want::Text => {
                     text_of(cell).map_err(wrong)?;
                 }
-                Want::Time(to_seconds) => match self.form.number(cell).map(|value| value * to_seconds) {
+                Want::Time(to_seconds) => match self.form.time(cell, *to_seconds) {
                     Some(seconds) if seconds.is_finite() => stamp = Some(Stamp { seconds, column: Some(column) }),
                     _ => return Err(wrong(format!("found `{}`, wanted a time", cell_shown(cell)))),
                 },
@@ -287,6 +295,13 @@ impl Taken {
                 Want::Nothing | Want::Time(_) => {}
                 Want::Number(to_si) | Want::Perhaps(to_si) => {
                     numbers.push(form.number(cell).unwrap_or(f64::NAN) * to_si);
+                }
+                Want::Look => {
+                    let value = form.number(cell);
+                    numbers.push(value.unwrap_or(f64::NAN));
+                    if value.is_none() {
+                        see(texts, &String::from_utf8_lossy(cell));
+                    }
                 }
                 Want::Text => texts.push(text_of(cell).unwrap_or_default().trim().to_string()),
             }

@@ -113,7 +113,9 @@ impl<R: BufRead> Lines<R> {
                     let text = error.to_string();
                     let what = text.split(" at line ").next().unwrap_or_default();
                     let what = what.replace("EOF while parsing", "the line ends within");
-                    Err(self.error(format!("found no JSON object: {what}")))
+                    let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };
+                    let place = format!("{} row {}{letter}", self.file, self.row);
+                    Err(InputError::new(place, format!("found no JSON object: {what}")))
                 }
             };
         }

@@ -2,10 +2,14 @@
 //!
 //! Definitions are those of `.msg` files with all that they name appended, as bags hold them. ROS 1 messages are packed, little endian;
 //! ROS 2 messages are CDR, plain, of either version and byte order. A nested field is called by its path, `wrench.force.x`, and an element
-//! of an array by its place, `position[0]`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are passed over.
+//! of an array by its place, `poses[0].position.x`; arrays longer than [`MAX_ARRAY`] (images, point clouds) are passed over.
+//!
+//! Where a message says what its elements are called, the place is no name, since it differs from message to message: joints are called
+//! as in the array `name` beside them, `position.finger_joint`, and transforms by their child frame, `transforms.cube.transform`.
 
 use super::super::sheet::Memory;
 use crate::base::error::InputError;
+use std::collections::BTreeSet;
 
 /// The longest array that is spread into columns.
 pub const MAX_ARRAY: usize = 64;
@@ -13,6 +17,9 @@ pub const MAX_ARRAY: usize = 64;
 const MAX_DEFINITION: usize = 1 << 20;
 /// The deepest nesting of messages.
 const MAX_DEPTH: usize = 32;
+
+/// The field that names the frame of a transform.
+const CHILD: &str = "child_frame_id";
 
 /// How messages are serialised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +75,9 @@ impl Definition {
         if text.len() > MAX_DEFINITION {
             return Err(format!("its definition has {} bytes, at most {MAX_DEFINITION} are read", text.len()));
         }
+        if text.lines().any(|line| line.trim() == "---") {
+            return Err("its definition is that of a service or an action, wanted a message".into());
+        }
         let mut sections: Vec<(String, Vec<&str>)> = vec![(plain(name), vec![])];
         for line in text.lines().map(str::trim) {
             if line.len() > 2 && line.bytes().all(|byte| byte == b'=') {
@@ -98,8 +108,16 @@ impl Definition {
     pub fn decode(&self, message: &[u8], row: &mut Memory) -> Result<Option<i64>, Failure> {
         let bytes = Bytes::new(message, self.wire).map_err(Failure::Message)?;
         let steps = message.len().saturating_mul(64).saturating_add(4096);
-        let mut decoder =
-            Decoder { types: &self.types, bytes, row, path: String::new(), muted: false, stamp: None, steps };
+        let mut decoder = Decoder {
+            types: &self.types,
+            bytes,
+            row,
+            path: String::new(),
+            muted: false,
+            stamp: None,
+            texts: vec![],
+            steps,
+        };
         decoder.message(0, 0)?;
         Ok(decoder.stamp)
     }
@@ -199,7 +217,10 @@ struct Decoder<'a> {
     path: String,
     /// What is read now is passed over.
     muted: bool,
+    /// The stamp of the first header, ns.
     stamp: Option<i64>,
+    /// The texts of the field that is read, where they are kept.
+    texts: Vec<String>,
     /// How many more values may be read: definitions can nest arrays of nothing.
     steps: usize,
 }
@@ -215,19 +236,48 @@ impl Decoder<'_> {
             // CDR knows no empty structure.
             self.bytes.take::<1>()?;
         }
+        // Of an element that is called by its child frame, what stands before that name waits for it.
+        let names_itself = self.path.ends_with(']') && fields.iter().any(|field| field.name == CHILD);
+        let muted = self.muted;
+        self.muted |= names_itself;
+        let mut names = vec![];
         for field in fields {
             let length = self.path.len();
             if length > 0 {
                 self.path.push('.');
             }
             self.path.push_str(&field.name);
-            self.field(field, depth)?;
+            let says_names = field.name == "name" && matches!((field.kind, field.count), (Kind::Text, Count::Sequence));
+            if says_names || names_itself && self.muted {
+                self.texts.clear();
+            }
+            let told = self.muted;
+            self.muted |= says_names;
+            self.field(field, depth, &names)?;
+            self.muted = told;
             self.path.truncate(length);
+            if says_names {
+                let distinct: BTreeSet<&String> = self.texts.iter().filter(|name| !name.is_empty()).collect();
+                names = if distinct.len() == self.texts.len() { self.texts.clone() } else { vec![] };
+            }
+            if names_itself && field.name == "header" {
+                names.clone_from(&self.texts);
+            }
+            if names_itself && field.name == CHILD {
+                self.muted = muted;
+                self.path.truncate(self.path.rfind('[').unwrap_or(length));
+                self.path.push_str(&format!(".{}", self.texts.last().map_or("?", String::as_str)));
+                if let (false, Some(parent)) = (self.muted, names.pop()) {
+                    self.row.put_text(&format!("{}.header.frame_id", self.path), &parent)?;
+                }
+            }
         }
+        self.muted = muted;
         Ok(())
     }
 
-    fn field(&mut self, field: &Field, depth: usize) -> Result<(), Failure> {
+    /// Reads a field; its elements have these `names`, if they are as many.
+    fn field(&mut self, field: &Field, depth: usize, names: &[String]) -> Result<(), Failure> {
         let count = match field.count {
             Count::One => return self.value(field.kind, depth),
             Count::Fixed(count) => count,
@@ -248,8 +298,10 @@ impl Decoder<'_> {
         } else {
             let length = self.path.len();
             for place in 0..count {
-                if !self.muted {
-                    self.path.push_str(&format!("[{place}]"));
+                match names.get(place).filter(|_| names.len() == count) {
+                    _ if self.muted => {}
+                    Some(name) => self.path.push_str(&format!(".{name}")),
+                    None => self.path.push_str(&format!("[{place}]")),
                 }
                 self.value(field.kind, depth)?;
                 self.path.truncate(length);
@@ -276,6 +328,7 @@ impl Decoder<'_> {
                 if !self.muted {
                     self.row.put_text(&self.path, &text)?;
                 }
+                self.texts.push(text);
                 return Ok(());
             }
             Kind::Message(kind) => return self.message(kind, depth + 1),
@@ -292,10 +345,11 @@ impl Decoder<'_> {
         let seconds =
             if self.bytes.wire == Wire::Ros1 { self.bytes.unsigned(4)? as i64 } else { self.bytes.signed(4)? };
         let nanos = self.bytes.unsigned(4)? as i64;
-        if self.path == "header.stamp" {
+        if self.path.ends_with("header.stamp") {
             // A stamp that nobody set is none.
-            self.stamp = Some(seconds * NANOS + nanos).filter(|stamp| *stamp != 0);
-        } else if !self.muted {
+            self.stamp = self.stamp.or(Some(seconds * NANOS + nanos).filter(|stamp| *stamp != 0));
+        }
+        if self.path != "header.stamp" && !self.muted {
             let length = self.path.len();
             self.path.push_str(" [s]");
             self.row.put(&self.path, seconds as f64 + nanos as f64 / NANOS as f64)?;

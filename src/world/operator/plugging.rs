@@ -18,7 +18,7 @@ const CAREFUL_M: f64 = 0.003;
 /// Less deep than this, m, it eases off at this force, N: a peg that is pressed on the rim tilts. The longer it is tried, the harder, N/s.
 const SHALLOW_M: f64 = 0.004;
 const LIGHT: f64 = 0.2;
-const HARDER: f64 = 0.05;
+const HARDER: f64 = 0.01;
 /// Who does not find the hole in this time, s, lifts the plug for that time, s, at this speed, m/s, and goes on.
 const TRYING_S: f64 = 2.0;
 const LIFTING_S: f64 = 0.4;
@@ -128,7 +128,8 @@ impl Plugging {
         let middle = Point3::from(seen.bodies.get(grip.object)?.pose.translation.vector);
         let upright = (middle - plug.point).try_normalize(1e-6)?;
         let turn = upright.cross(&plug.axis) * RIGHTING;
-        Some((turn * (RIGHTING_AT_MOST / turn.norm().max(1e-9)).min(1.0), plug.point))
+        // About the fingers, so that the plug swings over the hole and not the hand over the plug.
+        Some((turn * (RIGHTING_AT_MOST / turn.norm().max(1e-9)).min(1.0), middle))
     }
 
     /// The circle on which the hand searches, m; as large as the error that is to be found.

@@ -3,6 +3,8 @@
 use super::{bound, fixture};
 use proptest::prelude::*;
 use std::path::PathBuf;
+use teachtree::stream::formats;
+use teachtree::stream::inspect::inspect;
 
 /// Whole files of each kind, small.
 fn wholes() -> Vec<(&'static str, Vec<u8>)> {
@@ -27,6 +29,9 @@ fn wholes() -> Vec<(&'static str, Vec<u8>)> {
 fn read(folder: &tempfile::TempDir, name: &str, bytes: &[u8]) {
     let path: PathBuf = folder.path().join(name);
     std::fs::write(&path, bytes).unwrap();
+    if let Ok(source) = formats::open(&path) {
+        let _ = inspect(source, None, None);
+    }
     for binding in [
         "",
         "rate: 10 Hz\n",

@@ -185,6 +185,118 @@ fn a_topic_that_cannot_be_read_does_not_hide_the_others() {
     insta::assert_snapshot!(["/proto", "/short", "/parameters", "/newer", "/bare", "/absent"].map(refused).join("\n"));
 }
 
+/// Transforms as ROS defines them.
+const TRANSFORMS: &str = "geometry_msgs/TransformStamped[] transforms
+================================================================================
+MSG: geometry_msgs/TransformStamped
+std_msgs/Header header
+string child_frame_id
+geometry_msgs/Vector3 translation
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: geometry_msgs/Vector3
+float64 x
+float64 y
+float64 z
+";
+
+/// The state of joints as ROS defines it, without header and effort.
+const JOINT_STATE: &str = "string[] name
+float64[] position
+";
+
+/// CDR, little endian, written value by value.
+#[derive(Default)]
+struct Cdr(Vec<u8>);
+
+impl Cdr {
+    fn put(mut self, bytes: &[u8]) -> Self {
+        self.0.resize(self.0.len().next_multiple_of(bytes.len()), 0);
+        self.0.extend(bytes);
+        self
+    }
+
+    fn u32(self, value: u32) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    fn f64(self, value: f64) -> Self {
+        self.put(&value.to_le_bytes())
+    }
+
+    fn text(self, text: &str) -> Self {
+        let mut cdr = self.u32(text.len() as u32 + 1);
+        cdr.0.extend(text.as_bytes());
+        cdr.0.push(0);
+        cdr
+    }
+
+    fn message(self) -> Vec<u8> {
+        [vec![0, 1, 0, 0], self.0].concat()
+    }
+}
+
+fn transforms(stamp_s: u32, of: &[(&str, f64)]) -> Vec<u8> {
+    let begin = Cdr::default().u32(of.len() as u32);
+    let put = |cdr: Cdr, (child, x): &(&str, f64)| {
+        cdr.u32(stamp_s).u32(0).text("world").text(child).f64(*x).f64(0.0).f64(0.5)
+    };
+    of.iter().fold(begin, put).message()
+}
+
+fn joint_state(of: &[(&str, f64)]) -> Vec<u8> {
+    let names = of.iter().fold(Cdr::default().u32(of.len() as u32), |cdr, (name, _)| cdr.text(name));
+    of.iter().fold(names.u32(of.len() as u32), |cdr, (_, position)| cdr.f64(*position)).message()
+}
+
+#[test]
+fn elements_are_called_as_the_message_calls_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    // Two nodes tell of two frames each, in messages that alternate; what never changes is told once.
+    let poses = (10..16).map(|second| {
+        let x = f64::from(second);
+        let told = if second % 2 == 0 { [("cube", x), ("tip", -x)] } else { [("tip", -x), ("cube", x)] };
+        (f64::from(second) + 0.4, transforms(second, &told))
+    });
+    let states = (10..16).map(|second| {
+        let arm = [("elbow", 1.0), ("finger", f64::from(second))];
+        let hand = [("finger", f64::from(second))];
+        (f64::from(second), joint_state(if second % 2 == 0 { &arm } else { &hand }))
+    });
+    write(
+        &path,
+        None,
+        &[
+            ("/tf", "cdr", "tf2_msgs/msg/TFMessage", TRANSFORMS, poses.collect()),
+            ("/tf_static", "cdr", "tf2_msgs/msg/TFMessage", TRANSFORMS, vec![(3.0, transforms(3, &[("table", 7.0)]))]),
+            ("/joint_states", "cdr", "sensor_msgs/msg/JointState", JOINT_STATE, states.collect()),
+        ],
+    );
+    let titles = header(&path);
+    assert!(titles.contains(&"/tf.transforms.cube.header.frame_id".to_string()), "{titles:?}");
+    assert!(!titles.iter().any(|title| title.contains("[0]")), "{titles:?}");
+    let binding = "
+resample: 1 Hz
+bridge: 2 s
+channels:
+  cube.position: /tf.transforms.cube.translation.<xyz>
+  right.thumb.position: /tf.transforms.tip.translation.<xyz>
+  right.palm.position: /tf_static.transforms.table.translation.<xyz>
+  right.gripper.opening: /joint_states.position.finger
+";
+    let (recording, issues) = bound(&path, binding).unwrap();
+    assert!(issues.is_empty(), "{issues:?}");
+    // The stamps in the headers count, those of the record where there are none.
+    assert_eq!(values(&recording, "cube.position.x"), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0]);
+    assert_eq!(values(&recording, "right.thumb.position.x"), [-10.0, -11.0, -12.0, -13.0, -14.0, -15.0]);
+    assert_eq!(values(&recording, "right.palm.position.x"), [7.0; 6]);
+    assert_eq!(values(&recording, "right.gripper.opening"), [10.0, 11.0, 12.0, 13.0, 14.0, 15.0]);
+}
+
 #[test]
 fn a_wrong_encoding_is_refused_with_its_channel() {
     let refused = bound(&fixture("rosbag2/wrong_rmw_test_0.mcap"), "").unwrap_err();

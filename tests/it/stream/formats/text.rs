@@ -178,3 +178,63 @@ bridge: 200 ms
     let there = values(&recording, "right.palm.position.x")[begins];
     assert!((there - 1.5).abs() < 1e-9, "{there}");
 }
+
+#[test]
+fn units_stand_in_round_brackets_too() {
+    let log = "t (ms),Opening (mm)\n0,10\n10,20\n";
+    for column in ["Opening", "Opening (mm)", "Opening [mm]"] {
+        let (recording, _) =
+            bound_text("log.csv", log, &format!("time: t\nchannels: {{right.gripper.opening: \"{column}\"}}\n"))
+                .unwrap();
+        assert_eq!((values(&recording, "right.gripper.opening"), recording.time[1]), (&[0.01, 0.02][..], 0.01));
+    }
+}
+
+#[test]
+fn dates_and_clocks_are_stamps() {
+    let at = |stamp: &str| {
+        let log = format!("when;a\n{stamp};1\n2026-11-21T19:07:01Z;2\n");
+        bound_text("log.csv", &log, "time: when\nchannels: {right.gripper.opening: a}\n").map(|read| read.0.time)
+    };
+    assert_eq!(at("2026-11-21 19:07:00.25").unwrap(), [1_795_288_020.25, 1_795_288_021.0]);
+    assert_eq!(at("2026-11-21 20:07:00.5+01:00").unwrap()[0], 1_795_288_020.5);
+    assert_eq!(at("1970/01/01T00:00").unwrap()[0], 0.0);
+    assert_eq!(at("2024-02-29 00:00:00").unwrap()[0], 1_709_164_800.0);
+    insta::assert_snapshot!(at("2026-13-01 00:00").unwrap_err(), @"log.csv row 2 column when: found `2026-13-01 00:00`, wanted a time");
+}
+
+#[test]
+fn columns_without_names_and_delimiters_too_many_do_no_harm() {
+    let log = "t,a,,\n0,1,5,,\n1,2,6,,\n";
+    let (recording, _) = bound_text("log.csv", log, "time: t\nchannels: {right.gripper.opening: 3}\n").unwrap();
+    assert_eq!(values(&recording, "right.gripper.opening"), [5.0, 6.0]);
+}
+
+#[test]
+fn angles_and_matrices_become_quaternions() {
+    // A quarter turn about x, then one about z.
+    let log = "t,r,p,y,m0,m1,m2,m3,m4,m5,m6,m7,m8\n0,90,0,90,0,0,1,1,0,0,0,1,0\n1,90,0,90,0,0,1,1,0,0,0,1,9\n";
+    let (recording, _) = bound_text(
+        "log.csv",
+        log,
+        "time: t\nchannels: {cube.rotation: \"<rpy> [deg]\", right.palm.rotation: [m0, m1, m2, m3, m4, m5, m6, m7, m8]}\n",
+    )
+    .unwrap();
+    for letter in ["w", "x", "y", "z"] {
+        let [of_angles, of_matrix] =
+            ["cube", "right.palm"].map(|of| values(&recording, &format!("{of}.rotation.{letter}")));
+        assert!((of_angles[0] - 0.5).abs() < 1e-12 && (of_matrix[0] - 0.5).abs() < 1e-9, "{letter}");
+        // What is no rotation was not measured.
+        assert!(of_matrix[1].is_nan());
+    }
+    assert!(!recording.columns.keys().any(|name| name.ends_with("roll") || name.ends_with("m00")));
+    let wrong = |columns: &str| {
+        bound_text("log.csv", log, &format!("time: t\nchannels: {{cube.rotation: {columns}}}\n")).unwrap_err()
+    };
+    insta::assert_snapshot!(
+        [wrong("\"<xyz=r p y>\""), wrong("\"<rpy> [mm]\"")].join("\n"), @r"
+    binding.yaml:2:12: `cube.rotation` has 4 components, found columns for 3; angles are `<rpy>`
+    binding.yaml:2:12: `mm` is a length (m), wanted an angle (rad)
+    "
+    );
+}
