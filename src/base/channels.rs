@@ -71,6 +71,8 @@ pub enum Absent {
         on: f64,
         /// Threshold to become false again.
         off: f64,
+        /// Whether a rule reads it; else a log may lack the other channel too.
+        needed: bool,
     },
     /// Derived from other channels and the scene; see [`derived`].
     Derived,
@@ -164,6 +166,12 @@ pub const DERIVED: &[Derived] = &[
         Shape::Bool,
         Dimension::NONE,
         "the target's plug point is near the axis of a socket, above its rim or at most 5 mm below: searching for the hole",
+    ),
+    hand(
+        "target.in_plain_socket",
+        Shape::Bool,
+        Dimension::NONE,
+        "the socket that the target is in has neither thread nor bearing: the scene gives it no `pitch`",
     ),
     contact("contacts.force", Shape::Vec3, Dimension::FORCE, "force of the other body on the target, reference frame"),
     contact(

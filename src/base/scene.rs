@@ -134,7 +134,8 @@ pub struct Socket {
     /// The objects that fit; all when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accepts: Option<Vec<String>>,
-    /// A thread: the axial way of one turn. A plain hole when left out.
+    /// A thread: the axial way of one turn; 0 for a bearing, such as that of a latch or a valve, in which a body turns and stays where it is.
+    /// A plain hole or peg when left out: what is in it may be twisted, but that is no Turn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch: Option<Length>,
 }

@@ -117,7 +117,8 @@ pub fn bridge(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
 
 /// Whether a quantity changes evenly between samples: poses and velocities do, forces and flags do not.
 pub fn moves(dimension: Dimension, shape: Shape) -> bool {
-    shape == Shape::Rotation || matches!(dimension, Dimension::LENGTH | Dimension::SPEED | Dimension::ANGULAR_SPEED)
+    shape == Shape::Rotation
+        || matches!(dimension, Dimension::LENGTH | Dimension::ANGLE | Dimension::SPEED | Dimension::ANGULAR_SPEED)
 }
 
 /// Whether a drop-out can be bridged: measured before and after, and short.

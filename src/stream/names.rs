@@ -4,12 +4,14 @@
 //! time                                            s
 //! <hand>.<finger>.position.{x,y,z}                m, reference frame
 //! <hand>.<finger>.force.{x,y,z}                   N, of the fingertip on the object, reference frame
+//! <hand>.<finger>.noise                           N, of that force at rest; `tare` in a binding gives it
 //! <hand>.<finger>.contact                         1 while the finger touches an object
 //! <hand>.<finger>.contact.<object>                1 while it touches this object
 //! <hand>.palm.rotation.{w,x,y,z}                  reference_from_palm
 //! <hand>.gripper.closed, <hand>.gripper.opening   1 while closed; m
 //! <body>.position.{x,y,z} .rotation.{w,x,y,z} .velocity.{x,y,z} .angular_velocity.{x,y,z}
 //! <object>.depth.<socket>                         m, positive inside
+//! <object>.angle.<socket>                         rad, of a latch or a valve that never leaves its socket
 //! contact.<a>.<b>                                 1 while they touch
 //! contact.<a>.<b>.force.{x,y,z}                   N, of b on a, reference frame
 //! contact.<a>.<b>.normal.{x,y,z}                  unit normal from b to a, reference frame
@@ -72,6 +74,7 @@ pub fn channel(name: &str) -> Option<Channel<'_>> {
         [body, "rotation"] => (Shape::Rotation, Dimension::NONE, [Some(body), None]),
         [body, "velocity"] => (Shape::Vec3, Dimension::SPEED, [Some(body), None]),
         [body, "angular_velocity"] => (Shape::Vec3, Dimension::ANGULAR_SPEED, [Some(body), None]),
+        [body, "angle", _socket] => (Shape::Scalar, Dimension::ANGLE, [Some(body), None]),
         [body, "depth", _socket] => (Shape::Scalar, Dimension::LENGTH, [Some(body), None]),
         _ => return None,
     })
@@ -81,6 +84,7 @@ fn hand_channel<'a>(rest: &[&'a str]) -> Option<Channel<'a>> {
     let finger = |name: &str| Finger::from_name(name).is_some();
     Some(match *rest {
         [name, "position"] if finger(name) => (Shape::Vec3, Dimension::LENGTH, [None, None]),
+        [name, "noise"] if finger(name) => (Shape::Scalar, Dimension::FORCE, [None, None]),
         [name, "force"] if finger(name) => (Shape::Vec3, Dimension::FORCE, [None, None]),
         [name, "contact"] if finger(name) => (Shape::Bool, Dimension::NONE, [None, None]),
         [name, "contact", object] if finger(name) => (Shape::Bool, Dimension::NONE, [Some(object), None]),

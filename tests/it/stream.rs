@@ -48,7 +48,7 @@ fn ask(name: &str) -> ChannelSpec {
 /// `fingers.contact` with the default of the paper's hands.
 fn ask_contact() -> ChannelSpec {
     ChannelSpec {
-        absent: Absent::NormAbove { channel: "fingers.force".into(), on: 0.05, off: 0.02 },
+        absent: Absent::NormAbove { channel: "fingers.force".into(), on: 0.05, off: 0.02, needed: true },
         ..ask_fingers("contact", Shape::Bool, Dimension::NONE)
     }
 }

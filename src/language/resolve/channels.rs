@@ -175,7 +175,7 @@ impl Resolver {
         let on_value = self.constant(on, Some(spec.dimension), Scope::NOBODY)?;
         let off_value = self.constant(off, Some(spec.dimension), Scope::NOBODY)?;
         self.threshold_order(&on_value, &off_value, true)?;
-        Some(Absent::NormAbove { channel: source, on: on_value.value, off: off_value.value })
+        Some(Absent::NormAbove { channel: source, on: on_value.value, off: off_value.value, needed: true })
     }
 
     /// The position of a channel in the list of those that are read; it is added when it is new.
@@ -194,11 +194,17 @@ impl Resolver {
     /// Adds what analysis needs, and what the defaults of the channels read.
     pub(super) fn keep_channels_for_analysis(&mut self) {
         for name in FOR_ANALYSIS {
+            let read = self.rules.channels.len();
             self.read_channel(name);
+            if let Some(ChannelSpec { absent: Absent::NormAbove { needed, .. }, .. }) =
+                self.rules.channels.get_mut(read)
+            {
+                *needed = false;
+            }
         }
         let mut at = 0;
         while let Some(channel) = self.rules.channels.get(at) {
-            if let Absent::NormAbove { channel, .. } = channel.absent.clone() {
+            if let Absent::NormAbove { channel, needed: true, .. } = channel.absent.clone() {
                 self.read_channel(&channel);
             }
             at += 1;

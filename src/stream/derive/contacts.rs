@@ -169,7 +169,15 @@ pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts
             .filter(|(one, _)| *one == object)
             .any(|(_, other)| body(*other).is_some_and(|(_, it)| it.role != Role::Wall))
     };
-    let told = objects.iter().filter(|object| !carried(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
+    // What a hand never lets go, or what never leaves its socket, is not set down.
+    let fixed = |object: usize| {
+        body(object).is_some_and(|(name, it)| {
+            let turns =
+                |channel: &str| channel.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with(".angle."));
+            it.fixed_to.is_some() || measured.channels().iter().any(|channel| turns(channel))
+        })
+    };
+    let told = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
         let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
         let support_name = support.map_or("table", |(name, _)| name.as_str());
         let lacking = if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {

@@ -60,8 +60,8 @@ pub fn frames_trusting(
     for hand in &hands {
         let touches: raw::Array = match raw::read(&measured, touch, Some(hand.side), &hand.fingers, &mut vec![]) {
             Ok(slots) => slots.into_iter().filter_map(|slot| slot.into_iter().next()).collect(),
-            // Refused below if a rule reads it; a hand without such sensors closes its gripper or touches nothing.
-            Err(_) => closed(&measured, hand),
+            // Refused below if a rule reads it.
+            Err(_) => closed(&measured, hand.side, &hand.fingers),
         };
         issues.extend(plausible::far_touches(&measured, &motions, hand, &touches));
         tracks.push(hands::track(&measured, &motions, hand.side, &hand.fingers, &touches));
@@ -91,7 +91,12 @@ pub fn frames_trusting(
             let fingers = side.and_then(|side| frames.layout.hand(side)).map_or(vec![], |hand| hand.fingers.clone());
             let slots: Slots = match spec.absent {
                 Absent::Derived => derivation.channel(&spec.name, side).ok_or_else(|| not_derived(&spec.name))?,
-                _ => raw::read(&measured, spec, side, &fingers, &mut issues)?,
+                _ => match (raw::read(&measured, spec, side, &fingers, &mut issues), &spec.absent, side) {
+                    (Err(_), Absent::NormAbove { needed: false, .. }, Some(side)) => {
+                        closed(&measured, side, &fingers).into_iter().map(|column| vec![column]).collect()
+                    }
+                    (read, ..) => read?,
+                },
             };
             for (slot, columns) in (0..).zip(slots) {
                 for (component, column) in (0..).zip(columns) {
@@ -155,16 +160,20 @@ fn touch_channel() -> ChannelSpec {
         axis: Some(Axis::Fingers),
         shape: Shape::Bool,
         dimension: Dimension::NONE,
-        absent: Absent::NormAbove { channel: "fingers.force".into(), on: contacts::TOUCH_ON, off: contacts::TOUCH_OFF },
+        absent: Absent::NormAbove {
+            channel: "fingers.force".into(),
+            on: contacts::TOUCH_ON,
+            off: contacts::TOUCH_OFF,
+            needed: false,
+        },
     }
 }
 
 /// Touch of a hand whose fingers feel nothing: all of them touch while the gripper is closed, if the log says so.
-fn closed(measured: &Measured, hand: &HandLayout) -> raw::Array {
-    let closed = measured
-        .scalar(&format!("{}.gripper.closed", hand.side))
-        .map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
-    vec![closed; hand.fingers.len()]
+fn closed(measured: &Measured, side: Side, fingers: &[Finger]) -> raw::Array {
+    let closed =
+        measured.scalar(&format!("{side}.gripper.closed")).map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
+    vec![closed; fingers.len()]
 }
 
 fn not_derived(name: &str) -> InputError {

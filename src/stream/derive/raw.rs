@@ -30,7 +30,7 @@ pub fn read(
     let components = spec.shape.components().len();
     let constant = |value: f64| vec![vec![value; measured.len()]; components];
     let instead = match &spec.absent {
-        Absent::NormAbove { channel, on, off } => {
+        Absent::NormAbove { channel, on, off, .. } => {
             let forces = slot_names(&ChannelSpec { name: channel.clone(), ..spec.clone() }, side, fingers);
             let norms: Vec<_> = forces
                 .iter()
@@ -42,7 +42,7 @@ pub fn read(
             norms
         }
         Absent::Constant(value) => slots.iter().map(|_| Some(constant(*value))).collect(),
-        Absent::Refused | Absent::Derived if !any && !slots.is_empty() => {
+        Absent::Refused | Absent::Derived if !any && slots.iter().any(|slot| !is_palm(slot)) => {
             return Err(lacking(measured, spec, side, None));
         }
         Absent::Refused | Absent::Derived => vec![None; slots.len()],
@@ -54,6 +54,11 @@ pub fn read(
             // A force or a flag that one finger lacks while others have it: that finger feels nothing. A position cannot be made up.
             None if spec.shape == Shape::Bool || spec.dimension == crate::base::units::Dimension::FORCE => {
                 let message = "other fingers have it, this one does not; it counts as zero".to_string();
+                issues.push(measured.over_all("missing_channel", slot, message));
+                constant(0.0)
+            }
+            None if is_palm(slot) => {
+                let message = "the log lacks it; nothing that is asked of where the hand is can be told".to_string();
                 issues.push(measured.over_all("missing_channel", slot, message));
                 constant(0.0)
             }
@@ -72,6 +77,11 @@ fn slot_names(spec: &ChannelSpec, side: Option<Side>, fingers: &[Finger]) -> Vec
         (Some(side), _, _) => vec![format!("{side}.{}", spec.name)],
         (None, _, _) => vec![spec.name.clone()],
     }
+}
+
+/// Whether this is where a palm is. It is no fingertip: rules about fingertips do without it.
+fn is_palm(slot: &str) -> bool {
+    slot.ends_with(".palm.position")
 }
 
 fn shown(channel: &str, side: Option<Side>) -> String {

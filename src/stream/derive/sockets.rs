@@ -29,6 +29,11 @@ pub fn sockets(scene: &Scene) -> Vec<Socket<'_>> {
 }
 
 impl Socket<'_> {
+    /// Whether it has neither thread nor bearing.
+    pub const fn is_plain(&self) -> bool {
+        self.socket.pitch.is_none()
+    }
+
     /// The direction out of the socket in the reference frame; vertical when the file gives none.
     pub fn axis(&self, motions: &[Motion], frame: usize) -> Vector3<f64> {
         let [x, y, z] = self.socket.axis;
@@ -41,6 +46,11 @@ impl Socket<'_> {
     }
 }
 
+/// What a log says of an object in a socket: `<object>.angle.<socket>` or `<object>.depth.<socket>`.
+pub fn logged<'a>(measured: &'a Measured, body: &str, quantity: &str, socket: &Socket) -> Option<&'a [f64]> {
+    measured.scalar(&format!("{body}.{quantity}.{}", socket.name))
+}
+
 /// An object against the sockets it fits, over the whole log.
 pub struct Plugged {
     /// The socket it is in, as an index in [`sockets`].
@@ -51,7 +61,8 @@ pub struct Plugged {
     pub over: Vec<bool>,
 }
 
-/// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere.
+/// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere; an object whose
+/// angle in a socket is logged is in it all along.
 pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
     let frames = measured.len();
     let mut plugged = Plugged { socket: vec![None; frames], depth: vec![0.0; frames], over: vec![false; frames] };
@@ -63,7 +74,9 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
         let Some(holder) = motions.get(socket.body) else { continue };
         let rim = Point3::from(socket.socket.rim.map(|length| length.0));
         let radius = socket.socket.radius.0;
-        let logged = measured.scalar(&format!("{name}.depth.{}", socket.name));
+        let angle = logged(measured, name, "angle", socket);
+        let turns = angle.map(|angle| vec![socket.socket.depth.0; angle.len()]);
+        let logged = logged(measured, name, "depth", socket).or(turns.as_deref());
         for stretch in &measured.stretches {
             let mut inside = false;
             for frame in stretch.clone() {

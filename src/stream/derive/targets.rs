@@ -4,7 +4,7 @@ use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
 use super::motion::{Motion, slope, vector};
 use super::raw::Slots;
-use super::sockets::{Plugged, Socket, plugged, sockets};
+use super::sockets::{Plugged, Socket, logged, plugged, sockets};
 use crate::base::hands::{Finger, Side};
 use crate::stream::geometry::bounding_radius;
 use crate::stream::measured::Measured;
@@ -24,6 +24,8 @@ pub struct Derivation<'a> {
     sockets: Vec<Socket<'a>>,
     /// For each body that is ever a target.
     plugged: BTreeMap<usize, Plugged>,
+    /// For each body whose angle in a socket the log has: how fast it turns there, rad/s.
+    angle_rates: BTreeMap<usize, Vec<f64>>,
     contacts: Contacts<'a>,
 }
 
@@ -41,7 +43,13 @@ impl<'a> Derivation<'a> {
         let is_target = |body: &&usize| tracks.iter().any(|track| track.target.contains(&Some(**body)));
         let plugged =
             objects.iter().filter(is_target).map(|body| (*body, plugged(measured, motions, &sockets, *body))).collect();
-        Self { measured, motions, objects, partners, tracks, sockets, plugged, contacts }
+        let angle_rate = |body: &usize| {
+            let (name, _) = measured.scene.bodies.get_index(*body)?;
+            let angle = sockets.iter().find_map(|socket| logged(measured, name, "angle", socket))?;
+            Some((*body, slope(measured, |frame| angle.get(frame).copied().unwrap_or_default())))
+        };
+        let angle_rates = objects.iter().filter_map(angle_rate).collect();
+        Self { measured, motions, objects, partners, tracks, sockets, plugged, angle_rates, contacts }
     }
 
     /// The columns of a derived channel, or `None` for a name that is not derived.
@@ -81,6 +89,11 @@ impl<'a> Derivation<'a> {
             "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],
             "target.over_socket" => {
                 vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
+            }
+            "target.in_plain_socket" => {
+                vec![vec![
+                    self.scalars(track, |frame, body| flag(self.socket(frame, body).is_some_and(Socket::is_plain))),
+                ]]
             }
             "contacts.force" => self.slots(track, |frame, contact, _| contact.force(frame)),
             "contacts.normal" => self.slots(track, |frame, contact, _| contact.normal(frame)),
@@ -125,17 +138,21 @@ impl<'a> Derivation<'a> {
         }))
     }
 
+    /// The socket that a body is in.
+    fn socket(&self, frame: usize, body: usize) -> Option<&Socket<'_>> {
+        let index = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
+        self.sockets.get(index)
+    }
+
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
     /// else about the vertical.
     fn spin(&self, frame: usize, body: usize) -> f64 {
         let turn =
             |body: usize| self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.angular_velocity(frame));
-        let socket = self
-            .plugged
-            .get(&body)
-            .and_then(|plug| plug.socket.get(frame).copied().flatten())
-            .and_then(|index| self.sockets.get(index));
-        if let Some(socket) = socket {
+        if let Some(rate) = self.angle_rates.get(&body).and_then(|rates| rates.get(frame)) {
+            return *rate;
+        }
+        if let Some(socket) = self.socket(frame, body) {
             return (turn(body) - turn(socket.body)).dot(&socket.axis(self.motions, frame));
         }
         let carrying = self.partners.iter().filter_map(|partner| self.contacts.get(&(body, *partner)));

@@ -64,7 +64,7 @@ fn nothing_named_is_the_contact_rules_with_forces() {
     let force = rules.channels.iter().find(|channel| channel.name == "fingers.force").unwrap();
     assert_eq!(force.absent, Absent::Refused, "a hand that trusts forces needs them");
     let contact = rules.channels.iter().find(|channel| channel.name == "fingers.contact").unwrap();
-    assert!(matches!(&contact.absent, Absent::NormAbove { channel, on, off }
+    assert!(matches!(&contact.absent, Absent::NormAbove { channel, on, off, needed: true }
         if channel == "fingers.force" && (*on, *off) == (0.05, 0.02)));
 }
 
