@@ -2,9 +2,10 @@
 
 use super::rules::{RuleArgs, load};
 use super::{Failure, output};
+use crate::base::channels::Absent;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::graph::{Graph, Known, lower, possible};
+use crate::graph::{Graph, Known, Leaf, Target, lower, possible};
 use crate::language::rules::{Hand, Label, TreeScope};
 use crate::stream::binding::BindingFile;
 use crate::stream::frames::{ColumnKey, Frames, Issue};
@@ -184,8 +185,25 @@ fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -
         }
         together.entry(needed).or_default().insert(label);
     }
+    // What stands in the tree, but asks for what the hand file says is never so.
+    let never: BTreeSet<Label> = leaves(graph, scope).difference(&all).copied().collect();
+    if !never.is_empty() {
+        cannot.push(Lack { of: "the hand file says that nothing measures it".into(), primitives: names(&never) });
+    }
     cannot.extend(together.into_iter().map(|(of, labels)| Lack { of: of.join(" and "), primitives: names(&labels) }));
     Track { track: side.map_or("both", Side::name).to_string(), can: names(&can), cannot }
+}
+
+/// The labels that stand in the trees.
+fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
+    let trees = graph.trees.iter().filter(|tree| tree.scope == scope);
+    let targets = trees
+        .flat_map(|tree| tree.decision.tests.iter().flat_map(|test| [test.yes, test.no]).chain([tree.decision.root]));
+    let label = |target| match target {
+        Target::Leaf(Leaf::Primitive(label)) => Some(label),
+        _ => None,
+    };
+    targets.filter_map(label).collect()
 }
 
 /// The channels that say nothing in this log, with what is to be told about them.
@@ -204,8 +222,16 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
                 if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
                     silent.insert((index, side), (format!("the log has no {family}"), Known::Empty));
                 }
-            } else if columns.flatten().all(|value| *value == 0.0) {
-                silent.insert((index, side), (format!("`{}` is zero all along", channel.name), Known::Constant(0.0)));
+                continue;
+            }
+            let mut values = columns.flatten();
+            let Some(first) = values.next().copied() else { continue };
+            // What is measured may stand still by chance; a number that is worked out from the scene does not.
+            let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
+            if fixed && values.all(|value| *value == first) {
+                let told = if first == 0.0 { "zero" } else { "constant" };
+                silent
+                    .insert((index, side), (format!("`{}` is {told} all along", channel.name), Known::Constant(first)));
             }
         }
     }

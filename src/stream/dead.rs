@@ -12,7 +12,9 @@ use super::frames::Issue;
 use super::measured::Columns;
 use super::names;
 use crate::base::hands::{Finger, Side};
+use crate::base::recording::Recording;
 use crate::base::units::Dimension;
+use std::borrow::Cow;
 use std::ops::Range;
 
 /// How long a value must be repeated, s.
@@ -36,6 +38,29 @@ const FINER: f64 = 5.0;
 
 /// A vector over the log.
 type Vector<'a> = [&'a [f64]; 3];
+
+/// The same for a recording whose sensors are still to be corrected: a dead sensor that is tared reads zero, as if it were at rest.
+pub fn silence_uncorrected(recording: &mut Recording, trust: &[String]) -> Vec<Issue> {
+    let mut columns: Columns = recording
+        .columns
+        .iter()
+        .map(|(name, column)| (name.as_str(), (column.dimension, Cow::Borrowed(column.values.as_slice()))))
+        .collect();
+    let issues = silence(&recording.time, &mut columns, trust);
+    let silenced: Vec<(String, Vec<f64>)> = columns
+        .into_iter()
+        .filter_map(|(name, (_, values))| match values {
+            Cow::Owned(values) => Some((name.to_string(), values)),
+            Cow::Borrowed(_) => None,
+        })
+        .collect();
+    for (name, values) in silenced {
+        if let Some(column) = recording.columns.get_mut(&name) {
+            column.values = values;
+        }
+    }
+    issues
+}
 
 /// Puts zeros where a force sensor of a finger is dead, and tells where; those in `trust` are left alone.
 pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Issue> {

@@ -33,7 +33,7 @@ pub struct Opened {
     pub issues: Vec<Issue>,
     /// When each row of the file was, s, on the time base of the recording; also of those that were left out.
     pub row_time: Vec<f64>,
-    /// The hand file that the binding names.
+    /// The hand file that the binding names: a path when it lies beside the binding.
     pub hand_file: Option<String>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
@@ -77,6 +77,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     let bound = bind(source, &file, scene).map_err(|error| in_log(&log, said(error)))?;
     let csv::Read { recording, issues, row_time } = bound;
     let Binding { hand_file, params, trust, .. } = file.binding;
+    let hand_file = hand_file.map(|name| beside(binding, name));
     Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
 }
 
@@ -96,6 +97,12 @@ impl Opened {
         frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         Ok(frames)
     }
+}
+
+/// A hand file of one's own lies beside the binding that names it; others come with the program, or are found from where it runs.
+fn beside(binding: &Path, name: String) -> String {
+    let own = binding.parent().map(|folder| folder.join(&name)).filter(|path| path.is_file());
+    own.map_or(name, |path| path.display().to_string())
 }
 
 /// The same error with the name of the log: `the log` is what it is called where no file is known.

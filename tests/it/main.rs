@@ -12,6 +12,8 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(feature = "world")]
+mod recordings;
 mod report;
 mod scenarios;
 mod score;

@@ -14,7 +14,12 @@ shipped![
     "contact.rules",
     "bimanual.rules",
     "hand_force.rules",
-    "hand_flags.rules"
+    "hand_flags.rules",
+    "hand_blind.rules",
+    "hand_wrist.rules",
+    "hand_gripper.rules",
+    "hand_seen.rules",
+    "hand_place.rules"
 ];
 
 /// The shipped file that is meant by `contact.rules` or `rules/contact.rules`.

@@ -13,8 +13,8 @@ use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
 use crate::stream::csv::{self, Read};
-use crate::stream::names;
 use crate::stream::table::{Source, Table, Want};
+use crate::stream::{dead, names};
 use indexmap::IndexMap;
 
 /// One canonical column and what it is made of.
@@ -82,6 +82,7 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         }
         None => {}
     }
+    read.issues.extend(dead::silence_uncorrected(&mut read.recording, &binding.trust));
     sensors::correct(&mut read.recording, file)?;
     if binding.normals == Normals::ByRole {
         normals_by_role(&mut read.recording);
@@ -101,7 +102,8 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
     for (key, columns) in &file.binding.channels {
         let wrong = |message: String| file.error(key, message);
         if names::is_label(key) {
-            let name = columns.component(0).map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
+            let (patterns, _) = columns.component(0);
+            let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
             labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
         } else {
             bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
@@ -256,15 +258,20 @@ impl Header {
                 };
             let mut parts: Vec<Bound> = vec![];
             for (component, letter) in form.components().iter().enumerate() {
-                let pattern = columns.component(component).ok_or("a component has no column")?;
+                let (patterns, weight) = columns.component(component);
                 let full = if letter.is_empty() { channel.clone() } else { format!("{channel}.{letter}") };
                 let mut part = Bound { name: full, dimension, flag, terms: vec![] };
-                for filling in &joined {
+                for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
+                {
                     let filling = Filling { component, ..*filling };
                     match self.term(pattern, filling, dimension)? {
-                        Some(term) => part.terms.push(term),
+                        Some(term) => part.terms.push(Term { factor: weight * term.factor, ..term }),
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
                     }
+                }
+                // Of a mean, all or none.
+                if patterns.len() > 1 && !part.terms.is_empty() && part.terms.len() < joined.len() * patterns.len() {
+                    return Err(missing.map_or_else(String::new, |name| self.lacks(&name)));
                 }
                 parts.push(part);
             }
@@ -276,7 +283,7 @@ impl Header {
                 _ => return Err(missing.map_or_else(String::new, |name| self.lacks(&name))),
             }
         }
-        if bound.is_empty() {
+        if bound.is_empty() && !columns.patterns().iter().all(|pattern| pattern.optional) {
             return Err(missing.map_or_else(
                 || "the scene has no objects for `<object>` to stand for".into(),
                 |name| self.lacks(&name),

@@ -170,7 +170,7 @@ impl BindingFile {
 }
 
 fn time_column() -> Pattern {
-    Pattern { name: Template::text("time"), unit: None, sign: 1.0, threshold: None }
+    Pattern { name: Template::text("time"), unit: None, sign: 1.0, optional: false, threshold: None }
 }
 
 const fn bridge() -> Time {

@@ -13,6 +13,8 @@ pub enum Columns {
     Pattern(Pattern),
     /// `[q3, q0, q1, q2]`
     List(Vec<Pattern>),
+    /// `{mean: [left <XYZ>, right <XYZ>]}`: the point in the middle of several markers.
+    Mean(Vec<Pattern>),
 }
 
 /// What columns make together.
@@ -61,6 +63,8 @@ pub struct Pattern {
     pub unit: Option<String>,
     /// -1 when the pattern begins with `-`.
     pub sign: f64,
+    /// Whether logs may lack it: `?` at the end.
+    pub optional: bool,
     /// Makes a flag of the number.
     pub threshold: Option<Threshold>,
 }
@@ -216,15 +220,16 @@ impl Columns {
     pub fn patterns(&self) -> &[Pattern] {
         match self {
             Self::Pattern(pattern) => std::slice::from_ref(pattern),
-            Self::List(patterns) => patterns,
+            Self::List(patterns) | Self::Mean(patterns) => patterns,
         }
     }
 
-    /// The pattern of a component.
-    pub fn component(&self, component: usize) -> Option<&Pattern> {
+    /// The patterns of a component, which all count, and how much each does.
+    pub fn component(&self, component: usize) -> (&[Pattern], f64) {
         match self {
-            Self::Pattern(pattern) => Some(pattern),
-            Self::List(patterns) => patterns.get(component),
+            Self::Pattern(pattern) => (std::slice::from_ref(pattern), 1.0),
+            Self::List(patterns) => (patterns.get(component).map(std::slice::from_ref).unwrap_or_default(), 1.0),
+            Self::Mean(patterns) => (patterns, 1.0 / patterns.len() as f64),
         }
     }
 
@@ -232,6 +237,7 @@ impl Columns {
     pub fn form(&self, wanted: Option<Shape>) -> Form {
         match self {
             Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),
+            Self::Mean(patterns) => patterns.first().and_then(|pattern| pattern.name.form()).unwrap_or(Form::Scalar),
             Self::List(patterns) => match patterns.len() {
                 9 => Form::Matrix,
                 4 => Form::Quaternion,
@@ -254,9 +260,10 @@ impl Pattern {
             (None, Some((text, limit))) => (text, Some(Threshold::parse(false, limit)?)),
             (None, None) => (text, None),
         };
+        let (text, optional) = text.trim_end().strip_suffix('?').map_or((text, false), |text| (text, true));
         let (name, unit) = super::super::names::split_unit(text);
         let (name, sign) = name.strip_prefix('-').map_or((name, 1.0), |name| (name, -1.0));
-        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, threshold })
+        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, optional, threshold })
     }
 }
 
@@ -286,13 +293,22 @@ impl<'de> Deserialize<'de> for Columns {
         impl<'de> de::Visitor<'de> for Visitor {
             type Value = Columns;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a column such as `R_f1_p<xyz> [mm]`, or a list of columns")
+                f.write_str("a column such as `R_f1_p<xyz> [mm]`, a list of columns, or `{mean: […]}`")
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Columns, E> {
                 Pattern::parse(text).map(Columns::Pattern).map_err(E::custom)
             }
             fn visit_u64<E: de::Error>(self, column: u64) -> Result<Columns, E> {
                 self.visit_str(&column.to_string())
+            }
+            fn visit_map<A: de::MapAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
+                let wanted =
+                    || de::Error::custom("wanted `{mean: [left <xyz>, right <xyz>]}`, with two columns or more");
+                let mean = match items.next_entry::<String, Vec<Pattern>>()? {
+                    Some((key, patterns)) if key == "mean" && patterns.len() >= 2 => Columns::Mean(patterns),
+                    _ => return Err(wanted()),
+                };
+                if items.next_key::<String>()?.is_some() { Err(wanted()) } else { Ok(mean) }
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let mut patterns = vec![];

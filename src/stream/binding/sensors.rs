@@ -4,6 +4,7 @@ use super::{BindingFile, Sensor};
 use crate::base::error::InputError;
 use crate::base::quantity::Mass;
 use crate::base::recording::{Column, Recording};
+use crate::base::units::Dimension;
 use crate::stream::geometry::unit;
 use crate::stream::names;
 use crate::stream::table::{placed, union};
@@ -143,13 +144,15 @@ fn change(
     Ok(())
 }
 
-/// Subtracts from channels what they read while they should read zero.
+/// Subtracts from channels what they read while they should read zero. What is left of a finger's force then is its noise: the root of the mean
+/// square, N, as the channel `<hand>.<finger>.noise`.
 fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
     let Some(tare) = &file.binding.tare else { return Ok(()) };
     let from = recording.time.partition_point(|time| *time < tare.from.0);
     let to = recording.time.partition_point(|time| *time < tare.to.0);
     for channel in &tare.channels {
         let mut found = false;
+        let mut variance = 0.0;
         for (_, column) in recording.columns.iter_mut().filter(|(name, _)| is_of(name, channel)) {
             found = true;
             let rest: Vec<f64> = column
@@ -166,7 +169,15 @@ fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError>
                 );
             }
             let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+            variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;
             column.values.iter_mut().for_each(|value| *value -= mean);
+        }
+        if let Some(noise) = channel.strip_suffix(".force").map(|finger| format!("{finger}.noise"))
+            && names::channel(&noise).is_some()
+            && !recording.columns.contains_key(&noise)
+        {
+            let values = vec![variance.sqrt(); recording.time.len()];
+            recording.columns.insert(noise, Column { dimension: Dimension::FORCE, values });
         }
         if !found {
             return Err(file.error("tare", format!("no channel `{channel}` is bound")));
