@@ -103,10 +103,13 @@ fn shipped_recordings_are_told_as_they_were() {
     }
 }
 
+/// The primitives that begin, and when, s.
+type Boundaries<'a> = &'a [(&'a str, f64)];
+
 /// When both fingers are on, the object off what carries it, and the fingers off again, as the contact events of the recordings say, s.
 #[test]
 fn what_is_picked_up_and_placed_is_found_where_it_was() {
-    let gold: &[(&str, &str, &[(&str, f64)])] = &[
+    let gold: &[(&str, &str, Boundaries)] = &[
         ("lift_demo_1.csv", "pick_and_place", &[("Grasp", 20.70), ("Translate", 22.60)]),
         ("SawyerLift_demo_1.csv", "pick_and_place", &[("Grasp", 10.87), ("Translate", 10.98)]),
         ("SawyerPickPlace_demo_1.csv", "pick_and_place", &[("Grasp", 7.57), ("Translate", 7.65), ("Release", 11.71)]),

@@ -212,6 +212,31 @@ fn a_logged_depth_counts_before_geometry() {
     assert!(column(&frames, "target.depth", 0, 0).iter().all(|depth| *depth == 0.003));
 }
 
+/// A peg that turns in a plain hole is twisted; only a thread or a bearing makes it a Turn, which rules ask of this channel.
+#[test]
+fn a_hole_without_pitch_is_plain() {
+    let plain = |recording: &Recording| {
+        let frames = frames(recording, &[ask("target.in_plain_socket")]).unwrap();
+        column(&frames, "target.in_plain_socket", 0, 0).to_vec()
+    };
+    let mut turned = mating();
+    let found = plain(&turned);
+    assert_eq!((found[50], found[150]), (0.0, 1.0), "it is in the hole from 1 s on");
+    turned.scene.bodies["ring"].sockets["hole"].pitch = Some(teachtree::base::quantity::Quantity(0.0));
+    assert!(plain(&turned).iter().all(|plain| *plain == 0.0));
+}
+
+/// A latch never leaves its bearing, and its logged angle says how fast it turns there.
+#[test]
+fn a_logged_angle_is_a_body_in_its_bearing() {
+    let mut latch = mating();
+    let angle = Column { dimension: Dimension::ANGLE, values: (0..200).map(|row| 0.02 * f64::from(row)).collect() };
+    latch.columns.insert("peg.angle.hole".into(), angle);
+    let frames = frames(&latch, &[ask("target.depth"), ask("target.spin")]).unwrap();
+    assert!(column(&frames, "target.depth", 0, 0).iter().all(|depth| *depth == 0.030));
+    near(column(&frames, "target.spin", 0, 0)[20], 2.0, 1e-9);
+}
+
 #[test]
 fn a_gap_restarts_the_slopes() {
     let mut broken = passing();

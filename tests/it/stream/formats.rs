@@ -3,6 +3,7 @@
 #[cfg(feature = "parquet")]
 mod columnar;
 mod damaged;
+mod joined;
 mod lines;
 #[cfg(feature = "mcap")]
 mod messages;
