@@ -8,6 +8,7 @@ use crate::engine::evaluator::evaluate;
 use crate::graph::lower;
 use crate::language::Rules;
 use crate::report::{self, Style};
+use crate::stream::binding::{BindingFile, Pattern};
 use crate::stream::{self, OpenRequest, Opened, frames::Frames};
 use std::path::{Path, PathBuf};
 
@@ -121,7 +122,11 @@ fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
             None => Ok(Analysis::default()),
         }
     };
-    let source = live::read(std::io::stdin().lock(), &mut analysis_of, &mut live::say)?;
+    let time = match &args.binding {
+        Some(binding) => BindingFile::read(binding)?.binding.time,
+        None => Pattern::parse("time").map_err(|message| InputError::new("time", message))?,
+    };
+    let source = live::read(std::io::stdin().lock(), &time, &mut analysis_of, &mut live::say)?;
     Ok(stream::open_source(source, request)?)
 }
 
