@@ -169,7 +169,7 @@ pub(super) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps
             Some(Stamps { column, title: format!("{title} [{unit}]"), to_seconds: factor(Some(unit)) })
         })
     });
-    let unnamed = || header.len() > 1 && header.first().is_some_and(|title| title == "1");
+    let unnamed = || header.iter().take(2).eq(["1", "2"]);
     found.or_else(|| unnamed().then(|| Stamps { column: 0, title: "1".into(), to_seconds: 1.0 }))
 }
 

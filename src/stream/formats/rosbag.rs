@@ -121,7 +121,7 @@ impl Bag {
         match fields.get("compression").map(Vec::as_slice) {
             None | Some(b"none") => self.records(&mut Cursor::new(data), false),
             #[cfg(feature = "mcap")]
-            Some(b"lz4") => self.packed(::lz4::Decoder::new(Cursor::new(data)).map_err(undone)?),
+            Some(b"lz4") => self.packed(::lz4_flex::frame::FrameDecoder::new(data)),
             #[cfg(feature = "mcap")]
             Some(b"bz2") => self.packed(::bzip2::read::BzDecoder::new(data)),
             Some(other) => {
