@@ -1,13 +1,14 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::rules::{RuleArgs, load};
-use super::{Failure, live, output};
+use super::{Failure, live, output, recognition};
 use crate::analysis::{self, Analysis, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
 use crate::graph::lower;
 use crate::language::Rules;
 use crate::report::{self, Style};
+use crate::stream::binding::{BindingFile, Pattern};
 use crate::stream::{self, OpenRequest, Opened, frames::Frames};
 use std::path::{Path, PathBuf};
 
@@ -121,7 +122,11 @@ fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
             None => Ok(Analysis::default()),
         }
     };
-    let source = live::read(std::io::stdin().lock(), &mut analysis_of, &mut live::say)?;
+    let time = match &args.binding {
+        Some(binding) => BindingFile::read(binding)?.binding.time,
+        None => Pattern::parse("time").map_err(|message| InputError::new("time", message))?,
+    };
+    let source = live::read(std::io::stdin().lock(), &time, &mut analysis_of, &mut live::say)?;
     Ok(stream::open_source(source, request)?)
 }
 
@@ -134,8 +139,13 @@ pub fn analyse(
 ) -> Result<Analysed, Failure> {
     let frames = opened.frames(&report::channels(rules))?;
     analysis::check_rate(rules, frames.layout.rate_hz)?;
-    let leaves = evaluate(&lower(rules), &frames)?;
-    let analysis = analysis::analyse(rules, &frames, &leaves);
+    let graph = lower(rules);
+    let leaves = evaluate(&graph, &frames)?;
+    let mut analysis = analysis::analyse(rules, &frames, &leaves);
+    if binding.is_some() {
+        // Logs of other people measure what they measure.
+        analysis.issues.extend(recognition::issues(&graph, &frames));
+    }
     let meta = Meta {
         log: opened.log.display().to_string(),
         binding,

@@ -1,20 +1,18 @@
 //! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
 
+use super::recognition::{Track, tracks};
 use super::rules::{RuleArgs, load};
 use super::{Failure, output};
-use crate::base::channels::Absent;
 use crate::base::error::InputError;
-use crate::base::hands::Side;
-use crate::graph::{Graph, Known, Leaf, Target, lower, possible};
-use crate::language::rules::{Hand, Label, TreeScope};
+use crate::graph::lower;
 use crate::stream::binding::BindingFile;
-use crate::stream::frames::{ColumnKey, Frames, Issue};
+use crate::stream::frames::Issue;
 use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
 use crate::stream::skeleton::skeleton;
 use crate::stream::table::SEEN;
 use crate::stream::{self, OpenRequest, formats, names};
 use serde::Serialize;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -70,21 +68,6 @@ struct Recognition {
     issues: Vec<Issue>,
 }
 
-/// What the rules could tell of a hand, or of both.
-#[derive(Debug, Serialize)]
-struct Track {
-    track: String,
-    can: Vec<String>,
-    cannot: Vec<Lack>,
-}
-
-/// Primitives that cannot be told, and for lack of what.
-#[derive(Debug, Serialize)]
-struct Lack {
-    of: String,
-    primitives: Vec<String>,
-}
-
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.log == Path::new("-") {
@@ -126,13 +109,7 @@ fn recognition(args: &Args) -> Result<Recognition, Failure> {
         Ok(frames) => frames,
         Err(error) => return Ok(Recognition::impossible(&error)),
     };
-    let sides: Vec<Side> = frames.layout.hands.iter().map(|hand| hand.side).collect();
-    let mut tracks: Vec<Track> =
-        sides.iter().map(|side| track(&graph, &frames, TreeScope::EachHand, Some(*side))).collect();
-    if sides.len() > 1 && graph.trees.iter().any(|tree| tree.scope == TreeScope::BothHands) {
-        tracks.push(track(&graph, &frames, TreeScope::BothHands, None));
-    }
-    Ok(Recognition { error: None, tracks, issues: frames.issues })
+    Ok(Recognition { error: None, tracks: tracks(&graph, &frames), issues: frames.issues })
 }
 
 impl Recognition {
@@ -144,98 +121,6 @@ impl Recognition {
         let why = "no column has a canonical name; say which column is which channel in a binding (--skeleton writes one to fill in)";
         Self { error: Some(why.into()), tracks: vec![], issues: vec![] }
     }
-}
-
-/// What a tree could tell: with each channel that says nothing silenced, together and one by one.
-fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -> Track {
-    let silent = silent(frames);
-    let known = |silenced: &dyn Fn(&str) -> bool| {
-        possible(graph, scope, |channel, hand| {
-            let side = match hand {
-                Hand::This => side,
-                Hand::Named(side) => Some(side),
-                Hand::Nobody => None,
-            };
-            let found = silent.get(&(channel.0, side));
-            found.filter(|(of, _)| silenced(of)).map_or(Known::Unknown, |(_, known)| *known)
-        })
-    };
-    let all = possible(graph, scope, |_, _| Known::Unknown);
-    let can = known(&|_| true);
-    let reasons: BTreeSet<&str> = silent.values().map(|(of, _)| of.as_str()).collect();
-    let mut left: BTreeSet<Label> = all.difference(&can).copied().collect();
-    let mut cannot = vec![];
-    let names = |labels: &BTreeSet<Label>| labels.iter().map(|label| graph.label_name(*label).to_string()).collect();
-    for of in &reasons {
-        let lost: BTreeSet<Label> = left.difference(&known(&|other| other == *of)).copied().collect();
-        if !lost.is_empty() {
-            left.retain(|label| !lost.contains(label));
-            cannot.push(Lack { of: (*of).to_string(), primitives: names(&lost) });
-        }
-    }
-    // What no single lack explains: as few together as do.
-    let mut together: BTreeMap<Vec<&str>, BTreeSet<Label>> = BTreeMap::new();
-    for label in left {
-        let mut needed: Vec<&str> = reasons.iter().copied().collect();
-        for of in &reasons {
-            let fewer: Vec<&str> = needed.iter().copied().filter(|other| other != of).collect();
-            if !known(&|other| fewer.contains(&other)).contains(&label) {
-                needed = fewer;
-            }
-        }
-        together.entry(needed).or_default().insert(label);
-    }
-    // What stands in the tree, but asks for what the hand file says is never so.
-    let never: BTreeSet<Label> = leaves(graph, scope).difference(&all).copied().collect();
-    if !never.is_empty() {
-        cannot.push(Lack { of: "the hand file says that nothing measures it".into(), primitives: names(&never) });
-    }
-    cannot.extend(together.into_iter().map(|(of, labels)| Lack { of: of.join(" and "), primitives: names(&labels) }));
-    Track { track: side.map_or("both", Side::name).to_string(), can: names(&can), cannot }
-}
-
-/// The labels that stand in the trees.
-fn leaves(graph: &Graph, scope: TreeScope) -> BTreeSet<Label> {
-    let trees = graph.trees.iter().filter(|tree| tree.scope == scope);
-    let targets = trees
-        .flat_map(|tree| tree.decision.tests.iter().flat_map(|test| [test.yes, test.no]).chain([tree.decision.root]));
-    let label = |target| match target {
-        Target::Leaf(Leaf::Primitive(label)) => Some(label),
-        _ => None,
-    };
-    targets.filter_map(label).collect()
-}
-
-/// The channels that say nothing in this log, with what is to be told about them.
-fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
-    let mut silent = BTreeMap::new();
-    let sides = frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]);
-    for side in sides {
-        for (index, channel) in (0_u32..).zip(&frames.channels) {
-            if channel.per_hand != side.is_some() {
-                continue;
-            }
-            let first = ColumnKey { channel: index, side, slot: 0, component: 0 };
-            let last = ColumnKey { slot: u32::MAX, component: u32::MAX, ..first };
-            let mut columns = frames.columns.range(first..=last).map(|(_, values)| values).peekable();
-            if columns.peek().is_none() {
-                if let (Some(_), Some((family, _))) = (channel.axis, channel.name.split_once('.')) {
-                    silent.insert((index, side), (format!("the log has no {family}"), Known::Empty));
-                }
-                continue;
-            }
-            let mut values = columns.flatten();
-            let Some(first) = values.next().copied() else { continue };
-            // What is measured may stand still by chance; a number that is worked out from the scene does not.
-            let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
-            if fixed && values.all(|value| *value == first) {
-                let told = if first == 0.0 { "zero" } else { "constant" };
-                silent
-                    .insert((index, side), (format!("`{}` is {told} all along", channel.name), Known::Constant(first)));
-            }
-        }
-    }
-    silent
 }
 
 fn text(log: &Inspection, recognition: &Recognition) -> String {

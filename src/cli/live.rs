@@ -8,8 +8,10 @@ use super::{Failure, output};
 use crate::analysis::Analysis;
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
+use crate::base::units::compound;
+use crate::stream::binding::{Filling, Pattern};
 use crate::stream::formats::jsonl::{Line, Lines, push, source};
-use crate::stream::sheet::Memory;
+use crate::stream::sheet::{Cells, Memory};
 use crate::stream::table::Source;
 use std::collections::BTreeMap;
 use std::io::BufRead;
@@ -21,12 +23,14 @@ const LOOK_SHARE: usize = 32;
 /// How long before the end of the log a segment must have closed to be printed, s: longer than the rules look ahead.
 const SURE_SECS: f64 = 1.0;
 
-/// Reads a log from its lines to the end; `analyse` makes an analysis of a log, and `say` is given a line a segment.
+/// Reads a log from its lines to the end; `time` is the column of its stamps, `analyse` makes an analysis of a log, and `say` is given a
+/// line a segment.
 ///
 /// # Errors
 /// When a line is no JSON object, or nothing can be said.
 pub fn read(
     bytes: impl BufRead,
+    time: &Pattern,
     analyse: &mut dyn FnMut(Source) -> Result<Analysis, Failure>,
     say: &mut dyn FnMut(&str) -> Result<(), InputError>,
 ) -> Result<Source, Failure> {
@@ -34,6 +38,7 @@ pub fn read(
     let mut log = Log { rows: Memory::new("standard input"), scene: None };
     let mut said = Said::default();
     let (mut looked_rows, mut looked_s) = (0, f64::NEG_INFINITY);
+    let to_seconds = time.unit.as_deref().and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
     let mut cut = None;
     while let Some(line) = lines.line()? {
         let row = match line {
@@ -47,8 +52,8 @@ pub fn read(
                 continue;
             }
         };
-        let now = row.get("time").and_then(serde_json::Value::as_f64).unwrap_or(f64::NAN);
         push(&row, &mut log.rows).map_err(|message| lines.error(message))?;
+        let now = log.now(&time.name.fill(Filling::default())) * to_seconds;
         if now - looked_s >= LOOK_SECS && log.rows.rows() >= looked_rows + looked_rows / LOOK_SHARE + 2 {
             (looked_rows, looked_s) = (log.rows.rows(), now);
             // What cannot be analysed yet may be later; the end decides.
@@ -68,6 +73,14 @@ struct Log {
 }
 
 impl Log {
+    /// The stamp of the last row in the column of this name.
+    fn now(&self, time: &str) -> f64 {
+        match self.rows.columns().get(time) {
+            Some(Cells::Numbers(stamps)) => stamps.last().copied().unwrap_or(f64::NAN),
+            _ => f64::NAN,
+        }
+    }
+
     fn source(self, cut: Option<String>) -> Source {
         source(self.rows, self.scene, cut)
     }

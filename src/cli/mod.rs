@@ -13,6 +13,7 @@ mod inspect;
 mod live;
 mod output;
 mod progress;
+mod recognition;
 mod rules;
 mod score;
 #[cfg(feature = "world")]

@@ -44,7 +44,7 @@ pub(super) fn read_source(mut source: Source, path: &Path, scene: Option<&Path>)
         (None, Some(own)) => own,
         (None, None) => scene_beside(path)?,
     };
-    let mut read = columns(source, None)?;
+    let mut read = columns(source, &Clock::canonical())?;
     read.recording.scene = scene;
     read.recording.events = match beside(path, "events.csv").into_iter().find(|file| file.is_file()) {
         Some(file) if events.is_empty() => read_events(&file)?,
@@ -90,8 +90,23 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), String> {
     }
 }
 
+/// Where the stamps of a table are.
+pub(super) enum Clock {
+    /// In the column of this name; in this unit, where the header says none.
+    Column(String, Option<String>),
+    /// Nowhere: the rows come at this rate.
+    Rate(Frequency),
+}
+
+impl Clock {
+    /// As a canonical log has it.
+    fn canonical() -> Self {
+        Self::Column("time".into(), None)
+    }
+}
+
 /// Reads the columns of a canonical table.
-pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, InputError> {
+pub(super) fn columns(source: Source, clock: &Clock) -> Result<Read, InputError> {
     let header = source.header();
     let header_place = source.header_place.clone();
     let place = |name: &str| format!("{header_place} column {name}");
@@ -106,7 +121,12 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
         if name.is_empty() {
             return Err(InputError::new(place(&(wants.len() + 1).to_string()), "the column has no name"));
         }
-        let (want, dimension) = want(name, unit).map_err(|message| InputError::new(place(name), message))?;
+        let (want, dimension) = match clock {
+            Clock::Column(time, said) if time == name => want("time", unit.or(said.as_deref())),
+            Clock::Rate(_) if name == "time" => Ok((Want::Nothing, Dimension::TIME)),
+            _ => want(name, unit),
+        }
+        .map_err(|message| InputError::new(place(name), message))?;
         if seen.insert(name, dimension).is_some() {
             return Err(
                 InputError::new(place(name), "the column is there twice").help("keep one of them, or rename the other")
@@ -114,10 +134,12 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
         }
         wants.push(want);
     }
-    if !seen.contains_key("time") && rate.is_none() {
+    if let Clock::Column(time, _) = clock
+        && !seen.contains_key(time.as_str())
+    {
         let near = names::nearest("time", seen.keys().copied())
             .or_else(|| seen.keys().copied().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
-        let error = InputError::new(&header_place, "the log has no column `time`");
+        let error = InputError::new(&header_place, format!("the log has no column `{time}`"));
         return Err(match near {
             Some(name) => error.help(format!(
                 "rename `{name}` to `time [s]`, or describe the log in a binding and name it with --binding"
@@ -125,7 +147,11 @@ pub(super) fn columns(source: Source, rate: Option<Frequency>) -> Result<Read, I
             None => error.help("add `time [s]`, or describe the log in a binding and name it with --binding"),
         });
     }
-    let table = source.read(&wants, rate.map(|rate| rate.0))?;
+    let rate_hz = match clock {
+        Clock::Column(..) => None,
+        Clock::Rate(rate) => Some(rate.0),
+    };
+    let table = source.read(&wants, rate_hz)?;
     let mut recording = Recording { time: table.time, ..Recording::default() };
     for ((((name, dimension), want), numbers), texts) in
         seen.into_iter().zip(&wants).zip(table.numbers).zip(table.texts)

@@ -110,9 +110,9 @@ pub enum Kind {
 }
 
 /// The column of the stamps: where it is, how a binding calls it, and how many seconds its unit is.
-struct Stamps {
+pub(super) struct Stamps {
     column: usize,
-    title: String,
+    pub title: String,
     to_seconds: f64,
 }
 
@@ -149,7 +149,7 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
 }
 
 /// The column of the stamps: the one of this name, else the one that is called as such columns are; the first of a table without names.
-fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
+pub(super) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
     let factor = |unit: Option<&str>| unit.and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
     if let Some(time) = time {
         let wanted = time.name.fill(Filling::default());
@@ -169,7 +169,7 @@ fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
             Some(Stamps { column, title: format!("{title} [{unit}]"), to_seconds: factor(Some(unit)) })
         })
     });
-    let unnamed = || header.len() > 1 && header.first().is_some_and(|title| title == "1");
+    let unnamed = || header.iter().take(2).eq(["1", "2"]);
     found.or_else(|| unnamed().then(|| Stamps { column: 0, title: "1".into(), to_seconds: 1.0 }))
 }
 

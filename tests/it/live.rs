@@ -15,7 +15,7 @@ fn lines() -> Vec<String> {
     let mut lines = vec![json!({"scene": recording.scene}).to_string()];
     for (row, time) in recording.time.iter().enumerate() {
         let mut object = Map::new();
-        object.insert("time".into(), json!(time));
+        object.insert("clock".into(), json!({"ms": time * 1000.0}));
         for (name, column) in &recording.columns {
             let value = column.values[row];
             object.insert(name.clone(), if value.is_nan() { Value::Null } else { json!(value) });
@@ -27,8 +27,12 @@ fn lines() -> Vec<String> {
 
 #[test]
 fn segments_are_printed_while_the_log_is_written() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = "time: clock.ms [ms]\nhand_file: hand_flags.rules\nparams: {turns: 2 rad/s}\n";
+    std::fs::write(folder.path().join("lab.binding.yaml"), binding).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_teachtree"))
-        .args(["analyze", "-", "--hand", "hand_flags.rules", "--set", "turns=2 rad/s"])
+        .args(["analyze", "-", "--binding"])
+        .arg(folder.path().join("lab.binding.yaml"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -60,6 +64,9 @@ fn segments_are_printed_while_the_log_is_written() {
 
 #[test]
 fn lines_that_are_no_objects_end_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = "time: clock.ms [ms]\nhand_file: hand_flags.rules\nparams: {turns: 2 rad/s}\n";
+    std::fs::write(folder.path().join("lab.binding.yaml"), binding).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_teachtree"))
         .args(["analyze", "-"])
         .stdin(Stdio::piped())

@@ -67,7 +67,9 @@ fn told(analysis: &Value) -> String {
         }
     }
     for issue in analysis["issues"].as_array().unwrap() {
-        let _ = writeln!(text, "{} {}", issue["kind"].as_str().unwrap(), issue["channel"].as_str().unwrap());
+        let said = |key: &str| issue[key].as_str().unwrap();
+        let message = if said("kind") == "not_told" { said("message") } else { "" };
+        let _ = writeln!(text, "{}", format!("{} {} {message}", said("kind"), said("channel")).trim_end());
     }
     text
 }

@@ -23,7 +23,6 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("parry3d", &["src/world/"]),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/formats/"]),
-    ("mcap", &["src/stream/formats/"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/"]),

@@ -12,9 +12,9 @@ use crate::base::hands::Side;
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
-use crate::stream::csv::{self, Read};
+use crate::stream::csv::{self, Clock, Read};
 use crate::stream::table::{Source, Table, Want};
-use crate::stream::{dead, names};
+use crate::stream::{dead, inspect, names};
 use indexmap::IndexMap;
 
 /// One canonical column and what it is made of.
@@ -56,7 +56,11 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
             .help("`teachtree inspect LOG --skeleton B.yaml` writes a binding to fill in"));
     }
     let (mut read, merged) = if binding.channels.is_empty() {
-        (csv::columns(source, binding.rate)?, 1)
+        let clock = match binding.rate {
+            Some(rate) => Clock::Rate(rate),
+            None => Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone()),
+        };
+        (csv::columns(source, &clock)?, 1)
     } else {
         foreign(source, file, &scene)?
     };
@@ -166,6 +170,8 @@ struct Header {
     columns: IndexMap<String, usize>,
     /// The unit of each column, where the header says one.
     units: Vec<Option<String>>,
+    /// The names of the sheets.
+    sheets: Vec<String>,
     /// Sheets that cannot be read, with the reason.
     refused: Vec<(String, String)>,
 }
@@ -180,7 +186,8 @@ impl Header {
             columns.entry(name.to_string()).or_insert(index);
             units.push(unit.map(str::to_string));
         }
-        Self { titles, columns, units, refused: source.refused.clone() }
+        let sheets = source.sheets.iter().map(|sheet| sheet.name.clone()).collect();
+        Self { titles, columns, units, sheets, refused: source.refused.clone() }
     }
 
     /// The columns of time: the one of this name, else the one of each sheet.
@@ -196,7 +203,16 @@ impl Header {
             let term = self.term(&pattern, Filling::default(), Dimension::TIME);
             times.extend(term.map_err(|message| file.error("time", message))?);
         }
-        if times.is_empty() { Err(file.error("time", self.lacks(&name))) } else { Ok(times) }
+        if !times.is_empty() {
+            return Ok(times);
+        }
+        match inspect::stamps(&self.titles, None) {
+            Some(stamps) => {
+                Err(file
+                    .error("time", format!("the log has no column `{name}`; did you mean `time: {}`?", stamps.title)))
+            }
+            None => Err(file.error("time", self.lacks(&name))),
+        }
     }
 
     fn find(&self, name: &str) -> Option<usize> {
@@ -211,6 +227,10 @@ impl Header {
         }
         match names::nearest(name, self.columns.keys().map(String::as_str)) {
             Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
+            None if self.sheets.len() > 1 => {
+                let parts: Vec<String> = self.sheets.iter().map(|sheet| format!("`{sheet}`")).collect();
+                format!("the log has no column `{name}`; its parts are {}", parts.join(", "))
+            }
             None => format!("the log has no column `{name}`"),
         }
     }

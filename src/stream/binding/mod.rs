@@ -136,7 +136,14 @@ impl BindingFile {
     /// # Errors
     /// What it says that a binding cannot say, at `file:line:column`.
     pub fn parse(text: String, name: String) -> Result<Self, InputError> {
-        let binding: Binding = yaml::read(&text, &name)?;
+        let binding: Binding = yaml::read(&text, &name).map_err(|error| {
+            let bracket = error.message.contains("did not find expected ',' or ']'");
+            if bracket {
+                error.help("within a list a column with its unit stands in quotes: `[\"a [mm]\", \"b [mm]\"]`")
+            } else {
+                error
+            }
+        })?;
         let file = Self { binding, name, text };
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);

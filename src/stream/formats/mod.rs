@@ -53,6 +53,8 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
         #[cfg(feature = "mcap")]
         [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(bytes, name),
+        #[cfg(feature = "mcap")]
+        magic if magic.starts_with(&mcap::ZSTD) => mcap::source(bytes, name),
         #[cfg(feature = "parquet")]
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),

@@ -63,7 +63,16 @@ pub(super) struct Sheet {
 
 /// Reads the columns of a file whose names are wanted.
 pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Sheet, InputError> {
-    let damaged = |error: ParquetError| InputError::new(name, format!("cannot be read as Parquet: {error}"));
+    let damaged = |error: ParquetError| {
+        let error = error.to_string();
+        match error.split_once("Disabled feature at compile time: ") {
+            Some((_, codec)) => InputError::new(
+                name,
+                format!("its columns are compressed as `{codec}`, wanted snappy, gzip, zstd or lz4"),
+            ),
+            None => InputError::new(name, format!("cannot be read as Parquet: {error}")),
+        }
+    };
     let reader = SerializedFileReader::new(file).map_err(damaged)?;
     let metadata = reader.metadata().file_metadata();
     let key = |wanted: &str| {

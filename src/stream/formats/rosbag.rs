@@ -1,6 +1,6 @@
 //! ROS 1 bags, version 2.0: a sheet a topic, messages by the definitions that the bag holds.
 //!
-//! Chunks may be plain or lz4. The index is not needed: records are read in the order in which they are there. What is read so far counts
+//! Chunks may be plain, lz4 or bz2. The index is not needed: records are read in the order in which they are there. What is read so far counts
 //! when a bag ends in the middle of a record.
 
 use super::super::table::Source;
@@ -109,25 +109,35 @@ impl Bag {
         Ok(())
     }
 
+    /// Reads the records of a compressed chunk.
+    #[cfg(feature = "mcap")]
+    fn packed(&mut self, decoder: impl Read) -> Result<(), Fault> {
+        let mut plain = vec![];
+        decoder.take(u64::from(MAX_RECORD)).read_to_end(&mut plain).map_err(undone)?;
+        self.records(&mut Cursor::new(plain), false)
+    }
+
     fn chunk(&mut self, fields: &Fields, data: &[u8]) -> Result<(), Fault> {
         match fields.get("compression").map(Vec::as_slice) {
             None | Some(b"none") => self.records(&mut Cursor::new(data), false),
             #[cfg(feature = "mcap")]
-            Some(b"lz4") => {
-                let wrong = |error: std::io::Error| Fault::Damaged(format!("a chunk cannot be decompressed: {error}"));
-                let mut plain = vec![];
-                let decoder = ::lz4::Decoder::new(Cursor::new(data)).map_err(wrong)?;
-                decoder.take(u64::from(MAX_RECORD)).read_to_end(&mut plain).map_err(wrong)?;
-                self.records(&mut Cursor::new(plain), false)
-            }
+            Some(b"lz4") => self.packed(::lz4_flex::frame::FrameDecoder::new(data)),
+            #[cfg(feature = "mcap")]
+            Some(b"bz2") => self.packed(::bzip2::read::BzDecoder::new(data)),
             Some(other) => {
                 let other = String::from_utf8_lossy(other);
                 Err(Fault::Damaged(format!(
-                    "its chunks are compressed as `{other}`; decompress it with `rosbag decompress`"
+                    "its chunks are compressed as `{other}`, wanted `none`, `lz4` or `bz2`; decompress it with `rosbag decompress`"
                 )))
             }
         }
     }
+}
+
+/// What keeps a chunk from being decompressed.
+#[cfg(feature = "mcap")]
+fn undone(error: std::io::Error) -> Fault {
+    Fault::Damaged(format!("a chunk cannot be decompressed: {error}"))
 }
 
 /// A length and as many bytes; nothing at the end, where a record `may_end`.
