@@ -12,10 +12,13 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+mod recognition;
 mod report;
 mod scenarios;
 mod score;
 mod stream;
 mod tidy;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod worked_example;
 #[cfg(feature = "world")]
 mod world;
