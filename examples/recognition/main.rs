@@ -31,6 +31,9 @@ struct Args {
     /// Other people, whose pooled figures stand beside
     #[arg(value_parser = seeds)]
     others: Option<RangeInclusive<u64>>,
+    /// How many of the people are also recorded and judged otherwise, which takes most of the time; all when left out
+    #[arg(long, value_name = "COUNT")]
+    stressed: Option<u64>,
     /// Only these scenes; a part of a name is enough
     #[arg(long)]
     scenes: Vec<String>,
@@ -53,8 +56,8 @@ fn run(args: &Args) -> Result<(), String> {
     let rules = Rulesets::load()?;
     let wanted = |name: &&str| args.scenes.is_empty() || args.scenes.iter().any(|part| name.contains(part.as_str()));
     let scenes: Vec<&'static str> = shipped::names().filter(|name| *name != NOT_COUNTED).filter(wanted).collect();
-    let people = watch(&scenes, &args.seeds, &rules, true)?;
-    let others = args.others.as_ref().map(|seeds| watch(&scenes, seeds, &rules, false)).transpose()?;
+    let people = watch(&scenes, &args.seeds, &rules, args.stressed.unwrap_or(u64::MAX))?;
+    let others = args.others.as_ref().map(|seeds| watch(&scenes, seeds, &rules, 0)).transpose()?;
     for refused in people.iter().flat_map(|person| &person.refused) {
         eprintln!("refused: {refused}");
     }
@@ -62,10 +65,11 @@ fn run(args: &Args) -> Result<(), String> {
     let said = |seeds: &RangeInclusive<u64>| format!("{}..{}", seeds.start(), seeds.end());
     let mut sets = vec![(said(&args.seeds), people.as_slice())];
     sets.extend(args.others.iter().map(&said).zip(others.as_deref()));
-    let seeds = sets.iter().map(|(seeds, _)| seeds.as_str()).collect::<Vec<_>>().join(" ");
+    let mut command: Vec<String> = sets.iter().map(|(seeds, _)| seeds.clone()).collect();
+    command.extend(args.stressed.map(|count| format!("--stressed {count}")));
     let pooled = tables::pooled(&sets);
     let parts = [
-        ("seeds", seeds),
+        ("arguments", command.join(" ")),
         ("count", people.len().to_string()),
         ("scenes", scenes.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")),
         ("tasks", tables::tasks(&people)),
@@ -85,12 +89,12 @@ fn run(args: &Args) -> Result<(), String> {
     Ok(())
 }
 
-/// All seeds of all scenes, in this order.
+/// All seeds of all scenes, in this order; the first `stressed` seeds under every condition.
 fn watch(
     scenes: &[&'static str],
     seeds: &RangeInclusive<u64>,
     rules: &Rulesets,
-    stressed: bool,
+    stressed: u64,
 ) -> Result<Vec<Person>, String> {
     let cases: Vec<(&'static str, u64)> =
         scenes.iter().flat_map(|scene| seeds.clone().map(move |seed| (*scene, seed))).collect();
@@ -102,7 +106,7 @@ fn watch(
     let people: Result<Vec<Person>, _> = cases
         .par_iter()
         .map(|&(scene, seed)| {
-            let person = Person::watch(scene, seed, rules, stressed);
+            let person = Person::watch(scene, seed, rules, seed - seeds.start() < stressed);
             bar.inc(1);
             // Where there is no terminal to draw in, a line now and then.
             if bar.is_hidden() && bar.position().is_multiple_of(100) {

@@ -158,7 +158,8 @@ pub fn sequences(people: &[Person]) -> String {
 
 /// Recordings whose tasks stay right when they are recorded or judged otherwise.
 pub fn stress(people: &[Person]) -> String {
-    let as_they_are = count(people.iter().map(|person| person.seen[0].is_right()));
+    let tried = people.iter().filter(|person| !person.stress.is_empty());
+    let as_they_are = count(tried.map(|person| person.seen[0].is_right()));
     let mut rows = vec![vec!["as they are".to_string(), told(as_they_are)]];
     rows.extend(STRESSES.iter().enumerate().map(|(at, stress)| {
         let right = people.iter().filter_map(|person| person.stress.get(at).copied());
