@@ -14,10 +14,13 @@ mod language;
 mod live;
 #[cfg(feature = "world")]
 mod recordings;
+mod recognition;
 mod report;
 mod scenarios;
 mod score;
 mod stream;
 mod tidy;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod worked_example;
 #[cfg(feature = "world")]
 mod world;

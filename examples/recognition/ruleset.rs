@@ -1,0 +1,61 @@
+//! Rule files in, a rule set that is ready to run out; and the same rules with all their numbers scaled.
+
+use teachtree::analysis::{self, Analysis};
+use teachtree::base::channels::ChannelSpec;
+use teachtree::base::diagnostic::{Severity, render};
+use teachtree::base::error::InputError;
+use teachtree::base::recording::Recording;
+use teachtree::engine::evaluator::evaluate;
+use teachtree::engine::runs::Leaves;
+use teachtree::graph::{Graph, lower};
+use teachtree::language::{self, Request, Rules};
+use teachtree::report;
+use teachtree::stream::frames::Frames;
+
+/// Rules that are ready to run.
+pub struct RuleSet {
+    pub rules: Rules,
+    graph: Graph,
+    channels: Vec<ChannelSpec>,
+}
+
+/// What rules say about a recording.
+pub struct Said {
+    pub frames: Frames,
+    pub leaves: Vec<Leaves>,
+    pub analysis: Analysis,
+}
+
+impl RuleSet {
+    /// Loads a shipped file with these params changed: name, and value with unit.
+    pub fn load(file: &str, overrides: Vec<(String, String)>) -> Result<Self, String> {
+        let request = Request { files: vec![file.into()], overrides, needs_tree: true, ..Request::default() };
+        let loaded = language::load(&request);
+        let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
+        let rules = loaded.rules.ok_or_else(|| render(&errors, &loaded.sources, false))?;
+        Ok(Self { graph: lower(&rules), channels: report::channels(&rules), rules })
+    }
+
+    /// Runs the rules over a recording, as `teachtree analyze` does.
+    pub fn over(&self, recording: &Recording) -> Result<Said, InputError> {
+        let frames = teachtree::stream::frames(recording, &self.channels)?;
+        analysis::check_rate(&self.rules, frames.layout.rate_hz)?;
+        let leaves = evaluate(&self.graph, &frames)?;
+        let analysis = analysis::analyse(&self.rules, &frames, &leaves);
+        Ok(Said { frames, leaves, analysis })
+    }
+
+    /// All params times `factor`, those that would leave their range at its end; and the names of the latter.
+    pub fn scaled(&self, factor: f64) -> (Vec<(String, String)>, Vec<String>) {
+        let mut at_their_end = Vec::new();
+        let params = self.rules.params.iter().map(|param| {
+            let wanted = param.value * factor;
+            let value = param.range.map_or(wanted, |(low, high)| wanted.clamp(low, high));
+            if value != wanted {
+                at_their_end.push(param.name.clone());
+            }
+            (param.name.clone(), format!("{value} {}", param.dimension.si_unit()))
+        });
+        (params.collect(), at_their_end)
+    }
+}
