@@ -100,9 +100,8 @@ pub fn skeleton(log: &Inspection) -> String {
         Some(time) => {
             let _ = writeln!(text, "time: {}", scalar(time));
         }
-        None => {
-            text.push_str("rate: ? Hz                  # the rows have no stamps: say how many there are in a second\n")
-        }
+        None => text
+            .push_str("rate: \"? Hz\"                # the rows have no stamps: say how many there are in a second\n"),
     }
     let fastest = log.sheets.iter().map(|sheet| sheet.rate_hz).fold(0.0, f64::max);
     let odd = log.sheets.iter().any(|sheet| sheet.uneven > 0.01);

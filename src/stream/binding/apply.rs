@@ -73,6 +73,9 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         Some(rate) => {
             let log = read.recording;
             read.recording = resample(log, rate.0, binding.bridge.0)?;
+            if merged > 1 || shifted {
+                trim(&mut read.recording, binding.bridge.0);
+            }
         }
         None if merged > 1 => {
             let message = format!("the bound columns are of {merged} sheets with stamps of their own");
@@ -92,6 +95,37 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         normals_by_role(&mut read.recording);
     }
     Ok(read)
+}
+
+/// Cuts off the ends at which some sensor is silent still or already, up to `bridge`, s: sensors do not start and stop as one.
+fn trim(recording: &mut Recording, bridge: f64) {
+    let Some((start, end)) = recording.time.first().copied().zip(recording.time.last().copied()) else { return };
+    let (mut from, mut to) = (0, recording.time.len());
+    for Column { values, .. } in recording.columns.values() {
+        let at = |row: usize| recording.time.get(row).copied().unwrap_or_default();
+        if let Some(row) = values.iter().position(|value| !value.is_nan())
+            && at(row) - start <= bridge
+        {
+            from = from.max(row);
+        }
+        if let Some(row) = values.iter().rposition(|value| !value.is_nan())
+            && end - at(row) <= bridge
+        {
+            to = to.min(row + 1);
+        }
+    }
+    if to.saturating_sub(from) < 2 {
+        return;
+    }
+    let values = recording.columns.values_mut().map(|column| &mut column.values);
+    for values in values.chain([&mut recording.time]) {
+        values.truncate(to);
+        values.drain(..from);
+    }
+    for texts in recording.labels.values_mut() {
+        texts.truncate(to);
+        texts.drain(..from);
+    }
 }
 
 /// The bound columns, and from how many sheets they are.

@@ -147,12 +147,13 @@ fn topics_are_decoded_and_laid_on_one_time_base() {
         assert!(issues.is_empty());
         // The stamps in the headers count, not the batch in which they were recorded; times begin with the first of them.
         let force = values(&recording, "right.thumb.force.x");
-        assert_eq!(force.len(), 10);
+        // The gripper ends 10 ms before the wrench; what is measured by one of them only is cut off.
+        assert_eq!(force.len(), 9);
         assert!(force.iter().enumerate().all(|(index, force)| (force - index as f64).abs() < 1e-9), "{force:?}");
-        assert!((recording.time[9] - 0.09).abs() < 1e-6);
+        assert!((recording.time[8] - 0.08).abs() < 1e-6);
         // What is slower is held.
         let closed = values(&recording, "right.thumb.contact");
-        assert_eq!(closed.iter().filter(|flag| **flag > 0.5).count(), 4);
+        assert_eq!(closed.iter().filter(|flag| **flag > 0.5).count(), 3);
         assert!((values(&recording, "right.gripper.opening")[2] - 0.0005).abs() < 1e-9);
     }
 }
@@ -175,25 +176,19 @@ fn messages_and_whole_files_may_be_compressed() {
 
 #[test]
 fn a_length_that_no_record_has_is_refused_at_once() {
-    let (_folder, path) = bag(None);
-    let whole = std::fs::read(&path).unwrap();
-    // The name of a topic is said to have four thousand million letters.
-    let at = whole.windows(8).position(|window| window == b"/gripper").unwrap() - 4;
-    let mut damaged = whole;
-    damaged[at..at + 4].copy_from_slice(&[0xff; 4]);
-    // The check sum of the chunk is left out, as some recorders do.
-    for at in 0..damaged.len() - 8 {
-        if damaged[at] == 6 && damaged[at + 5..at + 9] == [0; 4] && damaged[at + 25..].len() > 8 {
-            damaged[at + 33..at + 37].copy_from_slice(&[0; 4]);
-            break;
-        }
-    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.mcap");
+    let file = std::io::BufWriter::new(std::fs::File::create(&path).unwrap());
+    let mut writer = WriteOptions::new().use_chunks(false).create(file).unwrap();
+    let schema = writer.add_schema("geometry_msgs/msg/WrenchStamped", "ros2msg", WRENCH.as_bytes()).unwrap();
+    writer.add_channel(schema, "/wrench", "cdr", &BTreeMap::new()).unwrap();
+    finish(writer);
+    let mut damaged = std::fs::read(&path).unwrap();
+    // The name of the topic is said to have four thousand million letters.
+    let at = damaged.windows(7).position(|window| window == b"/wrench").unwrap();
+    damaged[at - 4..at].copy_from_slice(&[0xff; 4]);
     std::fs::write(&path, damaged).unwrap();
-    let refused = bound(&path, "channels: {right.thumb.force: /wrench.force.<xyz>}\n").unwrap_err();
-    assert!(
-        refused.contains("a record is damaged: it wants 4294967295 bytes more") || refused.contains("check sum"),
-        "{refused}"
-    );
+    insta::assert_snapshot!(bound(&path, "").unwrap_err(), @"log.mcap: cannot be read as MCAP: a record is damaged: it wants 4294967295 bytes more, and has 18");
 }
 
 #[test]

@@ -59,12 +59,14 @@ channels:
 ";
     let (recording, _) = bound(&log, &format!("{binding}resample: 100 Hz\n")).unwrap();
     let stamps: Vec<i64> = recording.time.iter().map(|time| (time * 1e3).round() as i64).collect();
-    assert_eq!(stamps, [0, 10, 20, 30, 40, 50]);
-    // Positions go on between their samples, forces stay; before its first sample a force is not measured.
-    assert_eq!(values(&recording, "right.palm.position.x")[..5], [0.0, 1.0, 2.0, 3.0, 4.0]);
-    let force = values(&recording, "right.palm.force.x");
-    assert!(force[0].is_nan());
-    assert_eq!(force[1..], [5.0, 5.0, 6.0, 6.0, 7.0]);
+    // The ends at which only one of them was measured are cut off.
+    assert_eq!(stamps, [10, 20, 30, 40]);
+    // Positions go on between their samples, forces stay.
+    assert_eq!(values(&recording, "right.palm.position.x"), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(values(&recording, "right.palm.force.x"), [5.0, 5.0, 6.0, 6.0]);
+    // A sensor that begins later than what may be bridged is told to be silent until then.
+    let (recording, _) = bound(&log, &format!("{binding}resample: 100 Hz\nbridge: 25 ms\ntime_offset: 0 s\nsensors: {{right.palm.force: {{time_offset: 30 ms}}}}\n")).unwrap();
+    assert!(recording.time.len() > 4 && values(&recording, "right.palm.force.x")[0].is_nan());
     insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @r"
     run: the bound columns are of 2 sheets with stamps of their own
       help: say the common rate in the binding, such as `resample: 100 Hz`
