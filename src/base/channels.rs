@@ -130,7 +130,12 @@ pub const DERIVED: &[Derived] = &[
     ),
     hand("target.position", Shape::Vec3, Dimension::LENGTH, "origin of the target, reference frame"),
     hand("target.rotation", Shape::Rotation, Dimension::NONE, "rotation reference_from_target"),
-    hand("target.velocity", Shape::Vec3, Dimension::SPEED, "velocity of the target's origin without the tremor of a hand, reference frame"),
+    hand(
+        "target.velocity",
+        Shape::Vec3,
+        Dimension::SPEED,
+        "velocity of the target's origin without the tremor of a hand, reference frame",
+    ),
     hand(
         "target.angular_velocity",
         Shape::Vec3,

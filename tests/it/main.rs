@@ -12,9 +12,9 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+mod recognition;
 #[cfg(feature = "world")]
 mod recordings;
-mod recognition;
 mod report;
 mod scenarios;
 mod score;

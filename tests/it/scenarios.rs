@@ -62,7 +62,7 @@ const AIR: Atoms = Atoms { supported: false, ..HELD };
 const LEAVING: Atoms = Atoms { leaving: true, ..TOUCH };
 
 /// Length of one unit of a phase, frames at 1 kHz; longer than every window of the shipped rules.
-const UNIT: usize = 300;
+const UNIT: usize = 400;
 /// Speed of a target that moves, m/s.
 const SPEED: f64 = 0.05;
 /// How long letting go takes, frames; shorter than the release window.
@@ -143,6 +143,11 @@ fn value(channel: &str, slot: usize, now: &Atoms, at: usize, (depth, way): (f64,
         "target.depth" => vec![depth],
         "target.over_socket" => vec![yes(now.over_socket)],
         "target.weight" => vec![0.49],
+        "target.sinking" => vec![if now.inside { now.sinking / 1000.0 } else { 0.0 }],
+        "push" => {
+            let forces = [0, 1, 2].map(|finger| self::force(finger, now, at));
+            (0..3).map(|component| forces.iter().map(|force| force[component]).sum()).collect()
+        }
         "contacts.force" if slot == 0 => vec![0.0, 0.0, 0.5 * yes(now.supported)],
         "contacts.force" => vec![-yes(now.walled), 0.0, 0.0],
         "contacts.normal" if slot == 0 => vec![0.0, 0.0, yes(now.supported)],

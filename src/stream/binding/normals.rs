@@ -1,9 +1,9 @@
 //! Normals of contacts where the log has none.
 
+use crate::base::geometry::{face_normal, pose};
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Body, Role};
 use crate::base::units::Dimension;
-use crate::base::geometry::{face_normal, pose};
 use crate::stream::names;
 use nalgebra::{Isometry3, Vector3};
 

@@ -5,9 +5,9 @@
 
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
+use crate::base::geometry::unit;
 use crate::base::recording::{Column, Recording};
 use crate::stream::dropouts::moves;
-use crate::base::geometry::unit;
 use crate::stream::names::{self, Meaning};
 use crate::stream::timebase::believable_step;
 use indexmap::IndexMap;

@@ -2,9 +2,9 @@
 
 use super::{BindingFile, Sensor};
 use crate::base::error::InputError;
+use crate::base::geometry::unit;
 use crate::base::quantity::Mass;
 use crate::base::recording::{Column, Recording};
-use crate::base::geometry::unit;
 use crate::base::units::Dimension;
 use crate::stream::names;
 use crate::stream::table::{placed, union};

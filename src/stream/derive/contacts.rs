@@ -7,9 +7,9 @@
 use super::hands::HandTrack;
 use super::motion::{Columns3, Motion, vector};
 use super::touch;
+use crate::base::geometry::face_normal;
 use crate::base::scene::Role;
 use crate::stream::frames::Issue;
-use crate::base::geometry::face_normal;
 use crate::stream::measured::Measured;
 use nalgebra::Vector3;
 use std::borrow::Cow;

@@ -5,8 +5,8 @@
 
 use super::motion::{Motion, vector};
 use super::raw::Array;
-use crate::base::hands::{Finger, Side};
 use crate::base::geometry::surface_distance;
+use crate::base::hands::{Finger, Side};
 use crate::stream::measured::Measured;
 use nalgebra::Point3;
 

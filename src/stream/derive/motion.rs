@@ -4,8 +4,8 @@
 //! averaged over [`TREMOR_SECS`] around the frame, twice: the weights are a triangle of twice that width, the delay is none, and what is left
 //! of a tremor is at most a twentieth. An average of a differentiated position is the way from the mean place before to the mean place after.
 
-use crate::base::scene::Body as SceneBody;
 use crate::base::geometry::{pose, unit};
+use crate::base::scene::Body as SceneBody;
 use crate::stream::measured::Measured;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::borrow::Cow;

@@ -6,10 +6,10 @@ use super::contacts::{Contact, Contacts, TOUCH_ON};
 use super::hands::HandTrack;
 use super::motion::{Motion, vector};
 use super::raw::Array;
+use crate::base::geometry::surface_distance;
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Role};
 use crate::stream::frames::{HandLayout, Issue};
-use crate::base::geometry::surface_distance;
 use crate::stream::measured::Measured;
 use nalgebra::{Point3, Vector3};
 

@@ -1,10 +1,10 @@
 //! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
 
 use super::motion::{Motion, vector};
+use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Role;
 use crate::stream::frames::Issue;
-use crate::base::geometry::surface_distance;
 use crate::stream::measured::{Measured, Noise};
 use nalgebra::{Point3, Vector3};
 
@@ -13,14 +13,20 @@ const FAR: f64 = 0.030;
 /// How many of the samples are looked at, and how many of them must be far.
 const LOOKED_AT: usize = 2000;
 const FAR_ENOUGH: usize = 20;
-/// A bias counts when it is this many standard errors of its mean.
+/// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
 const SIGNIFICANT: f64 = 6.0;
+const LARGEST: f64 = 0.5;
+/// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
+/// something, and the places in the log are not what they seem.
+const STEADY: f64 = 4.0;
+const QUIET: f64 = 1e-6;
 
 /// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; tells of what was subtracted.
 pub fn tare(measured: &mut Measured) -> Vec<Issue> {
     let found: Vec<(String, Rest)> = {
         let motions: Vec<(usize, Motion)> = objects(measured);
-        let sensors = Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
+        let sensors =
+            Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
         sensors.filter_map(|finger| Some((format!("{finger}.force"), rest(measured, &motions, &finger)?))).collect()
     };
     let mut issues = Vec::new();
@@ -66,13 +72,16 @@ fn rest(measured: &Measured, objects: &[(usize, Motion)], finger: &str) -> Optio
         })
     };
     let stride = measured.len().div_ceil(LOOKED_AT).max(1);
-    let read: Vec<Vector3<f64>> =
-        (0..measured.len()).step_by(stride).filter(far).map(|frame| vector(&force, frame)).collect();
-    if read.len() < FAR_ENOUGH {
+    let frames: Vec<usize> = (0..measured.len()).step_by(stride).filter(far).collect();
+    if frames.len() < FAR_ENOUGH {
         return None;
     }
-    let count = read.len() as f64;
-    let bias = read.iter().sum::<Vector3<f64>>() / count;
-    let variance = read.iter().map(|force| (force - bias).norm_squared()).sum::<f64>() / count;
-    Some(Rest { bias, variance, samples: read.len() })
+    let count = frames.len() as f64;
+    let mean = |value: &dyn Fn(usize) -> f64| frames.iter().map(|frame| value(*frame)).sum::<f64>() / count;
+    let bias = frames.iter().map(|frame| vector(&force, *frame)).sum::<Vector3<f64>>() / count;
+    let variance = mean(&|frame| (vector(&force, frame) - bias).norm_squared());
+    let last = measured.len() - 1;
+    let next = |frame: usize| (vector(&force, (frame + 1).min(last)) - vector(&force, frame)).norm_squared();
+    let steady = variance <= QUIET.max(STEADY * mean(&next) / 2.0);
+    (steady && bias.norm() <= LARGEST).then_some(Rest { bias, variance, samples: frames.len() })
 }

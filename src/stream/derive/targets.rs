@@ -102,7 +102,12 @@ impl<'a> Derivation<'a> {
             }),
             "contacts.handled" => self.handled(track),
             "load" => vec![vec![self.forces(track).iter().map(Vector3::norm).collect()]],
-            "push" => vec![columns::<3>(self.forces(track).into_iter().map(Into::into)).iter().map(|it| steady(self.measured, it)).collect()],
+            "push" => vec![
+                columns::<3>(self.forces(track).into_iter().map(Into::into))
+                    .iter()
+                    .map(|it| steady(self.measured, it))
+                    .collect(),
+            ],
             _ => return None,
         })
     }

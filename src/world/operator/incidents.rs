@@ -198,7 +198,8 @@ impl Told<'_> {
                 self.insert(at, incident, vec![Goal::Slip(Slip { distance })]);
             }
             Incident::Drop => {
-                let Some((at, approach)) = self.first(|goal| matches!(goal, Goal::Bring(_))).zip(self.approach()) else {
+                let Some((at, approach)) = self.first(|goal| matches!(goal, Goal::Bring(_))).zip(self.approach())
+                else {
                     return;
                 };
                 let off = Goal::Open(Open { by: Quantity(0.025), speed: Quantity(0.12) });

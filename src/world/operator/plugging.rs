@@ -99,7 +99,11 @@ impl Plugging {
         };
         // A hand eases off when it meets more than it likes, or more than its grip can carry.
         let shallow = going_in && plug.height > -SHALLOW_M;
-        let limit = if shallow { (LIGHT + HARDER * self.searched).min(EASING) } else { grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(LIGHT, EASING)) };
+        let limit = if shallow {
+            (LIGHT + HARDER * self.searched).min(EASING)
+        } else {
+            grip.squeeze.map_or(EASING, |squeeze| squeeze.clamp(LIGHT, EASING))
+        };
         let weight = if going_in { 0.0 } else { grip.weight };
         let met = (force.dot(&way) - weight) / limit;
         let speed = self.speed.min(0.010 + 3.0 * (self.to - plug.height).abs());

@@ -32,7 +32,7 @@ const PRESSES_N: f64 = 0.8;
 const BRIDGE: usize = 130;
 const BLIP: usize = 20;
 /// An object that goes less far, m, or turns less, rad, was bumped; one that is pushed less far was nudged.
-const BUMP_M: f64 = 0.003;
+const BUMP_M: f64 = 0.002;
 const BUMP_RAD: f64 = 0.14;
 const NUDGE_M: f64 = 0.015;
 /// A grip that opens or closes for less is none, ms.

@@ -171,13 +171,11 @@ fn fumbles(labels: &mut [&'static str]) {
     }
 }
 
-/// What comes to rest before it is let go was slid, or turned, until then (PAPER.md section 6, X3).
+/// What comes to rest before it is let go was slid until then (PAPER.md section 6, X3).
 fn rests(labels: &mut [&'static str]) {
     for run in runs(labels) {
-        if let Some((motion @ ("Slide" | "Turn"), "Release")) = neighbours(labels, &run)
-            && labels[run.start] == "Grasp"
-        {
-            labels[run].fill(motion);
+        if neighbours(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {
+            labels[run].fill("Slide");
         }
     }
 }

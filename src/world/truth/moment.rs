@@ -66,7 +66,8 @@ impl Moment {
     pub(super) fn distance(&self, hand: usize, shape: &Body, body: usize) -> f64 {
         let pose = &self.bodies[body].pose;
         let tips = self.hands[hand].iter();
-        tips.map(|tip| surface_distance(shape, &pose.inverse_transform_point(&tip.position))).fold(f64::INFINITY, f64::min)
+        tips.map(|tip| surface_distance(shape, &pose.inverse_transform_point(&tip.position)))
+            .fold(f64::INFINITY, f64::min)
     }
 
     /// The contacts of a body: the other body, and the normal from that to this one.

@@ -62,13 +62,16 @@ fn own_labels_in_a_file_score_as_in_the_log() {
     recorded(folder.path(), &["1"]);
     let log = folder.path().join("1.csv");
     let mut reader = csv::Reader::from_path(&log).unwrap();
-    let label = reader.headers().unwrap().iter().position(|name| name == "right.label").unwrap();
-    let labels: Vec<String> = reader.records().map(|row| row.unwrap()[label].to_string()).collect();
-    let mut text = "start_frame,end_frame,label\n".to_string();
-    let mut start = 0;
-    for run in labels.chunk_by(|one, next| one == next) {
-        text.push_str(&format!("{start},{},{}\n", start + run.len(), run[0].to_lowercase()));
-        start += run.len();
+    let columns = ["right.label", "right.task"]
+        .map(|wanted| reader.headers().unwrap().iter().position(|name| name == wanted).unwrap());
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let mut text = "start_frame,end_frame,label,kind\n".to_string();
+    for (column, kind) in columns.into_iter().zip(["primitive", "task"]) {
+        let mut start = 0;
+        for run in rows.chunk_by(|one, next| one[column] == next[column]) {
+            text.push_str(&format!("{start},{},{},{kind}\n", start + run.len(), run[0][column].to_lowercase()));
+            start += run.len();
+        }
     }
     std::fs::write(folder.path().join("1_segments.csv"), text).unwrap();
     let map = "move=Move,approach=Approach,slide=Slide,grasp=Grasp,translate=Translate,follow=Follow,place=Place,release=Release,push=Push,trace=Trace";
