@@ -344,7 +344,7 @@ fn contact() -> Vec<Scenario> {
             "pick and press downwards (stamp)",
             vec![(2, HELD), (2, AIR), (4, Atoms { down: true, ..HELD }), (2, HELD)],
             // The press is known only when it has lasted.
-            "Move Approach Grasp Translate Place Press Place Release",
+            "Move Approach Grasp Translate Press Place Release",
             "Move Approach Grasp Translate Press Place Release",
             "pick_and_press",
         ),
