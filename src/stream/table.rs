@@ -306,10 +306,10 @@ pub(super) fn column_place(place: &str, title: &str) -> String {
     format!("{place} column {name}")
 }
 
-/// The number that a text says: NaN for an empty one, for `nan` and for an infinity; true is 1 and false 0.
+/// The number that a text says: NaN for an empty one, for `nan` and its like, and for an infinity; true is 1 and false 0.
 pub(super) fn number(text: &str) -> Option<f64> {
     match text.trim() {
-        "" => Some(f64::NAN),
+        "" | "-" | "--" | "NA" | "N/A" | "n/a" | "#N/A" | "null" | "None" | "-nan(ind)" | "nan(ind)" => Some(f64::NAN),
         "true" | "True" | "TRUE" => Some(1.0),
         "false" | "False" | "FALSE" => Some(0.0),
         text => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),
