@@ -7,7 +7,7 @@
 
 use super::super::sheet::titled;
 use super::super::table::{
-    MAX_CELL, MAX_CELLS, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, column_place, date_time, number, see, shown,
+    MAX_CELL, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, check_size, column_place, date_time, number, see, shown,
 };
 use super::heading::{Form, Preamble, emptied, form, preamble, with_units};
 use crate::base::error::InputError;
@@ -127,12 +127,7 @@ impl Rows for Delimited {
             let row = record.position().map_or(0, ::csv::Position::line);
             let even = rate_hz.map(|rate| count as f64 / rate);
             count += 1;
-            if count.saturating_mul(columns) > MAX_CELLS {
-                return Err(InputError::new(
-                    &self.file,
-                    format!("found more than {MAX_CELLS} cells, the most that are read"),
-                ));
-            }
+            check_size(&self.file, count, columns)?;
             match self.check(&record, row, header, wants, even) {
                 Ok(stamp) => {
                     let place = stamp
