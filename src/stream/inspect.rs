@@ -173,8 +173,22 @@ pub(super) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps
     found.or_else(|| unnamed().then(|| Stamps { column: 0, title: "1".into(), to_seconds: 1.0 }))
 }
 
-fn report(name: String, header: &[String], at: Option<Stamps>, rated: bool, table: Table) -> SheetReport {
-    let Table { time, numbers, texts, .. } = table;
+/// The unit in which a stamp counts from 1970, if it is too large for seconds and so is in another: about 1.7e9 s have passed.
+fn since_1970(stamp: f64) -> Option<(&'static str, f64)> {
+    [(1e17, "ns", 1e-9), (1e14, "us", 1e-6), (1e11, "ms", 1e-3)]
+        .into_iter()
+        .find_map(|(least, unit, factor)| (stamp > least).then_some((unit, factor)))
+}
+
+fn report(name: String, header: &[String], mut at: Option<Stamps>, rated: bool, table: Table) -> SheetReport {
+    let Table { mut time, numbers, texts, .. } = table;
+    if let (Some(at), Some((unit, factor))) = (&mut at, time.first().and_then(|first| since_1970(*first)))
+        && at.to_seconds == 1.0
+        && names::split_known_unit(&at.title).1.is_none()
+    {
+        at.title = format!("{} [{unit}]", at.title);
+        time.iter_mut().for_each(|stamp| *stamp *= factor);
+    }
     let mut steps: Vec<f64> = time.iter().zip(time.iter().skip(1)).map(|(from, to)| to - from).collect();
     steps.sort_by(f64::total_cmp);
     let usual = steps.get(steps.len() / 2).copied().unwrap_or_default();

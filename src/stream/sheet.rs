@@ -1,7 +1,7 @@
 //! Rows that are in memory already: named columns in, a table of what is wanted of them out.
 
 use super::names;
-use super::table::{MAX_CELLS, MAX_COLUMNS, Rows, Stamps, Table, Want, column_place, date_time, number, see, shown};
+use super::table::{MAX_COLUMNS, Rows, Stamps, Table, Want, check_size, column_place, date_time, number, see, shown};
 use crate::base::error::InputError;
 use indexmap::IndexMap;
 
@@ -56,13 +56,7 @@ impl Memory {
     pub fn begin_row(&mut self) -> Result<(), InputError> {
         self.rows += 1;
         self.next = 0;
-        if self.rows.saturating_mul(self.columns.len()) > MAX_CELLS {
-            return Err(InputError::new(
-                &self.place,
-                format!("found more than {MAX_CELLS} cells, the most that are read"),
-            ));
-        }
-        Ok(())
+        check_size(&self.place, self.rows, self.columns.len())
     }
 
     /// Takes back the last row.

@@ -19,6 +19,26 @@ pub const MAX_CELL: usize = 64 * 1024;
 /// The most cells that a log may have once it is in memory: formats that compress may promise more than any machine holds.
 pub const MAX_CELLS: usize = 1 << 28;
 
+/// The most rows that a log may have: nine hours at 1 kHz.
+pub const MAX_ROWS: usize = 1 << 25;
+
+/// Refuses a table that is larger than any that is read.
+///
+/// # Errors
+/// What it has too many of.
+pub fn check_size(place: &str, rows: usize, columns: usize) -> Result<(), InputError> {
+    let too_many = |what: String| {
+        InputError::new(place, format!("found more than {what}, the most that are read")).help("cut the log into parts")
+    };
+    if rows > MAX_ROWS {
+        return Err(too_many(format!("{MAX_ROWS} rows")));
+    }
+    if rows.saturating_mul(columns) > MAX_CELLS {
+        return Err(too_many(format!("{MAX_CELLS} cells")));
+    }
+    Ok(())
+}
+
 /// A log whose columns are known.
 pub struct Source {
     /// The name of the file in messages.
@@ -190,10 +210,8 @@ fn merged(parts: Vec<(usize, Table)>, width: usize, file: &str) -> Result<Table,
         return Err(InputError::new(file, "each of the bound parts has a single row: a log has at least two"));
     }
     let columns = parts.iter().flat_map(|(_, table)| &table.numbers).filter(|column| !column.is_empty()).count();
-    if time.len().saturating_mul(columns) > MAX_CELLS {
-        return Err(InputError::new(file, format!("laid on one time base it has more than {MAX_CELLS} cells"))
-            .help("bind fewer columns"));
-    }
+    check_size(file, time.len(), columns)
+        .map_err(|error| InputError { message: format!("laid on one time base: {}", error.message), ..error })?;
     let mut whole =
         Table { numbers: vec![vec![]; width], texts: vec![vec![]; width], sheets: parts.len(), ..Table::default() };
     for (start, table) in parts {
@@ -306,10 +324,10 @@ pub(super) fn column_place(place: &str, title: &str) -> String {
     format!("{place} column {name}")
 }
 
-/// The number that a text says: NaN for an empty one, for `nan` and for an infinity; true is 1 and false 0.
+/// The number that a text says: NaN for an empty one, for `nan` and its like, and for an infinity; true is 1 and false 0.
 pub(super) fn number(text: &str) -> Option<f64> {
     match text.trim() {
-        "" => Some(f64::NAN),
+        "" | "-" | "--" | "NA" | "N/A" | "n/a" | "#N/A" | "null" | "None" | "-nan(ind)" | "nan(ind)" => Some(f64::NAN),
         "true" | "True" | "TRUE" => Some(1.0),
         "false" | "False" | "FALSE" => Some(0.0),
         text => text.parse::<f64>().ok().map(|value| if value.is_finite() { value } else { f64::NAN }),

@@ -1,13 +1,15 @@
 //! Delimited text: comma, semicolon or tab separated values, and tables whose columns are set apart by blanks.
 //!
 //! The first line tells which. A first line of numbers only is no header: the columns are then called `1`, `2`, … A header may stand in
-//! a comment line (`#` or `%`) above the numbers. Rows are counted as lines of the file, the header being row 1. A row that repeats the
+//! a comment line (`#` or `%`) above the numbers. Lines about the recording may stand before the header, and units below it. Rows are counted as lines of the file, the header being row 1. A row that repeats the
 //! stamp before it is dropped, a last row that was cut short is dropped, both are told; time that runs backwards and a cell that is no
 //! number end the reading with their place.
 
+use super::super::sheet::titled;
 use super::super::table::{
-    MAX_CELL, MAX_CELLS, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, column_place, date_time, number, see, shown,
+    MAX_CELL, MAX_COLUMNS, Rows, Source, Stamps, Table, Want, check_size, column_place, date_time, number, see, shown,
 };
+use super::heading::{Form, Preamble, emptied, form, preamble, with_units};
 use crate::base::error::InputError;
 use crate::stream::frames::Issue;
 use ::csv::{ByteRecord, ReaderBuilder};
@@ -17,18 +19,6 @@ use std::io::{Cursor, Read};
 /// How much of a file is looked at to learn its form, in bytes.
 const HEAD: u64 = 256 * 1024;
 
-/// How a text is delimited.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Form {
-    delimiter: u8,
-    /// Blanks in a row are one delimiter.
-    blanks: bool,
-    /// What comment lines begin with.
-    comment: Option<u8>,
-    /// Whether the first row names the columns.
-    titled: bool,
-}
-
 /// Reads the head of a delimited text.
 ///
 /// # Errors
@@ -37,6 +27,14 @@ pub fn source(mut bytes: Box<dyn Read>, file: impl Into<String>) -> Result<Sourc
     let file = file.into();
     let mut head = vec![];
     bytes.by_ref().take(HEAD).read_to_end(&mut head).map_err(|error| InputError::unreadable(&file, &error))?;
+    if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
+        return Err(InputError::new(&file, "found text in UTF-16, wanted UTF-8").help("save it as UTF-8"));
+    }
+    let Preamble { lines, units } = preamble(&head);
+    let unit_line = units.as_ref().map(|(line, _)| *line);
+    if lines > 0 || unit_line.is_some() {
+        head = emptied(&head, |line| line < lines || Some(line) == unit_line);
+    }
     let (form, above) = form(&head);
     let mut reader = form.reader(Box::new(Cursor::new(head).chain(bytes)));
     let mut first = ByteRecord::new();
@@ -58,6 +56,9 @@ pub fn source(mut bytes: Box<dyn Read>, file: impl Into<String>) -> Result<Sourc
     let mut rows = Delimited { file: file.clone(), reader, form, first: None };
     if form.titled {
         header = if form.blanks { with_units(header) } else { header };
+        if let Some((_, units)) = units.filter(|(_, units)| units.len() == header.len()) {
+            header = header.iter().zip(units).map(|(title, unit)| titled(title, &unit)).collect();
+        }
     } else {
         header = match above {
             Some(above) if above.len() == header.len() => above,
@@ -66,60 +67,6 @@ pub fn source(mut bytes: Box<dyn Read>, file: impl Into<String>) -> Result<Sourc
         rows.first = Some(first);
     }
     Ok(Source { header_place, ..Source::one(file, header, Box::new(rows)) })
-}
-
-/// The form of a text, and the titles that a comment above it gives.
-fn form(head: &[u8]) -> (Form, Option<Vec<String>>) {
-    let text = String::from_utf8_lossy(head);
-    let text = text.trim_start_matches('\u{feff}');
-    let comment = text.bytes().next().filter(|first| matches!(first, b'#' | b'%'));
-    let commented = |line: &&str| comment.is_some_and(|sign| line.as_bytes().first() == Some(&sign));
-    let above = text.lines().take_while(commented).last();
-    let line = text.lines().find(|line| !line.trim().is_empty() && !commented(line)).unwrap_or_default();
-    let numbers = |line: &str, is_between: fn(char) -> bool| {
-        let mut cells = line.split(is_between).filter(|cell| !cell.trim().is_empty()).peekable();
-        cells.peek().is_some() && cells.all(|cell| number(cell).is_some())
-    };
-    let blank: fn(char) -> bool = |c| c == ' ' || c == '\t';
-    let count = |sign: char| unquoted(line).filter(|c| *c == sign).count();
-    let delimiter = [',', ';', '\t'].into_iter().rev().max_by_key(|sign| count(*sign)).unwrap_or(',');
-    let separated = count(delimiter) > 0;
-    // Numbers that blanks set apart may have a tab too many; a title may have a blank in it.
-    let blanks = if separated { delimiter == '\t' && numbers(line, blank) } else { line.trim().contains(blank) };
-    let titled = !match (blanks, delimiter) {
-        (true, _) => numbers(line, blank),
-        (false, ';') => numbers(&line.replace(',', "."), |c| c == ';'),
-        (false, '\t') => numbers(line, |c| c == '\t'),
-        (false, _) => numbers(line, |c| c == ','),
-    };
-    let form = Form { delimiter: if blanks { b'\t' } else { delimiter as u8 }, blanks, comment, titled };
-    let titles = above.map(|line| {
-        let line = line.trim_start_matches(['#', '%']).trim();
-        let cells = |sign: char| line.split(sign).map(|title| title.trim().to_string()).collect::<Vec<_>>();
-        if blanks { with_units(line.split_whitespace().map(str::to_string).collect()) } else { cells(delimiter) }
-    });
-    (form, titles)
-}
-
-/// The letters of a line that are not between quotes.
-fn unquoted(line: &str) -> impl Iterator<Item = char> {
-    let mut quoted = false;
-    line.chars().filter(move |c| {
-        quoted ^= *c == '"';
-        !quoted
-    })
-}
-
-/// Titles that were split at blanks, a unit being put back to its title: `x`, `[mm]`.
-fn with_units(cells: Vec<String>) -> Vec<String> {
-    let mut titles: Vec<String> = vec![];
-    for cell in cells {
-        match titles.last_mut() {
-            Some(title) if cell.starts_with('[') && cell.ends_with(']') => *title = format!("{title} {cell}"),
-            _ => titles.push(cell),
-        }
-    }
-    titles
 }
 
 impl Form {
@@ -140,10 +87,14 @@ impl Form {
         self.number(cell).map(|value| value * to_seconds).or_else(date)
     }
 
-    /// The number in a cell; where semicolons delimit, a comma may be the decimal point.
+    /// The number in a cell; where commas do not delimit, they may be the decimal point.
     fn number(self, cell: &[u8]) -> Option<f64> {
         let text = std::str::from_utf8(cell).ok()?;
-        let text = if self.delimiter == b';' { Cow::Owned(text.replace(',', ".")) } else { Cow::Borrowed(text) };
+        let text = if self.delimiter != b',' && text.contains(',') {
+            Cow::Owned(text.replace(',', "."))
+        } else {
+            Cow::Borrowed(text)
+        };
         number(&text)
     }
 }
@@ -176,12 +127,7 @@ impl Rows for Delimited {
             let row = record.position().map_or(0, ::csv::Position::line);
             let even = rate_hz.map(|rate| count as f64 / rate);
             count += 1;
-            if count.saturating_mul(columns) > MAX_CELLS {
-                return Err(InputError::new(
-                    &self.file,
-                    format!("found more than {MAX_CELLS} cells, the most that are read"),
-                ));
-            }
+            check_size(&self.file, count, columns)?;
             match self.check(&record, row, header, wants, even) {
                 Ok(stamp) => {
                     let place = stamp

@@ -2,6 +2,7 @@
 
 pub mod delimited;
 mod folder;
+mod heading;
 mod json;
 pub mod jsonl;
 #[cfg(feature = "parquet")]
@@ -25,7 +26,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// Endings of names that a table of text may have.
-const TEXT_ENDINGS: [&str; 6] = ["csv", "tsv", "txt", "dat", "log", "tab"];
+const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
 
 /// Opens a log of any format. `path#3` is episode 3 of a data set, `-` are JSON lines on standard input.
 ///
@@ -61,7 +62,9 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(bytes), name)
         }
-        _ if text_ending(&path) => delimited::source(Box::new(BufReader::new(bytes)), name),
+        magic if text_ending(&path) || ending(&path).is_empty() && is_text(magic) => {
+            delimited::source(Box::new(BufReader::new(bytes)), name)
+        }
         _ => Err(unknown(&path)),
     }
 }
@@ -83,6 +86,11 @@ fn text_ending(path: &Path) -> bool {
     TEXT_ENDINGS.contains(&ending(path).as_str())
 }
 
+/// Whether a file that begins like this may be text.
+fn is_text(magic: &[u8]) -> bool {
+    !magic.is_empty() && magic.iter().all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace())
+}
+
 fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
@@ -101,7 +109,10 @@ fn episode(path: &Path) -> (PathBuf, Option<usize>) {
 fn unknown(path: &Path) -> InputError {
     let ending = ending(path);
     let name = path.display().to_string();
-    let message = format!("found a file that ends in `.{ending}` and begins like no log that is read here");
+    let message = match ending.as_str() {
+        "" => "the file begins like no log that is read here".to_string(),
+        ending => format!("found a file that ends in `.{ending}` and begins like no log that is read here"),
+    };
     let error = InputError::new(name, message);
     match ending.as_str() {
         "db3" => error.help("convert the bag with `ros2 bag convert` to MCAP"),

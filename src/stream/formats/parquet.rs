@@ -6,7 +6,7 @@
 
 use super::super::csv::{check_lengths, check_scene};
 use super::super::sheet::{Cells, Memory, titled};
-use super::super::table::{MAX_CELLS, MAX_COLUMNS, Source};
+use super::super::table::{MAX_COLUMNS, Source, check_size};
 use super::super::whole;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -17,10 +17,12 @@ use ::parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
 use ::parquet::errors::ParquetError;
 use ::parquet::file::metadata::KeyValue;
 use ::parquet::file::properties::WriterProperties;
-use ::parquet::file::reader::{FileReader, SerializedFileReader};
+use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::file::writer::SerializedFileWriter;
 use ::parquet::schema::types::{ColumnDescriptor, Type};
+use bytes::Bytes;
 use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -53,6 +55,52 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     Ok(source)
 }
 
+/// A file that tells where it ends. Of a plain file the library takes the memory that a damaged length asks for, and goes on reading nothing
+/// behind its end.
+struct Whole {
+    file: File,
+    length: u64,
+}
+
+impl Length for Whole {
+    fn len(&self) -> u64 {
+        self.length
+    }
+}
+
+impl ChunkReader for Whole {
+    type T = NoFurther<BufReader<File>>;
+
+    fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
+        let mut file = self.file.try_clone()?;
+        file.seek(SeekFrom::Start(start))?;
+        Ok(NoFurther(BufReader::new(file)))
+    }
+
+    fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {
+        if start.checked_add(length as u64).is_none_or(|end| end > self.length) {
+            return Err(ParquetError::EOF(format!("{length} bytes from byte {start} on are not there")));
+        }
+        let mut bytes = vec![0; length];
+        let mut file = self.file.try_clone()?;
+        file.seek(SeekFrom::Start(start))?;
+        file.read_exact(&mut bytes)?;
+        Ok(bytes.into())
+    }
+}
+
+/// Bytes whose end is an error.
+struct NoFurther<R>(R);
+
+impl<R: Read> Read for NoFurther<R> {
+    fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
+        match self.0.read(out)? {
+            0 if !out.is_empty() => Err(std::io::ErrorKind::UnexpectedEof.into()),
+            count => Ok(count),
+        }
+    }
+}
+
 /// What a file holds.
 pub(super) struct Sheet {
     /// The columns.
@@ -73,14 +121,14 @@ pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Res
             None => InputError::new(name, format!("cannot be read as Parquet: {error}")),
         }
     };
-    let reader = SerializedFileReader::new(file).map_err(damaged)?;
+    let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
+    let reader = SerializedFileReader::new(Whole { file, length }).map_err(damaged)?;
     let metadata = reader.metadata().file_metadata();
     let key = |wanted: &str| {
         metadata.key_value_metadata()?.iter().find(|pair| pair.key == wanted).and_then(|pair| pair.value.clone())
     };
     let (scene, events) = (key(SCENE), key(EVENTS));
     let schema = metadata.schema_descr();
-    let too_large = || InputError::new(name, format!("it holds more than {MAX_CELLS} cells, the most that are read"));
     let mut leaves: Vec<(usize, Leaf)> = vec![];
     for (index, column) in schema.columns().iter().enumerate() {
         leaves.extend(Leaf::new(column).filter(|leaf| wanted(&leaf.name)).map(|leaf| (index, leaf)));
@@ -91,18 +139,17 @@ pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Res
     }
     let rows = usize::try_from(metadata.num_rows())
         .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
-    if rows.saturating_mul(leaves.len()) > MAX_CELLS {
-        return Err(too_large());
-    }
+    check_size(name, rows, leaves.iter().map(|(_, leaf)| leaf.weight()).sum())?;
     let mut before = 0_usize;
-    let mut budget = MAX_CELLS;
+    let mut cells = 0_usize;
     for group in 0..reader.num_row_groups() {
         let group = reader.get_row_group(group).map_err(damaged)?;
         let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
         for (index, leaf) in &mut leaves {
             let used =
                 leaf.read(group.get_column_reader(*index).map_err(damaged)?, before, rows_here).map_err(damaged)?;
-            budget = budget.checked_sub(used).ok_or_else(too_large)?;
+            cells += used * leaf.weight();
+            check_size(name, 1, cells)?;
         }
         before = before.saturating_add(rows_here);
         if before > rows {
@@ -157,6 +204,12 @@ impl Leaf {
         };
         let name = parts.join(".");
         Some(Self { name, factor, unit, max_def: column.max_def_level(), max_rep, places: vec![], texts })
+    }
+
+    /// How many numbers a cell takes as much memory as: a text costs little in the file, where it stands once only.
+    fn weight(&self) -> usize {
+        const OF_TEXT: usize = 8;
+        if self.texts.is_some() { OF_TEXT } else { 1 }
     }
 
     /// Reads the part of a row group, whose first row is `before`; how many cells it has.

@@ -4,7 +4,7 @@
 //! The columns are `time [s]`, `frame`, and `<marker> X [mm]`, `<marker> Y [mm]`, `<marker> Z [mm]`.
 
 use super::super::sheet::{Cells, Memory};
-use super::super::table::{MAX_CELL, MAX_CELLS, MAX_COLUMNS, Source, number, shown};
+use super::super::table::{MAX_CELL, MAX_COLUMNS, Source, check_size, number, shown};
 use crate::base::error::InputError;
 use std::io::{BufRead, Read};
 
@@ -75,9 +75,7 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
             continue;
         }
         rows += 1;
-        if rows.saturating_mul(width) > MAX_CELLS {
-            return Err(InputError::new(&file, format!("found more than {MAX_CELLS} cells, the most that are read")));
-        }
+        check_size(&file, rows, width)?;
         let values = match values(&text, width) {
             Ok(values) => values,
             // Only the last row can be the one that was being written when the recording stopped.

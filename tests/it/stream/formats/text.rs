@@ -240,3 +240,42 @@ fn angles_and_matrices_become_quaternions() {
     "
     );
 }
+
+#[test]
+fn lines_about_the_recording_and_units_stand_above_the_numbers() {
+    let binding = "channels: {right.gripper.opening: b}\n";
+    for (name, log) in [
+        ("log.csv", "Device,ATI Gamma\nRate,100\n\ntime (s),a (N),b (mm)\n0,1,2000\n0.01,NA,3000\n"),
+        ("log.csv", "time,a,b\ns,N,mm\n0,1,2000\n0.01,null,3000\n"),
+        (
+            "log.txt",
+            "Recording of a hand\nby: nobody in particular\ntime\ta\tb\n[s]\t-\t[mm]\n0,00\t1,0\t2000,0\n0,01\t1,0\t3000,0\n",
+        ),
+        ("log", "time;a;b\n0,00;1,0;2\n0,01;1,0;3\n"),
+    ] {
+        let (recording, _) = bound_text(name, log, binding).unwrap();
+        assert_eq!(values(&recording, "right.gripper.opening"), [2.0, 3.0], "{log}");
+        assert_eq!(recording.time, [0.0, 0.01]);
+    }
+    let refused = |log: &str| bound_text("log.csv", log, binding).unwrap_err();
+    // Rows are counted as lines of the file; a first line that goes with the numbers is the titles.
+    insta::assert_snapshot!(
+        [
+            refused("Device,ATI Gamma\n\ntime,a,b\n0,1,2\n0.01,far,far\n0.02,1,1\n"),
+            refused("time,a,b\nnone,no,no\nyes,1,2\n0,1,2\n"),
+            refused("\u{feff}Device\ntime,a,b\n0,1,2\n0,1\n0,1,2\n"),
+        ]
+        .join("\n"), @r"
+    log.csv row 5 column b: found `far`, wanted a number
+    log.csv row 2 column time: found `none`, wanted a time
+    log.csv row 4: found 2 fields, wanted 3 as in the header
+    "
+    );
+    let folder = folder(&[]);
+    let path = folder.path().join("log.csv");
+    std::fs::write(&path, [0xff, 0xfe, b't', 0, b'\n', 0]).unwrap();
+    insta::assert_snapshot!(bound(&path, binding).unwrap_err(), @r"
+    log.csv: found text in UTF-16, wanted UTF-8
+      help: save it as UTF-8
+    ");
+}
