@@ -1,7 +1,8 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::rules::{RuleArgs, load};
-use super::{Failure, live, output, recognition};
+use super::source::SourceArgs;
+use super::{Failure, live, output, tellable};
 use crate::analysis::{self, Analysis, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
@@ -23,12 +24,8 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     rules: RuleArgs,
-    /// How the columns of a foreign log become channels
-    #[arg(long, value_name = "FILE")]
-    binding: Option<PathBuf>,
-    /// A scene instead of the one that the log carries
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    #[command(flatten)]
+    source: SourceArgs,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -67,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
     let mut inputs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
-    inputs.extend(args.binding.iter().chain(&args.scene).chain(&args.rules.rules).map(PathBuf::as_path));
+    inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();
     let mut failures = Vec::new();
     for log in &args.logs {
@@ -91,14 +88,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// Analyses one recording: what is to be said about it.
 fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
-    let request = OpenRequest { log: log.into(), binding: args.binding.clone(), scene: args.scene.clone() };
+    let request = args.source.request(log);
     let opened = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
         live(args, &request)?
     } else {
         stream::open(&request)?
     };
     let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
-    let binding = args.binding.as_ref().map(|path| path.display().to_string());
+    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
     let analysed = analyse(&rules, &opened, binding, params)?;
     if let Some(path) = &args.report {
@@ -122,7 +119,7 @@ fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
             None => Ok(Analysis::default()),
         }
     };
-    let time = match &args.binding {
+    let time = match &args.source.binding {
         Some(binding) => BindingFile::read(binding)?.binding.time,
         None => Pattern::parse("time").map_err(|message| InputError::new("time", message))?,
     };
@@ -144,7 +141,7 @@ pub fn analyse(
     let mut analysis = analysis::analyse(rules, &frames, &leaves);
     if binding.is_some() {
         // Logs of other people measure what they measure.
-        analysis.issues.extend(recognition::issues(&graph, &frames));
+        analysis.issues.extend(tellable::issues(&graph, &frames));
     }
     let meta = Meta {
         log: opened.log.display().to_string(),

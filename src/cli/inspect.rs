@@ -1,7 +1,8 @@
 //! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
 
-use super::recognition::{Track, tracks};
 use super::rules::{RuleArgs, load};
+use super::source::SourceArgs;
+use super::tellable::{Track, tracks};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::graph::lower;
@@ -10,7 +11,7 @@ use crate::stream::frames::Issue;
 use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
 use crate::stream::skeleton::skeleton;
 use crate::stream::table::SEEN;
-use crate::stream::{self, OpenRequest, formats, names};
+use crate::stream::{self, formats, names};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -26,12 +27,8 @@ pub struct Args {
     log: PathBuf,
     #[command(flatten)]
     rules: RuleArgs,
-    /// How the columns of a foreign log become channels
-    #[arg(long, value_name = "FILE")]
-    binding: Option<PathBuf>,
-    /// A scene instead of the one that the log carries
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    #[command(flatten)]
+    source: SourceArgs,
     /// Write a binding to fill in
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
@@ -73,14 +70,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.log == Path::new("-") {
         return Err(InputError::new("-", "a stream cannot be inspected, wanted a file").into());
     }
-    let binding = args.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
+    let binding = args.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
     let source = formats::open(&args.log)?;
     let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
     let time = binding.as_ref().map(|binding| &binding.time);
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
     let log = inspect(source, time, rate)?;
     if let Some(path) = &args.skeleton {
-        let inputs = [Some(&args.log), args.binding.as_ref(), args.scene.as_ref()].into_iter().flatten();
+        let inputs = [Some(&args.log), args.source.binding.as_ref(), args.source.scene.as_ref()].into_iter().flatten();
         let inputs: Vec<&Path> = inputs.chain(&args.rules.rules).map(PathBuf::as_path).collect();
         output::write(path, &skeleton(&log), &inputs)?;
     }
@@ -98,7 +95,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// What the rules could tell of the log.
 fn recognition(args: &Args) -> Result<Recognition, Failure> {
-    let request = OpenRequest { log: args.log.clone(), binding: args.binding.clone(), scene: args.scene.clone() };
+    let request = args.source.request(&args.log);
     let opened = match stream::open(&request) {
         Ok(opened) => opened,
         Err(error) => return Ok(Recognition::impossible(&error)),

@@ -13,11 +13,12 @@ mod inspect;
 mod live;
 mod output;
 mod progress;
-mod recognition;
 mod rules;
 mod score;
+mod source;
 #[cfg(feature = "world")]
 mod teach;
+mod tellable;
 
 use crate::base::error::InputError;
 use clap::{Parser, Subcommand};

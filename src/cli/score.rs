@@ -3,6 +3,7 @@
 use super::analyze::analyse;
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
+use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::json::Meta;
@@ -11,7 +12,7 @@ use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage,
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
-use crate::stream::{self, OpenRequest, Opened, labels};
+use crate::stream::{self, Opened, labels};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -36,12 +37,8 @@ pub struct Args {
     map: Option<String>,
     #[command(flatten)]
     rules: RuleArgs,
-    /// How the columns of foreign logs become channels
-    #[arg(long, value_name = "FILE")]
-    binding: Option<PathBuf>,
-    /// A scene instead of the one that each log carries
-    #[arg(long, value_name = "FILE")]
-    scene: Option<PathBuf>,
+    #[command(flatten)]
+    source: SourceArgs,
     /// Relabel the truth by the same rules before relabelled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,
@@ -150,7 +147,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
-    let files = [&args.labels, &args.sequences, &args.binding, &args.scene].into_iter().flatten();
+    let files = [&args.labels, &args.sequences, &args.source.binding, &args.source.scene].into_iter().flatten();
     let map = args.map.as_deref().map(Path::new);
     let inputs: Vec<&Path> =
         logs.iter().chain(files).chain(&args.rules.rules).map(PathBuf::as_path).chain(map).collect();
@@ -184,7 +181,7 @@ struct Texts<'a> {
 
 fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> {
     let map = &texts.map;
-    let request = OpenRequest { log: log.into(), binding: args.binding.clone(), scene: args.scene.clone() };
+    let request = args.source.request(log);
     let opened = stream::open(&request)?;
     let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
     let known = Known::new(&rules);
@@ -192,7 +189,7 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     let sequences =
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
-    let binding = args.binding.as_ref().map(|path| path.display().to_string());
+    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
     let analysed = analyse(&rules, &opened, binding, params)?;
     let only = match analysed.analysis.tracks.as_slice() {

@@ -105,18 +105,22 @@ fn turn_rates(measured: &Measured, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
     let turned = |before: usize, after: usize| {
         (quaternion(&rotation, after) * quaternion(&rotation, before).inverse()).scaled_axis()
     };
-    [0, 1, 2].map(|axis| steady(measured, &differences(measured, |before, after| turned(before, after)[axis])))
+    let rates = differences(measured, turned);
+    [0, 1, 2].map(|axis| steady(measured, &rates.iter().map(|rate| rate[axis]).collect::<Vec<f64>>()))
 }
 
 /// What changes from the frame before to the frame after, per second; at the ends of a stretch to or from the frame itself.
-fn differences(measured: &Measured, change: impl Fn(usize, usize) -> f64) -> Vec<f64> {
+fn differences<T>(measured: &Measured, change: impl Fn(usize, usize) -> T) -> Vec<T>
+where
+    T: Default + std::ops::Div<f64, Output = T>,
+{
     let mut rates = Vec::with_capacity(measured.len());
     for stretch in &measured.stretches {
         for frame in stretch.clone() {
             let (before, after) = (frame.saturating_sub(1).max(stretch.start), (frame + 1).min(stretch.end - 1));
             let time = |frame: usize| measured.time.get(frame).copied().unwrap_or_default();
             let seconds = time(after) - time(before);
-            rates.push(if seconds > 0.0 { change(before, after) / seconds } else { 0.0 });
+            rates.push(if seconds > 0.0 { change(before, after) / seconds } else { T::default() });
         }
     }
     rates

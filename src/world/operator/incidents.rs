@@ -1,7 +1,7 @@
 //! Incidents: what happens to people while they demonstrate. The seed says which, and a script gets the steps that they take.
 //!
 //! INVARIANT (each to its share): whether an incident happens to a seed is a Weyl sequence of its own, so that among any 200 neighbouring seeds
-//! it happens to its share of them, give or take one, and incidents fall together as if they were independent.
+//! it happens to its share of them, give or take three, and incidents fall together as if they were independent.
 
 use super::chance::Chance;
 use super::goals::{Carry, Close, Goal, Open, Reach, Slip, Step};
