@@ -2,6 +2,7 @@
 //! recognised by one set of rules, and counted. Everything happens in memory; what is written does not depend on the number of threads.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
+mod coordination;
 mod person;
 mod ruleset;
 mod tables;
@@ -19,6 +20,7 @@ use teachtree::world::shipped;
 
 /// The page without its tables; `{{name}}` is where they go.
 const PAGE: &str = include_str!("page.md");
+const PAGE_OF_BOTH_HANDS: &str = include_str!("both_hands.md");
 /// The chapter's own recording is two tasks in a row and has a test of its own.
 const NOT_COUNTED: &str = "paper_box";
 
@@ -37,9 +39,12 @@ struct Args {
     /// Only these scenes; a part of a name is enough
     #[arg(long)]
     scenes: Vec<String>,
-    /// Where to write the page
-    #[arg(long, short, default_value = "docs/recognition.md")]
-    out: PathBuf,
+    /// The scenes with two hands, in place of those with one
+    #[arg(long)]
+    both_hands: bool,
+    /// Where to write the page; docs/recognition.md, or docs/recognition_both_hands.md, when left out
+    #[arg(long, short)]
+    out: Option<PathBuf>,
 }
 
 fn main() -> ExitCode {
@@ -53,9 +58,11 @@ fn main() -> ExitCode {
 }
 
 fn run(args: &Args) -> Result<(), String> {
-    let rules = Rulesets::load()?;
+    let rules = Rulesets::load(args.both_hands)?;
     let wanted = |name: &&str| args.scenes.is_empty() || args.scenes.iter().any(|part| name.contains(part.as_str()));
-    let scenes: Vec<&'static str> = shipped::names().filter(|name| *name != NOT_COUNTED).filter(wanted).collect();
+    let hands = |name: &&str| shipped::scene(name).is_ok_and(|scene| (scene.hands.len() > 1) == args.both_hands);
+    let scenes: Vec<&'static str> =
+        shipped::names().filter(|name| *name != NOT_COUNTED).filter(wanted).filter(hands).collect();
     let people = watch(&scenes, &args.seeds, &rules, args.stressed.unwrap_or(u64::MAX))?;
     let others = args.others.as_ref().map(|seeds| watch(&scenes, seeds, &rules, 0)).transpose()?;
     for refused in people.iter().flat_map(|person| &person.refused) {
@@ -81,11 +88,18 @@ fn run(args: &Args) -> Result<(), String> {
         ("ends", tables::ends(&rules)),
         ("backwards", tables::backwards(&people)),
         ("additivity", tables::additivity(&people)),
+        ("coordination", tables::coordination(&people)),
         ("pooled", pooled.clone()),
     ];
-    let page = parts.iter().fold(PAGE.to_string(), |page, (name, part)| page.replace(&format!("{{{{{name}}}}}"), part));
-    std::fs::write(&args.out, page).map_err(|error| format!("{}: {error}", args.out.display()))?;
-    println!("{}\n{pooled}", args.out.display());
+    let (page, place) = if args.both_hands {
+        (PAGE_OF_BOTH_HANDS, "docs/recognition_both_hands.md")
+    } else {
+        (PAGE, "docs/recognition.md")
+    };
+    let out = args.out.clone().unwrap_or_else(|| place.into());
+    let page = parts.iter().fold(page.to_string(), |page, (name, part)| page.replace(&format!("{{{{{name}}}}}"), part));
+    std::fs::write(&out, page).map_err(|error| format!("{}: {error}", out.display()))?;
+    println!("{}\n{pooled}", out.display());
     Ok(())
 }
 

@@ -1,5 +1,6 @@
 //! One person in one scene: taught once, analysed under every condition, and what is counted of it. A recording lives no longer than that takes.
 
+use crate::coordination::Coordination;
 use crate::ruleset::{RuleSet, Said};
 use crate::transforms::{resampled, reversed, slowed, turned, without_contacts, without_flags};
 use std::collections::BTreeSet;
@@ -26,15 +27,18 @@ pub struct Rulesets {
 }
 
 impl Rulesets {
-    pub fn load() -> Result<Self, String> {
-        let shipped = RuleSet::load("contact.rules", vec![])?;
+    /// Of one hand, or of two.
+    pub fn load(both_hands: bool) -> Result<Self, String> {
+        let [all, base] =
+            if both_hands { ["bimanual.rules", "contact.rules"] } else { ["contact.rules", "single_hand.rules"] };
+        let shipped = RuleSet::load(all, vec![])?;
         let (less, low_end) = shipped.scaled(0.75);
         let (more, high_end) = shipped.scaled(1.25);
         let expected = Sequences::read(include_str!("sequences.yaml"), "sequences.yaml", &Known::new(&shipped.rules));
         Ok(Self {
-            base: RuleSet::load("single_hand.rules", vec![])?,
-            lower: RuleSet::load("contact.rules", less)?,
-            higher: RuleSet::load("contact.rules", more)?,
+            base: RuleSet::load(base, vec![])?,
+            lower: RuleSet::load(all, less)?,
+            higher: RuleSet::load(all, more)?,
             at_their_end: [low_end, high_end],
             expected: expected.map_err(|error| error.to_string())?,
             shipped,
@@ -79,6 +83,8 @@ pub struct Person {
     /// Whether a peg-in-hole played backwards is one.
     pub backwards: Option<bool>,
     pub additive: Option<Additive>,
+    /// The coordination of two hands, with all channels; nothing of a scene with one hand.
+    pub both: Option<Coordination>,
     /// What could not be analysed at all.
     pub refused: Vec<String>,
 }
@@ -109,6 +115,7 @@ impl Person {
         let incident = recording.events.iter().any(|event| incidents.contains(&event.kind.as_str()));
         let said = rules.shipped.over(&recording)?;
         let full = Seen::new(&rules.shipped, &recording, &said)?;
+        let both = Coordination::new(&recording, &said.analysis);
         let blind = |recording: &Recording| Seen::new(&rules.shipped, recording, &rules.shipped.over(recording)?);
         let unflagged = without_flags(recording.clone());
         let seen_unflagged = blind(&unflagged)?;
@@ -126,10 +133,11 @@ impl Person {
             stress: vec![],
             backwards: None,
             additive: None,
+            both,
             refused: vec![],
         };
         if stressed {
-            person.additive = additive(rules, &recording, &said, person.seen[0].pairs())?;
+            person.additive = if person.both.is_some() { None } else { additive(rules, &recording, &said, person.seen[0].pairs())? };
             if scene.starts_with("peg_in_hole") {
                 let said = rules.shipped.over(&reversed(recording.clone()))?;
                 let mut tasks = said.analysis.tracks.iter().flat_map(|track| &track.tasks);

@@ -1,5 +1,6 @@
 //! What was counted of many people in, tables in Markdown out.
 
+use crate::coordination::Coordination;
 use crate::person::{Person, Rulesets, STRESSES, Seen};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -227,4 +228,25 @@ pub fn pooled(sets: &[(String, &[Person])]) -> String {
             std::iter::once(name.to_string()).chain(sets.iter().map(|(_, people)| of(people))).collect()
         }),
     )
+}
+
+/// The coordination of two hands, by scene.
+pub fn coordination(people: &[Person]) -> String {
+    let rows = scenes(people).into_iter().filter_map(|people| {
+        let both: Vec<&Coordination> = people.iter().filter_map(|person| person.both.as_ref()).collect();
+        let mut off_s: Vec<f64> = both.iter().flat_map(|both| both.off_s.iter().copied()).collect();
+        off_s.sort_by(f64::total_cmp);
+        let at = |share: f64| off_s.get(((off_s.len() as f64 - 1.0) * share).round() as usize).copied();
+        Some(vec![
+            format!("`{}`", people.first()?.scene),
+            told(sum(people.iter().map(|person| person.seen[0].tally.tasks_found()))),
+            told(count(both.iter().map(|both| both.same))),
+            told(count(both.iter().filter_map(|both| both.none))),
+            told(sum(both.iter().map(|both| both.passes))),
+            both.iter().map(|both| both.false_passes).sum::<usize>().to_string(),
+            format!("{} / {}", ms(at(0.5)), ms(at(0.95))),
+        ])
+    });
+    let head = ["scene", "tasks right", "coordination as it was", "none found where none is", "Pass: giver and receiver right", "false Pass", "ends of Pass off, median / 95th percentile, ms"];
+    table(&head, rows)
 }

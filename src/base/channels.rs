@@ -173,6 +173,12 @@ pub const DERIVED: &[Derived] = &[
         "speed at which the target's depth grows, without tremor; negative when it is pulled out, 0 when it is in no socket",
     ),
     hand(
+        "target.fixed",
+        Shape::Bool,
+        Dimension::NONE,
+        "the target is fixed to this hand, which holds it all the time (`fixed_to` in the scene)",
+    ),
+    hand(
         "target.over_socket",
         Shape::Bool,
         Dimension::NONE,

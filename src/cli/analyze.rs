@@ -94,7 +94,7 @@ fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
     } else {
         stream::open(&request)?
     };
-    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&args.rules, &opened)?;
     let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
     let analysed = analyse(&rules, &opened, binding, params)?;
@@ -112,7 +112,7 @@ fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
     let mut analysis_of = |source| {
         let opened = stream::open_source(source, request)?;
         if rules.is_none() {
-            rules = Some(load(&args.rules, opened.hand_file.as_deref(), &opened.params)?);
+            rules = Some(load(&args.rules, &opened)?);
         }
         match &rules {
             Some(rules) => Ok(analyse(rules, &opened, None, vec![])?.analysis),

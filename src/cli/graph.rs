@@ -1,6 +1,6 @@
 //! `teachtree graph`: the decision graph as text.
 
-use super::rules::{RuleArgs, load};
+use super::rules::load_files;
 use super::{Failure, output};
 use crate::graph::{lower, text};
 use std::path::PathBuf;
@@ -14,7 +14,7 @@ pub struct Args {
 
 /// Runs `graph`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let rules = load(&RuleArgs { rules: args.files.clone(), ..RuleArgs::default() }, None, &[])?;
+    let rules = load_files(&args.files)?;
     output::print(&text(&lower(&rules)))?;
     Ok(())
 }

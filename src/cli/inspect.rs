@@ -100,7 +100,7 @@ fn recognition(args: &Args) -> Result<Recognition, Failure> {
         Ok(opened) => opened,
         Err(error) => return Ok(Recognition::impossible(&error)),
     };
-    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&args.rules, &opened)?;
     let graph = lower(&rules);
     let frames = match opened.frames(&rules.channels) {
         Ok(frames) => frames,

@@ -3,12 +3,13 @@
 use super::{Failure, output};
 use crate::base::diagnostic::{Severity, render};
 use crate::language::{self, Request, Rules};
+use crate::stream::Opened;
 use std::path::PathBuf;
 
 /// Options that name rules.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct RuleArgs {
-    /// Rule files; the shipped `contact.rules` when left out
+    /// Rule files; when left out the shipped `contact.rules`, for logs of two hands `bimanual.rules`
     #[arg(long = "rules", value_name = "FILE")]
     pub rules: Vec<PathBuf>,
     /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
@@ -25,14 +26,26 @@ pub fn name_and_value(text: &str) -> Result<(String, String), String> {
     Ok((name.trim().to_string(), value.trim().to_string()))
 }
 
+/// The rules of two hands.
+const OF_TWO_HANDS: &str = "bimanual.rules";
+
 /// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
-pub fn load(args: &RuleArgs, hand_file: Option<&str>, params: &[(String, String)]) -> Result<Rules, Failure> {
-    let request = Request {
-        files: args.rules.clone(),
-        hand_file: args.hand.clone().or_else(|| hand_file.map(str::to_string)),
-        overrides: params.iter().chain(&args.set).cloned().collect(),
+pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
+    let usual = || if opened.hands().len() > 1 { vec![PathBuf::from(OF_TWO_HANDS)] } else { vec![] };
+    load_request(Request {
+        files: if args.rules.is_empty() { usual() } else { args.rules.clone() },
+        hand_file: args.hand.clone().or_else(|| opened.hand_file.clone()),
+        overrides: opened.params.iter().chain(&args.set).cloned().collect(),
         needs_tree: true,
-    };
+    })
+}
+
+/// Loads the rules of these files.
+pub fn load_files(files: &[PathBuf]) -> Result<Rules, Failure> {
+    load_request(Request { files: files.to_vec(), needs_tree: true, ..Request::default() })
+}
+
+fn load_request(request: Request) -> Result<Rules, Failure> {
     let loaded = language::load(&request);
     let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
     match loaded.rules {

@@ -183,7 +183,7 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     let map = &texts.map;
     let request = args.source.request(log);
     let opened = stream::open(&request)?;
-    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&args.rules, &opened)?;
     let known = Known::new(&rules);
     map.check(&known, args.map.as_deref().unwrap_or_default())?;
     let sequences =

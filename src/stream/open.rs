@@ -8,6 +8,7 @@ use super::frames::{Frames, Issue};
 use super::table::Source;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
+use crate::base::hands::Side;
 use crate::base::recording::Recording;
 use std::path::{Path, PathBuf};
 
@@ -82,6 +83,11 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
 }
 
 impl Opened {
+    /// The hands that the log measures, left first.
+    pub fn hands(&self) -> Vec<Side> {
+        derive::sides(&self.recording.scene, self.recording.columns.keys().map(String::as_str))
+    }
+
     /// The frames that rules with these channels read; every issue of the log is among theirs.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
-use super::operator::{Chance, ForceNoise, Incident, Measured, Operator, Performer, cuts};
+use super::operator::{Chance, ForceNoise, Incident, Measured, Operator, Other, Performer, cuts};
 use super::simulation::{Fingertips, HandTarget, Observation, World};
 use super::truth::{Moment, contact_events, truth};
 use crate::base::error::InputError;
@@ -59,11 +59,19 @@ pub fn teach_with_progress(
     }
     let mut recorder = Recorder::new(scene, world.observation(), operator, seed);
     let mut events = Vec::new();
+    let mut phases = Vec::new();
+    let stand = |performers: &[Performer<'_>]| performers.iter().map(Performer::stands_at).collect::<Vec<_>>();
+    let mut were = stand(&performers);
     loop {
         recorder.record(world.observation());
         let mut over = true;
-        for performer in &mut performers {
-            if let Some(begun) = performer.advance(&world)? {
+        let are = stand(&performers);
+        let shifts: Vec<Vector3<f64>> = are.iter().zip(&were).map(|(is, was)| is - was).collect();
+        were = are;
+        for (hand, performer) in performers.iter_mut().enumerate() {
+            let shift = shifts.iter().enumerate().find(|(other, _)| *other != hand);
+            let other = Other { begun: &phases, shift: shift.map_or_else(Vector3::zeros, |(_, shift)| *shift) };
+            if let Some(begun) = performer.advance(&world, &other)? {
                 over = false;
                 let mut happened = |kind: &str, what: Option<String>| {
                     let subjects = std::iter::once(performer.side().to_string()).chain(what).collect();
@@ -76,6 +84,7 @@ pub fn teach_with_progress(
                     happened("incident_happened", Some(incident.name().to_string()));
                 }
                 if let Some(phase) = begun.phase {
+                    phases.push((performer.side(), phase.clone()));
                     happened("phase_started", Some(phase));
                 }
             }
@@ -238,16 +247,17 @@ impl Recorder {
             }
         }
         let mut labels = IndexMap::new();
-        for (hand, side) in scene.hands.keys().enumerate() {
-            let truth = truth(scene, hand, &self.moments, kept.clone());
-            labels.insert(format!("{side}.label"), truth.labels);
-            labels.insert(format!("{side}.task"), truth.tasks);
-            events.extend(truth.begun.into_iter().map(|(row, task)| Event {
+        let truth = truth(scene, &self.moments, &kept);
+        for (side, of_hand) in scene.hands.keys().zip(truth.hands) {
+            labels.insert(format!("{side}.label"), of_hand.labels);
+            labels.insert(format!("{side}.task"), of_hand.tasks);
+            events.extend(of_hand.begun.into_iter().map(|(row, task)| Event {
                 time_s: row as f64 / 1000.0,
                 kind: "task_started".into(),
                 subjects: vec![side.to_string(), task.to_string()],
             }));
         }
+        labels.extend(truth.both.map(|both| ("both.label".to_string(), both)));
         events.sort_by(|a, b| a.time_s.total_cmp(&b.time_s));
         self.time.truncate(kept.len());
         let columns = self.names.into_iter().zip(self.columns);

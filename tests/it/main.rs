@@ -4,6 +4,8 @@
 
 mod analysis;
 #[cfg(feature = "world")]
+mod both_hands;
+#[cfg(feature = "world")]
 mod cli;
 mod engine;
 mod graph;

@@ -1,5 +1,7 @@
 //! Real recordings, made by other people, as a user analyses them: through the binding of their kind (docs/bindings.md).
 
+#[path = "recordings/both_hands.rs"]
+mod both_hands;
 #[path = "recordings/given.rs"]
 mod given;
 
@@ -57,13 +59,20 @@ fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found - wanted).abs() <= tolerance, "found {found} s, wanted {wanted} s within {tolerance} s");
 }
 
-/// Tasks and segments, for people: to a tenth of a second, since samples of some of these logs are 50 ms apart.
+/// Tasks and segments, for people: to a tenth of a second, since samples of some of these logs are 50 ms apart. Of two hands, also the coordination.
 fn told(analysis: &Value) -> String {
     let mut text = String::new();
-    for task in analysis["tracks"][0]["tasks"].as_array().unwrap() {
-        let _ = writeln!(text, "{}", task["task"].as_str().unwrap());
-        for (name, from, to) in task["segments"].as_array().unwrap().iter().map(|it| named(it, "primitive")) {
-            let _ = writeln!(text, "  {name:<10}{from:6.1} – {to:.1} s");
+    let tracks = analysis["tracks"].as_array().unwrap();
+    for track in tracks {
+        if tracks.len() > 1 {
+            let _ = writeln!(text, "{}:", track["track"].as_str().unwrap());
+        }
+        for task in track["tasks"].as_array().unwrap() {
+            let _ = writeln!(text, "{}", task["task"].as_str().unwrap());
+            say(&task["segments"], &mut text);
+        }
+        if track["track"] == "both" {
+            say(&track["relabelled"], &mut text);
         }
     }
     for issue in analysis["issues"].as_array().unwrap() {
@@ -72,6 +81,12 @@ fn told(analysis: &Value) -> String {
         let _ = writeln!(text, "{}", format!("{} {} {message}", said("kind"), said("channel")).trim_end());
     }
     text
+}
+
+fn say(segments: &Value, text: &mut String) {
+    for (name, from, to) in segments.as_array().unwrap().iter().map(|it| named(it, "primitive")) {
+        let _ = writeln!(text, "  {name:<10}{from:6.1} – {to:.1} s");
+    }
 }
 
 /// The logs that come with the project, and their bindings.
@@ -85,6 +100,9 @@ const SHIPPED: &[(&str, &str)] = &[
     ("robosuite/SawyerPickPlace_demo_1.csv", "robosuite/sawyer_pick_place"),
     ("robosuite/door_panda_demo_1.csv", "robosuite/door"),
     ("robosuite/wipe_panda_demo_1.csv", "robosuite/wipe"),
+    ("robosuite/handover_panda_panda_demo_5.csv", "robosuite/handover"),
+    ("robosuite/BaxterLift_demo_1.csv", "robosuite/baxter_lift"),
+    ("robosuite/BaxterPegInHole_demo_1.csv", "robosuite/baxter_peg_in_hole"),
     ("dapg_door/door_00.csv", "bindings/dapg_door"),
     ("dapg_door/door_03.csv", "bindings/dapg_door"),
     ("dfki_hand/recording_excerpt.tsv", "bindings/dfki_hand"),

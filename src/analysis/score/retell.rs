@@ -18,57 +18,57 @@ impl Truth {
     /// # Errors
     /// A name that the rules do not have, or alternatives: neither can be relabelled.
     pub fn retold(&self, rules: &Rules, frames: &Frames) -> Result<Self, InputError> {
-        let tracks = self.tracks.iter().map(|truth| match truth.who {
-            Who::Hand(_) => Ok(TrackTruth { primitives: retold(truth, rules, frames)?, ..truth.clone() }),
-            Who::Both => Ok(truth.clone()),
+        let analysis = analyse(rules, frames, &leaves(self, rules, frames)?);
+        let tracks = self.tracks.iter().map(|truth| match (truth.who, analysis.track(truth.who)) {
+            (Who::Hand(_), track) => {
+                let segments = track.map_or(&[][..], |track| &track.relabelled);
+                TrackTruth { primitives: segments.iter().map(span).collect(), ..truth.clone() }
+            }
+            (Who::Both, _) => truth.clone(),
         });
-        Ok(Self { tracks: tracks.collect::<Result<_, InputError>>()? })
+        Ok(Self { tracks: tracks.collect() })
     }
 }
 
-fn retold(truth: &TrackTruth, rules: &Rules, frames: &Frames) -> Result<Vec<Span>, InputError> {
-    let Who::Hand(side) = truth.who else { return Ok(truth.primitives.clone()) };
+/// What the trees of the hands would have said. Rules over both hands need them side by side.
+fn leaves(truth: &Truth, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
     let labels = labels(rules);
     let frame = |time_s: f64| frames.time.partition_point(|time| *time < time_s);
     let mut leaves: Vec<Leaves> = Vec::new();
-    for span in &truth.primitives {
-        let label = match span.names.as_slice() {
-            [name] => labels.get(name).copied(),
-            _ => None,
-        };
-        let label = label.ok_or_else(|| {
-            let message = format!("`{}` is no primitive of the rules, so the truth cannot be relabelled", span.name());
-            InputError::new("the truth", message).help("leave out --relabel-truth")
-        })?;
-        // A span over a gap is two.
-        for stretch in &frames.stretches {
-            let (start, end) = (frame(span.start_s).max(stretch.start), frame(span.end_s).min(stretch.end));
-            if start >= end {
-                continue;
-            }
-            let run = Run { start, end, label: Some(label) };
-            match leaves.last_mut().filter(|last| last.frames.end == start && start > stretch.start) {
-                Some(last) => {
-                    last.frames.end = end;
-                    last.hands.entry(side).or_default().push(run);
+    for stretch in &frames.stretches {
+        let mut hands: BTreeMap<Side, Vec<Run>> = BTreeMap::new();
+        for track in &truth.tracks {
+            let Who::Hand(side) = track.who else { continue };
+            let runs = hands.entry(side).or_default();
+            let mut next = stretch.start;
+            for span in &track.primitives {
+                let label = match span.names.as_slice() {
+                    [name] => labels.get(name).copied(),
+                    _ => None,
+                };
+                let label = label.ok_or_else(|| {
+                    let message =
+                        format!("`{}` is no primitive of the rules, so the truth cannot be relabelled", span.name());
+                    InputError::new("the truth", message).help("leave out --relabel-truth")
+                })?;
+                // A span over a gap is two.
+                let (start, end) = (frame(span.start_s).max(stretch.start), frame(span.end_s).min(stretch.end));
+                if start < end {
+                    if next < start {
+                        runs.push(Run { start: next, end: start, label: None });
+                    }
+                    runs.push(Run { start, end, label: Some(label) });
+                    next = end;
                 }
-                None => leaves.push(Leaves {
-                    frames: start..end,
-                    hands: BTreeMap::from([(side, vec![run])]),
-                    ..Leaves::default()
-                }),
             }
         }
+        leaves.push(Leaves { frames: stretch.clone(), hands, ..Leaves::default() });
     }
-    let analysis = analyse(rules, frames, &leaves);
-    let track = analysis.track(truth.who);
-    let segments = track.map_or(&[][..], |track| &track.relabelled);
-    let span = |segment: &crate::analysis::Segment| Span {
-        names: vec![segment.primitive.clone()],
-        start_s: segment.start_s,
-        end_s: segment.end_s,
-    };
-    Ok(segments.iter().map(span).collect())
+    Ok(leaves)
+}
+
+fn span(segment: &crate::analysis::Segment) -> Span {
+    Span { names: vec![segment.primitive.clone()], start_s: segment.start_s, end_s: segment.end_s }
 }
 
 /// The labels by the names with which they are shown.

@@ -16,8 +16,11 @@ shipped![
     "hand_force.rules",
     "hand_flags.rules",
     "hand_blind.rules",
+    "hand_felt.rules",
     "hand_wrist.rules",
+    "hand_holding.rules",
     "hand_gripper.rules",
+    "hand_gripper_pair.rules",
     "hand_seen.rules",
     "hand_place.rules"
 ];

@@ -62,7 +62,8 @@ pub fn track(measured: &Measured, motions: &[Motion], side: Side, fingers: &[Fin
             };
             was_touching = touching;
             if let (Some(touches), Some(body)) = (track.touching.get_mut(frame), track.target.get_mut(frame)) {
-                (*touches, *body) = (touching, target);
+                // What is fixed to a hand is touched all the time.
+                (*touches, *body) = (touching || fixed.is_some(), target);
             }
         }
     }

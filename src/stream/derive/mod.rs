@@ -50,7 +50,7 @@ pub fn frames_trusting(
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
     issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
-    let mut hands: Vec<HandLayout> = sides(&measured)
+    let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
         .map(|side| HandLayout { side, fingers: hands::fingers(&measured, side), contacts: vec![] })
         .collect();
@@ -182,14 +182,13 @@ fn not_derived(name: &str) -> InputError {
     InputError::new(format!("channel {name}"), "no derived channel has this name".to_string())
 }
 
-/// The hands of a log: those that it measures, of the scene's hands when the scene lists any. Where it measures none of them, all of them, so that
-/// what is lacking gets told.
-fn sides(measured: &Measured) -> Vec<Side> {
-    let channels = measured.channels();
-    let listed = |side: &Side| measured.scene.hands.is_empty() || measured.scene.hands.contains_key(side);
-    let seen = |side: &Side| channels.iter().any(|channel| channel.split('.').next() == Some(side.name()));
+/// The hands of a log: those that its columns measure, of the scene's hands when the scene lists any. Where they measure none of them, all of them,
+/// so that what is lacking gets told.
+pub fn sides<'a>(scene: &Scene, columns: impl Iterator<Item = &'a str> + Clone) -> Vec<Side> {
+    let listed = |side: &Side| scene.hands.is_empty() || scene.hands.contains_key(side);
+    let seen = |side: &Side| columns.clone().any(|column| column.split('.').next() == Some(side.name()));
     let found: Vec<Side> = Side::BOTH.into_iter().filter(|side| listed(side) && seen(side)).collect();
-    if found.is_empty() { measured.scene.hands.keys().copied().collect() } else { found }
+    if found.is_empty() { scene.hands.keys().copied().collect() } else { found }
 }
 
 /// The bodies that may be a target, as indices in the scene.

@@ -87,6 +87,11 @@ impl<'a> Derivation<'a> {
             "target.spin" => vec![vec![self.scalars(track, |frame, body| self.spin(frame, body))]],
             "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],
             "target.sinking" => vec![vec![of_plug(&|plug, frame| plug.rate.get(frame).copied().unwrap_or_default())]],
+            "target.fixed" => {
+                let bodies = &self.measured.scene.bodies;
+                let fixed: Vec<bool> = bodies.values().map(|body| body.fixed_to == Some(track.side)).collect();
+                vec![vec![self.scalars(track, |_, body| flag(fixed.get(body) == Some(&true)))]]
+            }
             "target.over_socket" => {
                 vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
             }

@@ -1,6 +1,6 @@
 //! From a goal to a motion: what is drawn for this person, where the way leads, and what cannot be performed.
 
-use super::goals::{Bring, Carry, Close, Goal, Open, Press, Reach, Slip, Step, Turn};
+use super::goals::{Bring, Carry, Close, Goal, Open, Press, Reach, Slip, Step, Together, Turn};
 use super::grips::{Held, body, refused};
 use super::guided::{Closing, Guided, Pressing};
 use super::hand::{Motion, Performer};
@@ -9,6 +9,7 @@ use super::motion::{Transport, Turning, duration};
 use super::plugging::{FIRM, Plugging};
 use super::pressing::PressingOn;
 use super::slipping::Slipping;
+use super::together::MovingAlong;
 use super::variation::Variation;
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
@@ -71,8 +72,35 @@ impl<'a> Performer<'a> {
             Goal::Open(open) => positive("speed", open.speed.0, 1.0)?,
             Goal::Hold(time) => positive("hold", time.0, 60.0)?,
             Goal::Slip(slip) => positive("distance", slip.distance.0, 10.0)?,
+            Goal::Wait(phase) => self.phase_of_other(phase)?,
+            Goal::Together(together) => {
+                if !(0.0..=1.5).contains(&together.share) {
+                    return Err(refused(format!("has share {}, wanted 0 to 1.5", together.share)));
+                }
+                if together.force.0 != 0.0 {
+                    direction("toward", together.toward)?;
+                    positive("force", together.force.0, 20.0)?;
+                }
+                match (&together.until, together.time) {
+                    (Some(phase), None) => self.phase_of_other(phase)?,
+                    (None, Some(time)) => positive("time", time.0, 60.0)?,
+                    _ => return Err(refused("goes together without an end, wanted one of `until` and `time`".into())),
+                }
+            }
         }
         Ok(())
+    }
+
+    /// Refuses a phase that the other hand never begins.
+    fn phase_of_other(&self, phase: &str) -> Result<(), InputError> {
+        let others = self.operator.hands.iter().filter(|(side, _)| **side != self.side);
+        let mut phases = others.flat_map(|(_, script)| &script.steps).filter_map(|step| step.phase.as_deref());
+        if phases.clone().any(|other| other == phase) {
+            return Ok(());
+        }
+        let known: Vec<_> = phases.by_ref().map(|phase| format!("`{phase}`")).collect();
+        let known = if known.is_empty() { "none".into() } else { known.join(", ") };
+        Err(refused(format!("waits for the phase `{phase}` of the other hand, which has {known}")))
     }
 
     pub(super) fn variation(&self) -> &'a Variation {
@@ -103,6 +131,8 @@ impl<'a> Performer<'a> {
             Goal::Open(open) => self.begin_open(open),
             Goal::Hold(time) => Motion::Still(time.0 * self.chance.factor(self.variation().pace / 2.0)),
             Goal::Slip(slip) => self.begin_slip(slip, world),
+            Goal::Wait(phase) => Motion::Waiting(phase.clone()),
+            Goal::Together(together) => self.begin_together(together),
         })
     }
 
@@ -271,6 +301,17 @@ impl<'a> Performer<'a> {
         let height = self.object(world).z - self.palm.translation.vector.z;
         let squeeze = self.grip.squeeze.take().unwrap_or_default();
         Motion::Slipping(Slipping { distance: slip.distance.0, squeeze, height, catching: None, empty: 0.0 })
+    }
+
+    fn begin_together(&mut self, together: &Together) -> Motion {
+        let factor = self.chance.factor(self.variation().pace / 4.0);
+        Motion::Together(MovingAlong {
+            share: together.share,
+            push: Vector3::from(together.toward).try_normalize(1e-6).unwrap_or_default() * together.force.0,
+            until: together.until.clone(),
+            duration: together.time.map_or(f64::INFINITY, |time| time.0 * factor),
+            before: None,
+        })
     }
 
     /// The socket of this name.

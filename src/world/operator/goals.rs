@@ -46,6 +46,10 @@ pub enum Goal {
     Hold(Time),
     /// Loosen the grip until the object slips, and catch it, or not.
     Slip(Slip),
+    /// Stay until the other hand begins the phase of this name.
+    Wait(String),
+    /// Move along with the other hand.
+    Together(Together),
 }
 
 /// Brings the opened fingers to a grip by a minimum-jerk motion.
@@ -203,6 +207,28 @@ pub struct Slip {
     pub distance: Length,
 }
 
+/// Moves along with the other hand, which leads, and takes over a part of what is to be carried or pushed: until the other hand begins a phase, or
+/// for a time.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Together {
+    /// The share of the object's weight that this hand comes to carry, 0 to 1.
+    #[serde(default)]
+    pub share: f64,
+    /// A force of the fingers on the object besides.
+    #[serde(default)]
+    pub force: Force,
+    /// Its direction.
+    #[serde(default)]
+    pub toward: [f64; 3],
+    /// The phase of the other hand that ends it.
+    #[serde(default)]
+    pub until: Option<String>,
+    /// How long it takes when no phase ends it.
+    #[serde(default)]
+    pub time: Option<Time>,
+}
+
 /// A step as it is written: `{phase: lift, carry: {…}}`, exactly one goal; or `{repeat: {times: 3, steps: […]}}`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -219,6 +245,8 @@ struct StepText {
     open: Option<Open>,
     hold: Option<Time>,
     slip: Option<Slip>,
+    wait: Option<String>,
+    together: Option<Together>,
     repeat: Option<Repeat>,
 }
 
@@ -259,7 +287,7 @@ impl StepText {
     /// Appends what this step is.
     fn write_out(self, steps: &mut Vec<Step>) -> Result<(), String> {
         const WANTED: &str =
-            "wanted one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, repeat";
+            "wanted one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
         let goals = [
             self.reach.map(Goal::Reach),
             self.close.map(Goal::Close),
@@ -272,6 +300,8 @@ impl StepText {
             self.open.map(Goal::Open),
             self.hold.map(Goal::Hold),
             self.slip.map(Goal::Slip),
+            self.wait.map(Goal::Wait),
+            self.together.map(Goal::Together),
         ];
         let mut goals = goals.into_iter().flatten();
         match (goals.next(), goals.next(), self.repeat) {

@@ -8,8 +8,9 @@ use super::incidents::{Incident, with_incidents};
 use super::motion::{Glide, Transport, Turning};
 use super::plugging::Plugging;
 use super::pressing::PressingOn;
-use super::senses::Senses;
+use super::senses::{Glimpse, Senses};
 use super::slipping::Slipping;
+use super::together::{MovingAlong, Other};
 use super::{Operator, Script};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -31,6 +32,8 @@ const TIGHTEST: f64 = 0.010;
 const STRENGTH_STREAM: u64 = 4;
 /// No motion is tried for longer, s.
 const PATIENCE_S: f64 = 25.0;
+/// Nobody stands still, or waits for the other hand, for longer than this, s.
+const LONGEST_WAIT_S: f64 = 120.0;
 /// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
 const LOST_S: f64 = 0.2;
 const RETRIES: usize = 3;
@@ -94,6 +97,9 @@ pub(super) enum Motion {
     Plugging(Plugging),
     Pressing(PressingOn),
     Slipping(Slipping),
+    /// Stays until the other hand begins this phase.
+    Waiting(String),
+    Together(MovingAlong),
 }
 
 impl<'a> Performer<'a> {
@@ -175,18 +181,24 @@ impl<'a> Performer<'a> {
         HandTarget { palm, tips: self.tips.iter().map(|tip| palm * tip).collect() }
     }
 
+    /// Where the palm is, without tremor, m.
+    pub(in crate::world) fn stands_at(&self) -> Vector3<f64> {
+        self.palm.translation.vector
+    }
+
     /// Lets a step of the world go by; `None` when the script is over, else what begins.
     ///
     /// # Errors
     /// None after [`Self::new`] has checked the script.
-    pub(in crate::world) fn advance(&mut self, world: &World) -> Result<Option<Begun>, InputError> {
+    pub(in crate::world) fn advance(&mut self, world: &World, other: &Other) -> Result<Option<Begun>, InputError> {
         self.time += STEP_S;
         self.since += STEP_S;
         self.senses.take_in(world.observation(), self.index, self.grip.object);
         let mut begun = Begun::default();
-        let over = self.perform(world);
+        let over = self.perform(world, other);
         begun.lost = self.goes_back(world);
-        let gives_up = self.since > PATIENCE_S && !matches!(self.motion, Motion::Still(_));
+        let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Together(_));
+        let gives_up = self.since > if patient { LONGEST_WAIT_S } else { PATIENCE_S };
         if over || begun.lost || gives_up {
             let Some(step) = self.steps.get(self.next).cloned() else { return Ok(None) };
             self.next += 1;
@@ -225,17 +237,24 @@ impl<'a> Performer<'a> {
     }
 
     /// Goes on with the motion; whether it is over.
-    fn perform(&mut self, world: &World) -> bool {
+    fn perform(&mut self, world: &World, other: &Other) -> bool {
         let reflex = self.senses.ago(steps(REFLEX_S));
         let felt = self.senses.ago(self.reaction);
         let mut wanted = Vector3::zeros();
         let over = match &mut self.motion {
             Motion::Still(duration) => {
-                if let (Some(reflex), Some(_)) = (reflex, self.grip.squeeze) {
-                    let force = reflex.total();
-                    wanted = -YIELDING * force * (1.0 - self.grip.weight / force.norm().max(self.grip.weight));
-                }
+                wanted = yielding(reflex, &self.grip);
                 self.since >= *duration
+            }
+            Motion::Waiting(phase) => {
+                wanted = yielding(reflex, &self.grip);
+                other.has_begun(self.side, phase)
+            }
+            Motion::Together(along) => {
+                self.palm.translation.vector += other.shift;
+                wanted = reflex.map_or(wanted, |reflex| along.step(self.since, &self.grip, reflex));
+                along.until.as_ref().is_some_and(|phase| other.has_begun(self.side, phase))
+                    || self.since >= along.duration
             }
             Motion::Transport(transport) => {
                 (self.palm, self.tips) = transport.at(self.since);
@@ -309,6 +328,13 @@ impl<'a> Performer<'a> {
             }
         }
     }
+}
+
+/// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s.
+fn yielding(felt: Option<&Glimpse>, grip: &Held) -> Vector3<f64> {
+    let Some((felt, _)) = felt.zip(grip.squeeze) else { return Vector3::zeros() };
+    let force = felt.total();
+    -YIELDING * force * (1.0 - grip.weight / force.norm().max(grip.weight))
 }
 
 /// This time in steps of the world.

@@ -15,11 +15,13 @@ mod plugging;
 mod pressing;
 mod senses;
 mod slipping;
+mod together;
 mod variation;
 
 pub(super) use chance::Chance;
-pub use goals::{Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Turn, Until, Withdraw};
+pub use goals::{Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw};
 pub(super) use hand::Performer;
+pub(super) use together::Other;
 pub(super) use incidents::cuts;
 pub use incidents::{Incident, Occasions};
 pub use variation::{ForceNoise, Tremor, Variation};

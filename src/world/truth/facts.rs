@@ -41,6 +41,13 @@ const GRIP: usize = 60;
 /// What is true of one hand at one instant.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Facts {
+    /// Index of the object in the scene.
+    pub(super) target: usize,
+    /// The sum of the fingers' forces on it, N.
+    pub(super) force: Vector3<f64>,
+    /// It touches what the other hand is on; it is in a socket of that.
+    pub(super) meets: bool,
+    pub(super) mated: bool,
     /// How many fingers are on the object.
     pub(super) fingers: usize,
     /// The hand is near it.
@@ -150,6 +157,8 @@ const CLEANED: &[Cleaned] = &[
     (|facts| &mut facts.sliding, BRIDGE, GRIP),
     (|facts| &mut facts.along, BRIDGE, GRIP),
     (|facts| &mut facts.inside, BRIDGE, GRIP),
+    (|facts| &mut facts.meets, BRIDGE, BLIP),
+    (|facts| &mut facts.mated, BRIDGE, GRIP),
     (|facts| &mut facts.turning, BRIDGE, GRIP),
     (|facts| &mut facts.pressed, BRIDGE, 2 * BRIDGE),
 ];
@@ -203,6 +212,8 @@ impl View<'_> {
         let turned = after.bodies[target].pose.rotation * before.bodies[target].pose.rotation.inverse();
         let mut axis = up;
         let mut facts = Facts {
+            target,
+            force: total,
             held: thumb && forces.len() > 1 && squeeze >= weight / 2.0 / FINGERTIP_FRICTION,
             moving: velocity.norm() > MOVES,
             sliding: (velocity - up * velocity.dot(&up)).norm() > MOVES,
@@ -210,6 +221,8 @@ impl View<'_> {
             speed: velocity.norm(),
             ..Facts::default()
         };
+        let others = || moment.hands.iter().enumerate().filter(|(hand, _)| *hand != self.hand);
+        let handled = |body: usize| others().any(|(_, tips)| tips.iter().any(|tip| tip.force_on(body).is_some()));
         let mut searched = None;
         for place in self.places {
             let Some(plug) = place.plug(target, &moment.bodies) else { continue };
@@ -223,6 +236,7 @@ impl View<'_> {
                 axis = plug.axis;
                 facts.inside = true;
                 facts.threaded = place.socket.pitch.is_some();
+                facts.mated = handled(place.body);
                 (facts.sinking, facts.rising) = (rate < -MOVES, rate > MOVES);
             }
         }
@@ -230,9 +244,12 @@ impl View<'_> {
         facts.turning = facts.spin > TURNS;
         for (other, normal) in moment.contacts_of(target).filter(|(other, _)| facts.inside || Some(*other) != searched)
         {
-            if normal.dot(&up) >= std::f64::consts::FRAC_1_SQRT_2 {
+            // What the other hand is on neither carries nor stands beside, and what lies on top does not either.
+            if handled(other) {
+                facts.meets = true;
+            } else if normal.dot(&up) >= std::f64::consts::FRAC_1_SQRT_2 {
                 facts.carried_by = true;
-            } else {
+            } else if normal.dot(&up) > -std::f64::consts::FRAC_1_SQRT_2 {
                 let relative = velocity - moved(other);
                 facts.beside = true;
                 facts.along |= (relative - normal * relative.dot(&normal)).norm() > MOVES;

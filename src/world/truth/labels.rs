@@ -117,7 +117,7 @@ fn pressing(facts: &[Facts]) -> Vec<bool> {
 }
 
 /// From when on the fingers leave an object for good: the first departure after which no finger returns.
-fn leaving(facts: &[Facts]) -> Vec<bool> {
+pub(super) fn leaving(facts: &[Facts]) -> Vec<bool> {
     let mut leaving = vec![false; facts.len()];
     let mut end = None;
     for index in (0..facts.len()).rev() {

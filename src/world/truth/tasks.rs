@@ -52,9 +52,10 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
         runs(&labels[span.clone()]).into_iter().map(|run| run.start + span.start..run.end + span.start).collect();
     let way = |of: fn(&Facts) -> f64, part: &Range<usize>| facts[part.clone()].iter().map(of).sum::<f64>() / 1000.0;
     let has = |name: &str| {
-        parts.iter().filter(|part| labels[part.start] == name).any(|part| match name {
+        parts.iter().filter(|part| primitive(labels[part.start]) == name).any(|part| match name {
             "Turn" => way(|facts| facts.spin, part) >= TURN_RAD,
             "Slide" | "Push" | "Trace" => way(|facts| facts.speed, part) >= TRAVEL_M,
+            "EqualGrasp" | "MainGrasp" => way(|facts| facts.speed, part) >= TRAVEL_M,
             "Press" => part.len() >= PRESS,
             _ => true,
         })
@@ -64,12 +65,19 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
         ("turn_screw", has("Turn")),
         ("peg_in_hole", has("Insert")),
         ("peg_pullout_from_hole", has("Pullout")),
+        ("fit", has("Fit")),
         ("pick_and_follow", has("Follow")),
         ("push_and_trace", has("Trace") && !grasped),
         ("pick_and_press", has("Press")),
         ("push", has("Push") && !grasped),
-        ("pick_and_place", has("Translate") || has("Place")),
+        ("carry_together", (has("EqualGrasp") || has("MainGrasp")) && !has("Pass")),
+        ("pick_and_place", has("Translate") || has("Place") || has("Pass")),
         ("slide", has("Slide")),
     ];
     keys.iter().find(|(_, found)| *found).map_or("", |(name, _)| name)
+}
+
+/// The primitive of a label, without its side.
+fn primitive(label: &str) -> &str {
+    label.split_once('(').map_or(label, |(name, _)| name)
 }

@@ -6,7 +6,7 @@ use std::io::Write as _;
 use std::path::Path;
 
 /// The path of a recording, if the data is given.
-fn given(log: &str) -> Option<String> {
+pub(super) fn given(log: &str) -> Option<String> {
     let Some(folder) = std::env::var_os("TEACHTREE_DATA") else {
         // Not by `println!`: that is shown for failed tests only.
         let _ = writeln!(std::io::stderr(), "skipped: set TEACHTREE_DATA to the folder that holds `{log}`");
@@ -103,21 +103,4 @@ fn each_reach_for_the_pillow_is_a_grasp_and_a_release() {
     let segments = segments(&analysis);
     assert!(of(&segments, &["Release"]).len() >= 15, "{segments:?}");
     assert!(of(&segments, &["Grasp", "Translate"]).len() >= 15, "{segments:?}");
-}
-
-/// Three pegs go from hand to hand: each arm closes, carries and opens three times.
-#[test]
-fn a_gripper_that_is_closed_carries() {
-    let Some(path) = given("desk_yumi/S3_T6.csv") else { return };
-    let analysis = analysis(&path, "demos/bindings/desk_yumi.binding.yaml");
-    for track in analysis["tracks"].as_array().unwrap() {
-        let tasks: Vec<&str> =
-            track["tasks"].as_array().unwrap().iter().map(|task| task["task"].as_str().unwrap()).collect();
-        assert_eq!(tasks, ["pick_and_place"; 3], "{}", track["track"]);
-        for task in track["tasks"].as_array().unwrap() {
-            let names: Vec<&str> =
-                task["segments"].as_array().unwrap().iter().filter_map(|it| it["primitive"].as_str()).collect();
-            assert_eq!(names, ["Move", "Approach", "Grasp", "Translate", "Release"]);
-        }
-    }
 }

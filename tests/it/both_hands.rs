@@ -1,0 +1,180 @@
+//! Two hands in the virtual environment, as the shipped rules see them: the chapter's section 4 (PAPER.md section 7, E2 and E3).
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use std::fmt::Write as _;
+use teachtree::analysis::{Analysis, Segment, Who, analyse};
+use teachtree::base::hands::Side;
+use teachtree::base::quantity::Quantity;
+use teachtree::base::recording::Recording;
+use teachtree::base::scene::{Body, Scene};
+use teachtree::engine::evaluator::evaluate;
+use teachtree::graph::lower;
+use teachtree::language::{Request, Rules, load};
+use teachtree::stream;
+use teachtree::world;
+
+/// Somebody to whom nothing happens that the script does not want.
+const SEED: u64 = 4;
+
+fn rules() -> Rules {
+    let loaded = load(&Request { files: vec!["bimanual.rules".into()], ..Request::default() });
+    loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics))
+}
+
+fn taught(name: &str) -> Recording {
+    world::teach(&world::scene(name).unwrap(), &world::operator(name).unwrap(), SEED).unwrap()
+}
+
+fn analysed(recording: &Recording) -> Analysis {
+    let rules = rules();
+    let frames = stream::frames(recording, &teachtree::analysis::channels(&rules)).unwrap();
+    analyse(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap())
+}
+
+fn names(segments: &[Segment]) -> String {
+    segments.iter().map(|segment| segment.primitive.as_str()).collect::<Vec<_>>().join(" ")
+}
+
+/// The lanes and the tasks, to a tenth of a second.
+fn told(analysis: &Analysis) -> String {
+    let mut text = String::new();
+    for track in &analysis.tracks {
+        let _ = writeln!(text, "{}\n  raw  {}\n  told {}", track.who, names(&track.segments), names(&track.relabelled));
+        for task in &track.tasks {
+            let _ = writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));
+        }
+    }
+    text
+}
+
+fn tasks(analysis: &Analysis, side: Side) -> Vec<&str> {
+    analysis.track(Who::Hand(side)).unwrap().tasks.iter().map(|task| task.task.as_str()).collect()
+}
+
+/// The only task of a hand: its name and its primitives.
+fn task(analysis: &Analysis, side: Side) -> (String, String) {
+    let [task] = analysis.track(Who::Hand(side)).unwrap().tasks.as_slice() else { panic!("{}", told(analysis)) };
+    (task.task.clone(), names(&task.segments))
+}
+
+#[test]
+fn e2_a_hand_over_is_two_tasks_with_a_pass() {
+    let found = analysed(&taught("hand_over_left_to_right"));
+    let gives = task(&found, Side::Left);
+    let takes = task(&found, Side::Right);
+    assert_eq!((gives.0.as_str(), gives.1.as_str()), ("pick_and_place", "Move Approach Grasp Translate Pass Release"));
+    assert_eq!((takes.0.as_str(), takes.1.as_str()), ("pick_and_place", "Move Approach Pass Translate Place Release"));
+    insta::assert_snapshot!(told(&found));
+}
+
+#[test]
+fn e3_a_ring_is_put_on_a_pole_in_the_air() {
+    let found = analysed(&taught("ring_and_pole"));
+    for side in Side::BOTH {
+        assert_eq!(tasks(&found, side), ["peg_in_hole"], "{}", told(&found));
+    }
+    let both = found.track(Who::Both).unwrap();
+    // The first touch is a fluctuation.
+    assert!(names(&both.segments).starts_with("Translate Fit Translate"), "{}", told(&found));
+    assert!(!names(&both.relabelled).contains("Translate Fit Translate"), "{}", told(&found));
+    insta::assert_snapshot!(told(&found));
+}
+
+#[test]
+fn two_hands_with_two_objects_do_nothing_together() {
+    let found = analysed(&taught("independent"));
+    for side in Side::BOTH {
+        let (name, segments) = task(&found, side);
+        assert_eq!((name.as_str(), segments.as_str()), ("pick_and_place", "Move Approach Grasp Translate Place Release"));
+    }
+    assert_eq!(found.track(Who::Both).unwrap().relabelled, []);
+}
+
+/// A log whose sides are exchanged gives the analysis with the sides exchanged, label for label and time for time.
+#[test]
+fn a_mirrored_recording_gives_the_mirrored_analysis() {
+    for name in ["hand_over_left_to_right", "main_grasp"] {
+        let recording = taught(name);
+        let (plain, other) = (analysed(&recording), analysed(&mirrored(&recording)));
+        for who in [Who::Hand(Side::Left), Who::Hand(Side::Right), Who::Both] {
+            let exchanged = match who {
+                Who::Hand(side) => Who::Hand(side.other()),
+                Who::Both => Who::Both,
+            };
+            let (one, other) = (plain.track(who).unwrap(), other.track(exchanged).unwrap());
+            assert_eq!(lane(&one.segments, true), lane(&other.segments, false), "{name} {who}");
+            assert_eq!(lane(&one.relabelled, true), lane(&other.relabelled, false), "{name} {who}");
+            let spans = |track: &teachtree::analysis::Track| {
+                track.tasks.iter().map(|task| (task.task.clone(), task.frames.clone())).collect::<Vec<_>>()
+            };
+            assert_eq!(spans(one), spans(other), "{name} {who}");
+        }
+    }
+}
+
+fn lane(segments: &[Segment], exchange: bool) -> Vec<(String, std::ops::Range<usize>)> {
+    let name = |segment: &Segment| if exchange { exchanged(&segment.primitive) } else { segment.primitive.clone() };
+    segments.iter().map(|segment| (name(segment), segment.frames.clone())).collect()
+}
+
+fn exchanged(text: &str) -> String {
+    text.replace("left", "?").replace("right", "left").replace('?', "right")
+}
+
+/// The recording as a mirror at the plane x = 0 shows it.
+fn mirrored(recording: &Recording) -> Recording {
+    let mut mirrored = Recording { scene: scene(&recording.scene), ..recording.clone() };
+    mirrored.columns.clear();
+    for (name, column) in &recording.columns {
+        // Of vectors x changes its sign, of turns y and z.
+        let turn = name.contains(".rotation.") || name.contains(".angular_velocity.");
+        let sign = match (turn, name.rsplit('.').next().unwrap()) {
+            (false, "x") | (true, "y" | "z") => -1.0,
+            _ => 1.0,
+        };
+        let mut column = column.clone();
+        column.values.iter_mut().for_each(|value| *value *= sign);
+        let hand = ["left.", "right."].iter().any(|hand| name.starts_with(hand));
+        mirrored.columns.insert(if hand { exchanged(name) } else { name.clone() }, column);
+    }
+    mirrored
+}
+
+fn scene(scene: &Scene) -> Scene {
+    let mut mirrored = scene.clone();
+    mirrored.bodies.values_mut().for_each(body);
+    mirrored.hands = scene.hands.iter().map(|(side, hand)| (side.other(), hand.clone())).collect();
+    mirrored
+}
+
+fn body(body: &mut Body) {
+    let across = |point: &mut [teachtree::base::quantity::Length; 3]| point[0] = Quantity(-point[0].0);
+    across(&mut body.position);
+    body.rotation = turned(body.rotation);
+    for part in &mut body.parts {
+        across(&mut part.at);
+        part.turned = turned(part.turned);
+    }
+    body.plug.iter_mut().for_each(across);
+    for socket in body.sockets.values_mut() {
+        across(&mut socket.rim);
+        socket.axis[0] = -socket.axis[0];
+    }
+}
+
+fn turned([w, x, y, z]: [f64; 4]) -> [f64; 4] {
+    [w, x, -y, -z]
+}
+
+/// What [`mirrored`] does to poses is a mirror: the mirrored pose of a mirrored point is the mirrored point.
+#[test]
+fn the_mirror_is_one() {
+    let pose = |[w, x, y, z]: [f64; 4], at: Vector3<f64>| {
+        Isometry3::from_parts(Translation3::from(at), UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)))
+    };
+    let across = |vector: Vector3<f64>| Vector3::new(-vector.x, vector.y, vector.z);
+    let (rotation, at, point) = ([0.5, 0.1, -0.7, 0.3], Vector3::new(0.1, 0.2, 0.3), Vector3::new(0.4, -0.5, 0.6));
+    let there = across((pose(rotation, at) * nalgebra::Point3::from(point)).coords);
+    let mirrored = (pose(turned(rotation), across(at)) * nalgebra::Point3::from(across(point))).coords;
+    assert!((there - mirrored).norm() < 1e-12);
+}
