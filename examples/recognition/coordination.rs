@@ -52,7 +52,9 @@ impl Coordination {
             };
             let right = partner.is_some_and(|found| giver(found.2, &of_analysis) == giver(pass.2, &of_truth));
             coordination.passes.count(right);
-            coordination.off_s.extend(partner.iter().flat_map(|found| [(found.1 - pass.1).abs(), (found.2 - pass.2).abs()]));
+            coordination
+                .off_s
+                .extend(partner.iter().flat_map(|found| [(found.1 - pass.1).abs(), (found.2 - pass.2).abs()]));
         }
         let wanted_passes = passes(&wanted);
         let falsely = |found: &&Named| !wanted_passes.iter().any(|pass| overlaps(pass, found));

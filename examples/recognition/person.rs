@@ -137,7 +137,8 @@ impl Person {
             refused: vec![],
         };
         if stressed {
-            person.additive = if person.both.is_some() { None } else { additive(rules, &recording, &said, person.seen[0].pairs())? };
+            person.additive =
+                if person.both.is_some() { None } else { additive(rules, &recording, &said, person.seen[0].pairs())? };
             if scene.starts_with("peg_in_hole") {
                 let said = rules.shipped.over(&reversed(recording.clone()))?;
                 let mut tasks = said.analysis.tracks.iter().flat_map(|track| &track.tasks);

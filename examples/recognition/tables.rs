@@ -247,6 +247,14 @@ pub fn coordination(people: &[Person]) -> String {
             format!("{} / {}", ms(at(0.5)), ms(at(0.95))),
         ])
     });
-    let head = ["scene", "tasks right", "coordination as it was", "none found where none is", "Pass: giver and receiver right", "false Pass", "ends of Pass off, median / 95th percentile, ms"];
+    let head = [
+        "scene",
+        "tasks right",
+        "coordination as it was",
+        "none found where none is",
+        "Pass: giver and receiver right",
+        "false Pass",
+        "ends of Pass off, median / 95th percentile, ms",
+    ];
     table(&head, rows)
 }

@@ -203,7 +203,12 @@ pub const DERIVED: &[Derived] = &[
         Dimension::SPEED,
         "velocity of the other body's origin, reference frame; zero for a fixed body",
     ),
-    contact("contacts.handled", Shape::Bool, Dimension::NONE, "the other body is touched by the other hand"),
+    contact(
+        "contacts.handled",
+        Shape::Bool,
+        Dimension::NONE,
+        "the other body is touched by the other hand, or plugged into the target",
+    ),
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
     hand(
         "push",

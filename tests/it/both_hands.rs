@@ -41,7 +41,8 @@ fn told(analysis: &Analysis) -> String {
     for track in &analysis.tracks {
         let _ = writeln!(text, "{}\n  raw  {}\n  told {}", track.who, names(&track.segments), names(&track.relabelled));
         for task in &track.tasks {
-            let _ = writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));
+            let _ =
+                writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));
         }
     }
     text
@@ -85,7 +86,10 @@ fn two_hands_with_two_objects_do_nothing_together() {
     let found = analysed(&taught("independent"));
     for side in Side::BOTH {
         let (name, segments) = task(&found, side);
-        assert_eq!((name.as_str(), segments.as_str()), ("pick_and_place", "Move Approach Grasp Translate Place Release"));
+        assert_eq!(
+            (name.as_str(), segments.as_str()),
+            ("pick_and_place", "Move Approach Grasp Translate Place Release")
+        );
     }
     assert_eq!(found.track(Who::Both).unwrap().relabelled, []);
 }

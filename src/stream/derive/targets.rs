@@ -190,8 +190,12 @@ impl<'a> Derivation<'a> {
                 other.touching.get(frame) == Some(&true) && other.target.get(frame) == Some(&Some(partner))
             })
         };
+        let plugged = |frame: usize, partner: usize, body: usize| {
+            self.socket(frame, partner).is_some_and(|socket| socket.body == body)
+        };
         let slot = |partner: &usize| {
-            vec![self.scalars(track, |frame, body| flag(body != *partner && touches(frame, *partner)))]
+            let counts = |frame, body| touches(frame, *partner) || plugged(frame, *partner, body);
+            vec![self.scalars(track, |frame, body| flag(body != *partner && counts(frame, body)))]
         };
         self.partners.iter().map(slot).collect()
     }

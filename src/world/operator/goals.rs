@@ -286,8 +286,7 @@ impl TryFrom<Vec<StepText>> for Steps {
 impl StepText {
     /// Appends what this step is.
     fn write_out(self, steps: &mut Vec<Step>) -> Result<(), String> {
-        const WANTED: &str =
-            "wanted one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
+        const WANTED: &str = "wanted one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
         let goals = [
             self.reach.map(Goal::Reach),
             self.close.map(Goal::Close),

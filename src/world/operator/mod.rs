@@ -19,11 +19,13 @@ mod together;
 mod variation;
 
 pub(super) use chance::Chance;
-pub use goals::{Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw};
+pub use goals::{
+    Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw,
+};
 pub(super) use hand::Performer;
-pub(super) use together::Other;
 pub(super) use incidents::cuts;
 pub use incidents::{Incident, Occasions};
+pub(super) use together::Other;
 pub use variation::{ForceNoise, Tremor, Variation};
 
 use crate::base::error::InputError;

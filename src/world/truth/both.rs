@@ -89,7 +89,8 @@ fn mains(hands: &[Of; 2], joint: &[bool]) -> Vec<Option<Side>> {
                 let held = |hand: usize| hands[hand].facts[at].held;
                 let [own, others] = [forces[hand][at], forces[1 - hand][at]];
                 let alike = held(hand) == held(1 - hand);
-                joint[at] && (held(hand) && !held(1 - hand) || alike && own - others > SHARE * (own + others) + DIFFERS_N)
+                joint[at]
+                    && (held(hand) && !held(1 - hand) || alike && own - others > SHARE * (own + others) + DIFFERS_N)
             })
             .collect();
         for run in runs(joint).into_iter().filter(|run| joint[run.start]) {
@@ -165,7 +166,9 @@ fn passes(labels: &mut [&'static str], hands: &[Of; 2]) {
         let before = |hand: usize| go.start.checked_sub(1).map_or("", |at| hands[hand].labels[at]);
         let after = |hand: usize| hands[hand].labels.get(go.end).copied().unwrap_or("");
         let gives = |hand: usize| matches!(before(hand), "Grasp" | "Translate") && after(hand) == "Release";
-        let takes = |hand: usize| matches!(before(hand), "Move" | "Approach" | "Release") && !matches!(after(hand), "Release" | "");
+        let takes = |hand: usize| {
+            matches!(before(hand), "Move" | "Approach" | "Release") && !matches!(after(hand), "Release" | "")
+        };
         if (gives(0) && takes(1) || gives(1) && takes(0)) && labels[go.clone()].iter().all(|label| grasp(label)) {
             labels[go].fill("Pass");
         }

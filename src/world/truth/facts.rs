@@ -222,7 +222,16 @@ impl View<'_> {
             ..Facts::default()
         };
         let others = || moment.hands.iter().enumerate().filter(|(hand, _)| *hand != self.hand);
-        let handled = |body: usize| others().any(|(_, tips)| tips.iter().any(|tip| tip.force_on(body).is_some()));
+        let is_object = |body: usize| self.scene.bodies.get_index(body).is_some_and(|(_, it)| it.role == Role::Object);
+        let touched = |body: usize| others().any(|(_, tips)| tips.iter().any(|tip| tip.force_on(body).is_some()));
+        let handled = |body: usize| is_object(body) && touched(body);
+        // What is plugged into the object is a part of it.
+        let plugged = |body: usize| {
+            let places = self.places.iter().filter(|place| place.body == target);
+            places
+                .filter_map(|place| Some((place, place.plug(body, &moment.bodies)?)))
+                .any(|(place, plug)| place.holds(&plug))
+        };
         let mut searched = None;
         for place in self.places {
             let Some(plug) = place.plug(target, &moment.bodies) else { continue };
@@ -244,12 +253,14 @@ impl View<'_> {
         facts.turning = facts.spin > TURNS;
         for (other, normal) in moment.contacts_of(target).filter(|(other, _)| facts.inside || Some(*other) != searched)
         {
-            // What the other hand is on neither carries nor stands beside, and what lies on top does not either.
+            // What the other hand is on neither carries nor stands beside, and neither does what is plugged in.
             if handled(other) {
                 facts.meets = true;
+            } else if plugged(other) {
+                continue;
             } else if normal.dot(&up) >= std::f64::consts::FRAC_1_SQRT_2 {
                 facts.carried_by = true;
-            } else if normal.dot(&up) > -std::f64::consts::FRAC_1_SQRT_2 {
+            } else {
                 let relative = velocity - moved(other);
                 facts.beside = true;
                 facts.along |= (relative - normal * relative.dot(&normal)).norm() > MOVES;

@@ -44,7 +44,10 @@ pub(super) fn truth(scene: &Scene, moments: &[Moment], kept: &Range<usize>) -> T
     let sides: Vec<Side> = scene.hands.keys().copied().collect();
     let both = match (facts.as_slice(), labels.as_slice(), sides.as_slice()) {
         ([one, other], [of_one, of_other], &[first, second]) => {
-            let hands = [both::Of { side: first, facts: one, labels: of_one }, both::Of { side: second, facts: other, labels: of_other }];
+            let hands = [
+                both::Of { side: first, facts: one, labels: of_one },
+                both::Of { side: second, facts: other, labels: of_other },
+            ];
             Some(both::coordination(&hands))
         }
         _ => None,

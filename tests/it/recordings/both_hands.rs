@@ -163,7 +163,8 @@ fn a_hand_over_to_the_other_side_is_told_with_the_hands_exchanged() {
     let plain = shipped(log);
     for (one, other) in [("left", "right"), ("right", "left"), ("both", "both")] {
         for list in ["segments", "relabelled", "tasks"] {
-            let exchange = |text: String| text.replace("(left)", "(?)").replace("(right)", "(left)").replace("(?)", "(right)");
+            let exchange =
+                |text: String| text.replace("(left)", "(?)").replace("(right)", "(left)").replace("(?)", "(right)");
             let exchanged = exchange(track(&found, other)[list].to_string());
             assert_eq!(track(&plain, one)[list].to_string(), exchanged, "{one} {list}");
         }
