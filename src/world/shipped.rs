@@ -20,7 +20,7 @@ const SHIPPED: &[(&str, &str, &str)] = shipped! {
     "paper_box"
     "pick_and_place" "pick_and_follow" "pick_and_press" "stamp" "push" "push_and_trace" "slide"
     "peg_in_hole" "peg_in_hole_tight" "peg_pullout_from_hole" "turn_screw" "turn_knob"
-    "no_task"
+    "ball" "several_tasks" "no_task"
     "hand_over_left_to_right" "hand_over_right_to_left" "equal_carry" "main_grasp" "ring_and_pole"
     "independent" "push_together" "follow_together" "hold_and_insert"
 };

@@ -8,7 +8,8 @@ use teachtree::engine::reference;
 use teachtree::graph::lower;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    // PROPTEST_CASES asks for more than the usual 256.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     /// The compiled graph and the literal evaluator give the same leaves, frame for frame; any block size gives the same leaves.
     #[test]

@@ -19,6 +19,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A grip that is to carry something squeezes at least this many times as hard as friction needs.
 const CARRIED: f64 = 1.5;
+/// What is pressed on while it is moved along is squeezed at least this many times as hard: friction there pulls at it too.
+const HELD_ALONG: f64 = 1.25;
 /// A reach that ends nearer to its grip than this goes at it, m.
 const AT_IT_M: f64 = 0.020;
 /// Who misses a hole misses it by half its radius and this, m.
@@ -218,6 +220,9 @@ impl<'a> Performer<'a> {
         let until =
             carry.until.as_ref().map(|until| body(self.scene, &until.contact).map(|body| (body, until.within.0)));
         let until = until.transpose()?;
+        if let (Some(squeeze), Some(press)) = (&mut self.grip.squeeze, &carry.press) {
+            *squeeze = squeeze.max(HELD_ALONG * press.force.0);
+        }
         let press = match &carry.press {
             None => None,
             Some(press) => Some(Pressing {

@@ -37,6 +37,8 @@ const LONGEST_WAIT_S: f64 = 120.0;
 /// A hand that feels nothing for this long, s, of what it should hold has lost it, and goes back for it; but not more often than this.
 const LOST_S: f64 = 0.2;
 const RETRIES: usize = 3;
+/// What was lost is held this many times as firmly the next time.
+const FIRMER: f64 = 1.5;
 /// What is farther from the palm is out of reach, m.
 const OUT_OF_REACH_M: f64 = 0.4;
 
@@ -233,6 +235,7 @@ impl<'a> Performer<'a> {
         self.steps.retain(|step| !at.next().is_some_and(|at| at > reach && step.added));
         (self.next, self.empty, self.grip.squeeze) = (reach, 0.0, None);
         self.retries += 1;
+        self.strength *= FIRMER;
         true
     }
 

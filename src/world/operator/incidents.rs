@@ -169,7 +169,7 @@ impl Told<'_> {
                 }
             }
             Incident::AbortedApproach => {
-                if let Some((at, approach)) = self.approach() {
+                if let Some((at, approach)) = self.approach(self.first_grasp()) {
                     let aside = 0.03 * self.chance.either_way();
                     let near =
                         Reach { offset: [aside, 0.0, 0.03].map(Quantity), opened: Quantity(0.025), ..approach.clone() };
@@ -183,7 +183,8 @@ impl Told<'_> {
             Incident::SecondObject => self.touch(incident, self.operator.occasions.beside.clone()),
             Incident::Nudge => self.nudge(),
             Incident::Regrasp => {
-                let Some((at, (_, approach))) = self.first_grasp().zip(self.approach()) else { return };
+                let first = self.first_grasp();
+                let Some((at, (_, approach))) = first.zip(self.approach(first)) else { return };
                 let opposed = |grip: &super::Grip| grip.contacts.contains_key(&Finger::Thumb);
                 if !self.operator.grips.get(&approach.grip).is_some_and(opposed) {
                     return;
@@ -198,10 +199,10 @@ impl Told<'_> {
                 self.insert(at, incident, vec![Goal::Slip(Slip { distance })]);
             }
             Incident::Drop => {
-                let Some((at, approach)) = self.first(|goal| matches!(goal, Goal::Bring(_))).zip(self.approach())
-                else {
-                    return;
-                };
+                let Some(at) = self.first(|goal| matches!(goal, Goal::Bring(_))) else { return };
+                let grasp =
+                    self.steps[..at].iter().rposition(|step| !step.added && matches!(step.goal, Goal::Close(_)));
+                let Some(approach) = self.approach(grasp) else { return };
                 let off = Goal::Open(Open { by: Quantity(0.025), speed: Quantity(0.12) });
                 let fallen = [Goal::Slip(Slip { distance: Quantity(DROP_M) }), off];
                 // Then it is picked up from where it lies, as before.
@@ -216,7 +217,7 @@ impl Told<'_> {
 
     /// A finger on top of something, before the approach.
     fn touch(&mut self, incident: Incident, grip: Option<String>) {
-        let (Some(grip), Some((at, _))) = (grip, self.approach()) else { return };
+        let (Some(grip), Some((at, _))) = (grip, self.approach(self.first_grasp())) else { return };
         let above = Reach { grip, opened: Quantity(0.012), offset: [Length::default(); 3], speed: Quantity(0.25) };
         let lay_on = Close { force: Quantity(0.15), speed: Quantity(0.04) };
         let stay = 0.1 + 0.4 * self.chance.share();
@@ -232,7 +233,7 @@ impl Told<'_> {
 
     /// The thumb runs into the object from its side, and waits until that is understood.
     fn nudge(&mut self) {
-        let Some((at, approach)) = self.approach() else { return };
+        let Some((at, approach)) = self.approach(self.first_grasp()) else { return };
         let Some(thumb) = self.operator.grips.get(&approach.grip).and_then(|grip| grip.contacts.get(&Finger::Thumb))
         else {
             return;
@@ -246,10 +247,9 @@ impl Told<'_> {
         self.insert(at + 1, Incident::Nudge, vec![Goal::Reach(into), wait, self.steps[at].goal.clone()]);
     }
 
-    /// The approach to the first grasp, or to the first touch of a script that grasps nothing: the last reach before the fingers close.
-    fn approach(&self) -> Option<(usize, Reach)> {
-        let close = self.first_grasp()?;
-        let reaches = self.steps.iter().enumerate().take(close).rev();
+    /// The approach to a grasp, or to a touch of a script that grasps nothing: the last reach before the fingers close in this step.
+    fn approach(&self, close: Option<usize>) -> Option<(usize, Reach)> {
+        let reaches = self.steps.iter().enumerate().take(close?).rev();
         reaches.filter(|(_, step)| !step.added).find_map(|(at, step)| match &step.goal {
             Goal::Reach(reach) => Some((at, reach.clone())),
             _ => None,
