@@ -2,7 +2,7 @@
 
 use super::html::{describe, describe_task};
 use super::palette::{self, Color};
-use super::signals::{Panel, Signals};
+use super::signals::{Panel, Signals, of_both};
 use super::svg::{BAR, Bar, LEFT, TimeAxis, ValueAxis, WIDTH, curve, escape, length};
 use crate::analysis::{Analysis, Segment, Track, Who};
 use crate::stream::frames::Frames;
@@ -34,18 +34,22 @@ pub(super) fn figure(
     drawing.tasks(track);
     let lanes_end = drawing.y;
     let mut lacking = Vec::new();
-    if let Who::Hand(side) = track.who {
-        let signals = Signals::new(frames, side);
-        drawing.touches(&signals);
-        let mut drawn = Vec::new();
-        for panel in signals.panels() {
-            match panel.curves {
-                Ok(_) => drawn.push(drawing.panel(panel)),
-                Err(channels) => lacking.push((panel.title, channels)),
-            }
+    let panels = match track.who {
+        Who::Hand(side) => {
+            let signals = Signals::new(frames, side);
+            drawing.touches(&signals);
+            signals.panels()
         }
-        drawing.cuts(lanes_end, &track.segments, &drawn);
+        Who::Both => of_both(frames),
+    };
+    let mut drawn = Vec::new();
+    for panel in panels {
+        match panel.curves {
+            Ok(_) => drawn.push(drawing.panel(panel)),
+            Err(channels) => lacking.push((panel.title, channels)),
+        }
     }
+    drawing.cuts(lanes_end, &track.segments, &drawn);
     let bottom = drawing.y;
     let ticks = time.ticks(lanes_end, bottom);
     let height = length(bottom + 22.0);

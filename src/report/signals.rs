@@ -176,6 +176,28 @@ impl<'a> Signals<'a> {
     }
 }
 
+/// What the chapter's Figure 14 shows: how hard each hand pushes and carries, and how many of its fingers touch, on one axis.
+pub(super) fn of_both(frames: &Frames) -> Vec<Panel> {
+    let force = |of: fn([f64; 3]) -> f64| {
+        let curve = |side: Side| {
+            let curve = Signals::new(frames, side).force(of)?.pop()?;
+            Some(Curve { name: side.name(), ..curve })
+        };
+        Side::BOTH.into_iter().map(curve).collect::<Option<Vec<Curve>>>().ok_or("fingers.force")
+    };
+    let fingers = |side: Side| {
+        let touches = Signals::new(frames, side).touches();
+        let count = |frame| touches.iter().filter(|finger| finger.touches.get(frame) == Some(&true)).count() as f64;
+        Curve { name: side.name(), values: (0..frames.len).map(count).collect() }
+    };
+    let touching = Side::BOTH.into_iter().map(fingers).collect();
+    vec![
+        Panel { title: "|F| of the hands", unit: "N", least: 0.5, curves: force(norm) },
+        Panel { title: "F·up of the hands", unit: "N", least: 0.5, curves: force(|[_, _, z]| z) },
+        Panel { title: "fingers that touch", unit: "", least: 1.0, curves: Ok(touching) },
+    ]
+}
+
 /// A panel of one curve, if it has any value.
 fn one(values: Vec<f64>) -> Option<Vec<Curve>> {
     values.iter().any(|value| value.is_finite()).then(|| vec![Curve { name: "", values }])

@@ -1,7 +1,7 @@
 //! Two hands in real recordings: who gives, who takes, who holds, and when.
 
 use super::given::given;
-use super::{Named, SHIPPED, analysis, named, near, of, shipped};
+use super::{Named, SHIPPED, analysis, json, named, near, of, shipped};
 use serde_json::Value;
 
 fn track<'a>(analysis: &'a Value, name: &str) -> &'a Value {
@@ -168,5 +168,27 @@ fn a_hand_over_to_the_other_side_is_told_with_the_hands_exchanged() {
             let exchanged = exchange(track(&found, other)[list].to_string());
             assert_eq!(track(&plain, one)[list].to_string(), exchanged, "{one} {list}");
         }
+    }
+}
+
+/// Segmental F1 at 50 % overlap of the seven surgemes, and of five of which two are two each (docs/bindings.md).
+#[test]
+fn surgemes_are_told_by_a_rule_set_of_their_own() {
+    let logs: Vec<String> = ["S2_T1", "S2_T3", "S3_T6", "S4_T1", "S4_T4", "S4_T5"]
+        .iter()
+        .filter_map(|log| given(&format!("desk_yumi/{log}.csv")))
+        .collect();
+    let Some(folder) = logs.first().and_then(|log| std::path::Path::new(log).parent()) else { return };
+    let folder = folder.to_str().unwrap();
+    let seven = "S1=Approach,S2=Grasp,S3=Lift,S4=Transfer,S5=Exchange,S6=Bring,S7=Place";
+    let five = "S1=Approach,S2=Grasp,S3=Lift|Transfer,S4=Lift|Transfer,S5=Exchange,S6=Bring|Place,S7=Bring|Place";
+    for (map, least) in [(seven, 0.80), (five, 0.79)] {
+        let mut args = vec!["score"];
+        args.extend(logs.iter().map(String::as_str));
+        args.extend(["--binding", YUMI, "--rules", "examples/desk_surgemes.rules", "--labels", folder]);
+        args.extend(["--track", "both", "--map", map, "--format", "json"]);
+        let score = json(&args);
+        let found = score["results"][0]["all"]["f1"]["50"].as_f64().unwrap();
+        assert!(found >= least, "{map}: {found}");
     }
 }
