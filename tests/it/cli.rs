@@ -73,6 +73,25 @@ fn the_readme_shows_what_the_demo_prints() {
 }
 
 #[test]
+fn the_readme_shows_what_both_hands_do_in_the_demo() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("demo");
+    let printed = said(&teachtree(&["demo", "--both-hands", "--seed", "2", "--out", out.to_str().unwrap()]));
+    let lanes = &printed[printed.find("\nleft ").unwrap()..printed.find("\nleft\n").unwrap()];
+    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
+    assert!(readme.contains(lanes.trim()), "README.md shows something else than:\n{lanes}");
+    let analysis: Value = serde_json::from_str(&std::fs::read_to_string(out.join("analysis.json")).unwrap()).unwrap();
+    let tracks: Vec<&str> =
+        analysis["tracks"].as_array().unwrap().iter().map(|track| track["track"].as_str().unwrap()).collect();
+    assert_eq!(tracks, ["left", "right", "both"]);
+    // What the chapter's Figure 14 shows of both hands.
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    for panel in ["|F| of the hands", "F·up of the hands", "fingers that touch"] {
+        assert!(page.contains(panel), "{panel}");
+    }
+}
+
+#[test]
 fn the_same_seed_records_the_same_bytes_and_another_seed_others() {
     let folder = tempfile::tempdir().unwrap();
     let record = |name: &str, seed: &str| {
