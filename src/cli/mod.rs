@@ -7,6 +7,8 @@
 mod analyze;
 mod check;
 #[cfg(feature = "world")]
+mod command;
+#[cfg(feature = "world")]
 mod demo;
 mod graph;
 mod inspect;
@@ -48,6 +50,9 @@ enum Command {
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
+    #[cfg(feature = "world")]
+    /// Turn a recording into commands for a robot: trajectories, forces and grasps
+    Command(command::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
 }
@@ -101,6 +106,8 @@ pub fn main() -> ExitCode {
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
+        #[cfg(feature = "world")]
+        Command::Command(args) => command::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {
