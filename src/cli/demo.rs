@@ -1,17 +1,23 @@
-//! `teachtree demo`: the chapter's experiment (section 3.2), from the virtual environment to the report.
+//! `teachtree demo`: the chapter's experiment (section 3.2): taught, analysed, commanded, carried out by a robot, and reported.
 
 use super::analyze::{analyse, timeline};
+use super::command::{open_robot, summary};
 use super::rules::{RuleArgs, load};
+use super::simulate::{perform, told};
 use super::teach::record;
 use super::{Failure, output};
 use crate::analysis::json::json;
+use crate::command;
 use crate::report;
+use crate::robot;
 use crate::stream::{self, OpenRequest, csv};
 use std::path::PathBuf;
 
 /// The chapter's box, and its operator of section 3.2.
 const SCENE: &str = "paper_box";
 const OPERATOR: &str = "paper_box";
+/// Who carries it out.
+const ROBOT: &str = "both_hands";
 
 /// Options of `demo`.
 #[derive(clap::Args)]
@@ -39,6 +45,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
     output::write(&report, &page, &[])?;
     output::print(&timeline(&analysed, true))?;
-    output::print(&format!("\nwritten: {}, {}, {}\n", opened.log.display(), analysis.display(), report.display()))?;
+
+    // From what was done to a robot that does it.
+    let robot = open_robot(ROBOT)?;
+    let scene = &opened.recording.scene;
+    let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
+    robot::map(&mut commands, &robot, scene)?;
+    let commanded = args.out.join("commands.json");
+    output::write(&commanded, &commands.json()?, &[])?;
+    output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
+    let (recording, outcomes) = perform(&commands, &robot, scene)?;
+    let performed = args.out.join("robot.csv");
+    csv::write(&recording, &performed)?;
+    output::print(&format!("\nthe robot\n{}", told(&outcomes)))?;
+    let opened_again = stream::open(&OpenRequest { log: performed, ..OpenRequest::default() })?;
+    let again = analyse(&rules, &opened_again, None, Vec::new())?;
+    output::print(&format!("\nits recording, analysed by the same rules\n{}", timeline(&again, true)))?;
+
+    let files = [&opened.log, &analysis, &report, &commanded, &opened_again.log].map(|path| path.display().to_string());
+    output::print(&format!("\nwritten: {}\n", files.join(", ")))?;
     Ok(())
 }

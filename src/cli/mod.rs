@@ -17,6 +17,8 @@ mod output;
 mod progress;
 mod rules;
 mod score;
+#[cfg(feature = "world")]
+mod simulate;
 mod source;
 #[cfg(feature = "world")]
 mod teach;
@@ -53,6 +55,9 @@ enum Command {
     #[cfg(feature = "world")]
     /// Turn a recording into commands for a robot: trajectories, forces and grasps
     Command(command::Args),
+    #[cfg(feature = "world")]
+    /// Let a robot carry out commands in a scene, and record it
+    Simulate(simulate::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
 }
@@ -108,6 +113,8 @@ pub fn main() -> ExitCode {
         Command::Teach(args) => teach::run(args),
         #[cfg(feature = "world")]
         Command::Command(args) => command::run(args),
+        #[cfg(feature = "world")]
+        Command::Simulate(args) => simulate::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {

@@ -4,11 +4,17 @@
 //! whoever reads robots hands their texts in.
 
 mod closed;
+pub mod control;
+pub mod dynamics;
 pub mod file;
 pub mod grasp;
 pub mod hand;
+mod limb;
+mod log;
 mod mapping;
+pub mod plan;
 mod shipped;
+pub mod simulate;
 pub mod tree;
 
 pub use file::{open, read};
