@@ -8,6 +8,7 @@
 
 pub mod analysis;
 pub mod base;
+pub mod command;
 pub mod engine;
 pub mod graph;
 pub mod language;
@@ -16,5 +17,7 @@ pub mod stream;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "world")]
+pub mod robot;
 #[cfg(feature = "world")]
 pub mod world;

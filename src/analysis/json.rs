@@ -63,7 +63,7 @@ pub fn json(analysis: &Analysis, meta: &Meta) -> String {
 }
 
 /// A document as text: one line for whatever lists no objects, numbers by the one printer.
-pub(super) fn printed(document: &Value) -> String {
+pub fn printed(document: &Value) -> String {
     let mut text = String::new();
     print(document, 0, &mut text);
     text.push('\n');

@@ -1,17 +1,25 @@
-//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3), from the virtual environment to the report.
+//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): taught, analysed and reported; that of one
+//! hand is carried out by a robot.
 
-use super::analyze::{analyse, timeline};
+use super::analyze::{Analysed, analyse, timeline};
+use super::command::{open_robot, summary};
 use super::rules::{RuleArgs, load};
+use super::simulate::{perform, told};
 use super::teach::record;
 use super::{Failure, output};
 use crate::analysis::json::json;
+use crate::command;
 use crate::report;
-use crate::stream::{self, OpenRequest, csv};
+use crate::language::Rules;
+use crate::robot;
+use crate::stream::{self, OpenRequest, Opened, csv};
 use std::path::PathBuf;
 
 /// The chapter's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.
 const ONE_HAND: &str = "paper_box";
 const BOTH_HANDS: &str = "hand_over_left_to_right";
+/// Who carries it out.
+const ROBOT: &str = "both_hands";
 
 /// Options of `demo`.
 #[derive(clap::Args)]
@@ -43,6 +51,31 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
     output::write(&report, &page, &[])?;
     output::print(&timeline(&analysed, true))?;
-    output::print(&format!("\nwritten: {}, {}, {}\n", opened.log.display(), analysis.display(), report.display()))?;
+
+    let mut files = vec![opened.log.clone(), analysis, report];
+    if !args.both_hands {
+        files.extend(carry_out(args, &opened, &rules, &analysed)?);
+    }
+    let files: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
+    output::print(&format!("\nwritten: {}\n", files.join(", ")))?;
     Ok(())
+}
+
+/// From what was done to a robot that does it; the files that were written.
+fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -> Result<[PathBuf; 2], Failure> {
+    let robot = open_robot(ROBOT)?;
+    let scene = &opened.recording.scene;
+    let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
+    robot::map(&mut commands, &robot, scene)?;
+    let commanded = args.out.join("commands.json");
+    output::write(&commanded, &commands.json()?, &[])?;
+    output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
+    let (recording, outcomes) = perform(&commands, &robot, scene)?;
+    let performed = args.out.join("robot.csv");
+    csv::write(&recording, &performed)?;
+    output::print(&format!("\nthe robot\n{}", told(&outcomes)))?;
+    let opened = stream::open(&OpenRequest { log: performed, ..OpenRequest::default() })?;
+    let again = analyse(rules, &opened, None, Vec::new())?;
+    output::print(&format!("\nits recording, analysed by the same rules\n{}", timeline(&again, true)))?;
+    Ok([commanded, opened.log])
 }

@@ -7,6 +7,8 @@
 mod analyze;
 mod check;
 #[cfg(feature = "world")]
+mod command;
+#[cfg(feature = "world")]
 mod demo;
 mod graph;
 mod inspect;
@@ -15,6 +17,8 @@ mod output;
 mod progress;
 mod rules;
 mod score;
+#[cfg(feature = "world")]
+mod simulate;
 mod source;
 #[cfg(feature = "world")]
 mod teach;
@@ -48,6 +52,12 @@ enum Command {
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
+    #[cfg(feature = "world")]
+    /// Turn a recording into commands for a robot: trajectories, forces and grasps
+    Command(command::Args),
+    #[cfg(feature = "world")]
+    /// Let a robot carry out commands in a scene, and record it
+    Simulate(simulate::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
 }
@@ -101,6 +111,10 @@ pub fn main() -> ExitCode {
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
+        #[cfg(feature = "world")]
+        Command::Command(args) => command::run(args),
+        #[cfg(feature = "world")]
+        Command::Simulate(args) => simulate::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {

@@ -22,7 +22,8 @@ pub use operator::{
 };
 pub use shipped::{operator, scene};
 pub use simulation::{
-    BodyState, Coupling, Fingertips, HandState, HandTarget, Observation, STEP_S, TipState, TipTouch, World,
+    BodyState, Coupling, Fingertips, HandState, HandTarget, MovedHand, MovedTip, Mover, Observation, Pushed, STEP_S,
+    TipState, TipTouch, World,
 };
 pub use teach::{teach, teach_with_progress};
 pub use touch::TouchLaw;

@@ -135,6 +135,43 @@ impl Observation {
     }
 }
 
+/// What moves fingertips in place of the virtual coupling: a robot.
+pub trait Mover {
+    /// A hand of the scene, by its index, as it is now.
+    fn hand(&self, hand: usize) -> MovedHand;
+    /// Goes on by `dt` seconds under what bodies did to the fingertips, listed by hand and finger.
+    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64);
+}
+
+/// A hand that something else moves; reference frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MovedHand {
+    /// The palm.
+    pub palm: Isometry3<f64>,
+    /// The fingertips in the order of the scene.
+    pub tips: Vec<MovedTip>,
+}
+
+/// A fingertip that something else moves; reference frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MovedTip {
+    /// Centre of the ball, m.
+    pub position: Point3<f64>,
+    /// Its velocity, m/s.
+    pub velocity: Vector3<f64>,
+    /// Its angular velocity, rad/s.
+    pub spin: Vector3<f64>,
+}
+
+/// What bodies did to a fingertip; reference frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Pushed {
+    /// Force on the fingertip, N.
+    pub force: Vector3<f64>,
+    /// Torque on it about the centre of its ball, N m.
+    pub torque: Vector3<f64>,
+}
+
 /// A fingertip with what the law remembers.
 struct Tip {
     target: Point3<f64>,
@@ -223,34 +260,69 @@ impl World {
         let substeps = self.substeps();
         let dt = STEP_S / substeps as f64;
         let plans = self.plans(targets);
-        for contact in &mut self.observation.contacts {
-            (contact.force, contact.normal) = (Vector3::zeros(), Vector3::zeros());
-        }
-        for tip in self.observation.hands.iter_mut().flat_map(|hand| &mut hand.tips) {
-            tip.touches.clear();
-        }
+        self.forget_forces();
         for substep in 0..substeps {
             for (hand, plan) in plans.iter().enumerate() {
                 for (tip, target_velocity) in plan.velocities.iter().enumerate() {
                     self.step_tip(hand, tip, *target_velocity, plan.spin, dt, 1.0 / substeps as f64);
                 }
             }
-            self.step_threads(dt);
-            self.bodies.step(dt);
-            self.bodies.add_impulses(&mut self.observation.contacts);
-            if substep + 1 == substeps || !self.threads.is_empty() {
-                self.observe_bodies();
-            }
+            self.step_bodies(dt, substep + 1 == substeps);
         }
+        for (state, plan) in self.observation.hands.iter_mut().zip(&plans) {
+            state.palm = plan.palm;
+        }
+        self.end_step()
+    }
+
+    /// Advances by [`STEP_S`] with fingertips that something else moves, in place of the virtual coupling.
+    pub fn step_moved(&mut self, mover: &mut dyn Mover) -> &Observation {
+        let substeps = self.substeps();
+        let dt = STEP_S / substeps as f64;
+        self.forget_forces();
+        let mut pushed: Vec<Vec<Pushed>> = self.tips.iter().map(|tips| vec![Pushed::default(); tips.len()]).collect();
+        for substep in 0..substeps {
+            for (hand, pushed) in pushed.iter_mut().enumerate() {
+                let moved = mover.hand(hand);
+                self.observation.hands[hand].palm = moved.palm;
+                for (finger, (tip, pushed)) in moved.tips.iter().zip(pushed).enumerate() {
+                    let state = &mut self.observation.hands[hand].tips[finger];
+                    (state.position, state.velocity) = (tip.position, tip.velocity);
+                    *pushed = self.touch_tip(hand, finger, tip.spin, dt, 1.0 / substeps as f64);
+                }
+            }
+            self.step_bodies(dt, substep + 1 == substeps);
+            mover.advance(&pushed, dt);
+        }
+        self.end_step()
+    }
+
+    fn forget_forces(&mut self) {
+        for contact in &mut self.observation.contacts {
+            (contact.force, contact.normal) = (Vector3::zeros(), Vector3::zeros());
+        }
+        for tip in self.observation.hands.iter_mut().flat_map(|hand| &mut hand.tips) {
+            tip.touches.clear();
+        }
+    }
+
+    fn step_bodies(&mut self, dt: f64, last: bool) {
+        self.step_threads(dt);
+        self.bodies.step(dt);
+        self.bodies.add_impulses(&mut self.observation.contacts);
+        if last || !self.threads.is_empty() {
+            self.observe_bodies();
+        }
+    }
+
+    fn end_step(&mut self) -> &Observation {
         for contact in &mut self.observation.contacts {
             contact.force /= STEP_S;
             contact.normal = contact.normal.try_normalize(1e-12).unwrap_or_default();
         }
-        for (state, plan) in self.observation.hands.iter_mut().zip(&plans) {
-            state.palm = plan.palm;
-            for touch in state.tips.iter_mut().flat_map(|tip| &mut tip.touches) {
-                touch.normal = touch.normal.try_normalize(1e-12).unwrap_or_default();
-            }
+        for touch in self.observation.hands.iter_mut().flat_map(|hand| &mut hand.tips).flat_map(|tip| &mut tip.touches)
+        {
+            touch.normal = touch.normal.try_normalize(1e-12).unwrap_or_default();
         }
         self.steps += 1;
         self.observation.time_s = self.steps as f64 * STEP_S;
@@ -304,10 +376,24 @@ impl World {
         dt: f64,
         share: f64,
     ) {
+        let pushed = self.touch_tip(hand, finger, spin, dt, share);
+        let tip = &mut self.tips[hand][finger];
+        let state = &mut self.observation.hands[hand].tips[finger];
+        let coupling = &self.fingertips.coupling;
+        tip.target += target_velocity * dt;
+        let pull = coupling.stiffness * (tip.target - state.position);
+        let pull = pull * (coupling.ceiling / pull.norm()).min(1.0);
+        let drag = coupling.damping * (target_velocity - state.velocity);
+        state.velocity += (pull + drag + pushed.force) / coupling.mass * dt;
+        state.position += state.velocity * dt;
+    }
+
+    /// Lets a fingertip push what it touches; what that does to the fingertip.
+    fn touch_tip(&mut self, hand: usize, finger: usize, spin: Vector3<f64>, dt: f64, share: f64) -> Pushed {
         let radius = self.tip_radius[hand];
         let tip = &mut self.tips[hand][finger];
         let state = &mut self.observation.hands[hand].tips[finger];
-        let mut reaction = Vector3::zeros();
+        let mut pushed = Pushed::default();
         for (body, bristle) in tip.bristles.iter_mut().enumerate() {
             let world_from_body = self.bodies.pose(body);
             let nearest = self.bodies.solid(body).nearest(world_from_body.inverse_transform_point(&state.position));
@@ -327,7 +413,8 @@ impl World {
             };
             let (touch, next) = self.fingertips.touch.touch(*bristle, &overlap, dt);
             *bristle = Some(next);
-            reaction -= touch.force;
+            pushed.force -= touch.force;
+            pushed.torque -= touch.torque + (point - state.position).cross(&touch.force);
             if self.bodies.is_movable(body) {
                 self.bodies.push(body, touch.force, point, touch.torque);
             }
@@ -339,13 +426,7 @@ impl World {
                 None => state.touches.push(TipTouch { body, force: share * touch.force, normal: touch.normal }),
             }
         }
-        let coupling = &self.fingertips.coupling;
-        tip.target += target_velocity * dt;
-        let pull = coupling.stiffness * (tip.target - state.position);
-        let pull = pull * (coupling.ceiling / pull.norm()).min(1.0);
-        let drag = coupling.damping * (target_velocity - state.velocity);
-        state.velocity += (pull + drag + reaction) / coupling.mass * dt;
-        state.position += state.velocity * dt;
+        pushed
     }
 
     /// Lets threads push their screws for the next `dt`.

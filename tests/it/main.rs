@@ -18,6 +18,8 @@ mod recognition;
 #[cfg(feature = "world")]
 mod recordings;
 mod report;
+#[cfg(feature = "world")]
+mod robot;
 mod scenarios;
 mod score;
 mod stream;

@@ -9,10 +9,12 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("graph", &["language"]),
     ("world", &[]),
     ("stream", &[]),
+    ("command", &["analysis", "stream"]),
+    ("robot", &["command", "world"]),
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),
     ("report", &["language", "stream", "engine", "analysis"]),
-    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "report"]),
+    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report"]),
 ];
 
 /// Names of libraries with the only places that may use them.

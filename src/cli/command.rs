@@ -1,0 +1,126 @@
+//! `teachtree command`: a recording in, commands for a robot out.
+
+use super::analyze::analyse;
+use super::rules::{RuleArgs, load};
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::base::error::InputError;
+use crate::base::scene::Scene;
+use crate::command::{self, Commands};
+use crate::robot::{self, Robot};
+use crate::stream;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Options of `command`.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  teachtree command demonstration.csv --robot both_hands -o commands.json
+  teachtree command demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv")]
+pub struct Args {
+    /// A recording of any format
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// A shipped robot by name, or a robot file
+    #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
+    robot: String,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Json)]
+    format: Format,
+    /// Where to write the commands
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Forms of commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// `teachtree.commands/1`
+    Json,
+    /// A table, a row a sample
+    Csv,
+}
+
+/// Runs `command`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let robot = open_robot(&args.robot)?;
+    let opened = stream::open(&args.source.request(&args.log))?;
+    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let analysed = analyse(&rules, &opened, None, Vec::new())?;
+    let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
+    robot::map(&mut commands, &robot, &opened.recording.scene)?;
+    let text = match args.format {
+        Format::Json => commands.json()?,
+        Format::Csv => command::csv::csv(&commands)?,
+    };
+    output::write(&args.out, &text, &[&args.log])?;
+    output::print(&summary(&commands))?;
+    output::print(&format!("written: {}\n", args.out.display()))?;
+    let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
+    if infeasible { Err(Failure::No) } else { Ok(()) }
+}
+
+/// The robot of this name, or in this file.
+pub fn open_robot(name: &str) -> Result<Robot, InputError> {
+    robot::open(name, &|file| std::fs::read_to_string(file).map_err(|error| InputError::unreadable(file, &error)))
+}
+
+/// The scene of this name, or in this file.
+pub fn open_scene(name: &str) -> Result<Scene, InputError> {
+    if name.ends_with(".yaml") || name.ends_with(".yml") {
+        stream::csv::read_scene(Path::new(name))
+    } else {
+        crate::world::scene(name)
+    }
+}
+
+/// What is commanded, for people.
+pub fn summary(commands: &Commands) -> String {
+    let mut text = String::new();
+    for task in &commands.tasks {
+        let _ = writeln!(
+            text,
+            "{} {} of `{}`: {} segments, {:.1} s (taught in {:.1} s)",
+            task.track,
+            task.task,
+            task.object,
+            task.segments.len(),
+            task.duration_s(),
+            task.end_s - task.start_s
+        );
+        for grasp in &task.grasps {
+            let fingers: Vec<&str> = grasp.contacts.iter().map(|contact| contact.finger.as_str()).collect();
+            let fingers = fingers.join(", ");
+            if let Some(mapped) = &grasp.mapped {
+                let copied = mapped.copied_measure.map_or_else(
+                    || "out of reach where the palm copies the person's".into(),
+                    |copied| format!("{copied:.3} where the palm copies the person's"),
+                );
+                let _ = writeln!(text, "  {fingers}: measure {:.3}, {copied}", mapped.measure);
+            }
+            if let Some(why) = &grasp.infeasible {
+                let _ = writeln!(text, "  {fingers}: no grasp, {why}");
+            }
+        }
+        let (before, after) = task
+            .segments
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(a, b), it| (a.max(it.quality.jerk_before), b.max(it.quality.jerk_after)));
+        let _ = writeln!(text, "  largest jerk {before:.0} m/s^3 taught, {after:.0} m/s^3 commanded");
+        for left in &task.left_out {
+            let _ = writeln!(
+                text,
+                "  left out: {} {:.2} – {:.2} s, {}",
+                left.primitives.join(" "),
+                left.start_s,
+                left.end_s,
+                left.why
+            );
+        }
+    }
+    text
+}

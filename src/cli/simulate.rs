@@ -1,0 +1,77 @@
+//! `teachtree simulate`: commands in, the recording of the robot that carried them out.
+
+use super::command::{open_robot, open_scene};
+use super::progress::Progress;
+use super::{Failure, output};
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use crate::base::scene::Scene;
+use crate::command::Commands;
+use crate::robot::Robot;
+use crate::robot::simulate::{Outcome, simulate};
+use crate::stream::formats;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Options of `simulate`.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  teachtree simulate commands.json --robot both_hands --scene paper_box -o robot.csv")]
+pub struct Args {
+    /// What `teachtree command` wrote
+    #[arg(value_name = "COMMANDS")]
+    commands: PathBuf,
+    /// A shipped robot by name, or a robot file; the one that the commands were made for
+    #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
+    robot: String,
+    /// A shipped scene by name, or a scene file; objects may stand elsewhere than they were taught
+    #[arg(long, value_name = "SCENE")]
+    scene: String,
+    /// Where to write the recording, its scene beside it
+    #[arg(long, short, value_name = "LOG")]
+    out: PathBuf,
+}
+
+/// Runs `simulate`; the answer is no when an object is not where the person left it.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let file = args.commands.display().to_string();
+    let text = std::fs::read_to_string(&args.commands).map_err(|error| InputError::unreadable(&file, &error))?;
+    let commands = Commands::read(&text, &file)?;
+    let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
+    let (recording, outcomes) = perform(&commands, &robot, &scene)?;
+    formats::write(&recording, &args.out)?;
+    output::print(&told(&outcomes))?;
+    let duration = recording.time.last().copied().unwrap_or_default();
+    output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
+    if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
+}
+
+/// Simulates with a progress bar.
+pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<(Recording, Vec<Outcome>), InputError> {
+    let progress = Progress::new("simulating");
+    simulate(commands, robot, scene, &mut |part| progress.set(part))
+}
+
+/// What came of the tasks, for people.
+pub fn told(outcomes: &[Outcome]) -> String {
+    let mut text = String::new();
+    for outcome in outcomes {
+        let _ = writeln!(
+            text,
+            "{} {}: `{}` is {:.1} mm and {:.1} degrees from where the person left it",
+            if outcome.done { "done    " } else { "not done" },
+            outcome.task,
+            outcome.object,
+            outcome.off * 1e3,
+            outcome.turned.to_degrees()
+        );
+        let _ = writeln!(
+            text,
+            "         palm within {:.1} mm of its way, forces {:.2} N off on average, {:.2} N at most",
+            outcome.palm_error * 1e3,
+            outcome.force_error,
+            outcome.largest_force
+        );
+    }
+    text
+}

@@ -1,0 +1,147 @@
+//! Which of a task's segments are commanded: tries that had an effect, without aborted approaches and pauses on the way.
+//!
+//! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again,
+//! or that carried and let go in the air before another try, was a mistake and is left out (chapter, section 2.1); so are a Move and an Approach that were
+//! followed by another Move.
+
+use super::RATE_HZ;
+use super::form::LeftOut;
+use super::series::Series;
+use crate::analysis::{Segment, TaskSpan};
+
+/// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
+const PAUSE_M_S: f64 = 0.01;
+const PAUSE_S: f64 = 0.3;
+
+/// A try that counts.
+pub(super) struct Episode {
+    pub(super) pieces: Vec<Piece>,
+}
+
+/// A segment of it.
+pub(super) struct Piece {
+    pub(super) primitive: String,
+    /// Which samples of the series are commanded, in order; never empty.
+    pub(super) samples: Vec<usize>,
+    /// Whether the object is touched.
+    pub(super) touching: bool,
+}
+
+fn is_free(primitive: &str) -> bool {
+    matches!(primitive, "Move" | "Approach")
+}
+
+/// The tries of a task that are commanded, and what is not.
+pub(super) fn episodes(span: &TaskSpan, series: &Series) -> (Vec<Episode>, Vec<LeftOut>) {
+    let mut tries: Vec<Vec<&Segment>> = Vec::new();
+    for segment in &span.segments {
+        let begins = match tries.last().and_then(|one| one.last()) {
+            None => true,
+            Some(before) => {
+                let touched = !is_free(&before.primitive);
+                is_free(&segment.primitive) && touched || before.primitive == "Release"
+            }
+        };
+        match tries.last_mut() {
+            Some(one) if !begins => one.push(segment),
+            _ => tries.push(vec![segment]),
+        }
+    }
+    let mut left_out = Vec::new();
+    let mut kept: Vec<Vec<&Segment>> = Vec::new();
+    let count = tries.len();
+    for (number, segments) in tries.into_iter().enumerate() {
+        let touches: Vec<&str> = segments
+            .iter()
+            .map(|segment| segment.primitive.as_str())
+            .filter(|primitive| !is_free(primitive) && *primitive != "Release")
+            .collect();
+        let only_grasped = touches.iter().all(|primitive| *primitive == "Grasp");
+        let dropped = touches.last() == Some(&"Translate") && number + 1 < count;
+        if touches.is_empty() && number + 1 == count && !kept.is_empty() {
+            // Going away after the last release.
+            kept.push(segments);
+        } else if only_grasped || dropped {
+            let why = match (touches.is_empty(), dropped) {
+                (true, _) => "aborted approach",
+                (_, true) => "dropped",
+                _ => "failed try",
+            };
+            left_out.push(leave(&segments, why));
+        } else {
+            let last_move = segments.iter().take_while(|segment| is_free(&segment.primitive)).count();
+            let from = segments[..last_move].iter().rposition(|segment| segment.primitive == "Move").unwrap_or(0);
+            if from > 0 {
+                left_out.push(leave(&segments[..from], "aborted approach"));
+            }
+            kept.push(segments[from..].to_vec());
+        }
+    }
+    let mut episodes = Vec::new();
+    for segments in kept {
+        let pieces = segments.iter().filter_map(|segment| piece(segment, series, &mut left_out));
+        episodes.push(Episode { pieces: pieces.collect() });
+    }
+    episodes.retain(|episode| !episode.pieces.is_empty());
+    (episodes, left_out)
+}
+
+fn leave(segments: &[&Segment], why: &str) -> LeftOut {
+    LeftOut {
+        primitives: segments.iter().map(|segment| segment.primitive.clone()).collect(),
+        start_s: segments.first().map_or(0.0, |segment| segment.start_s),
+        end_s: segments.last().map_or(0.0, |segment| segment.end_s),
+        why: why.into(),
+    }
+}
+
+fn piece(segment: &Segment, series: &Series, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
+    let at = |time: f64| (((time - series.start_s) * RATE_HZ).round().max(0.0) as usize).min(series.len() - 1);
+    let (start, end) = (at(segment.start_s), at(segment.end_s));
+    let mut samples: Vec<usize> = (start..=end).collect();
+    if is_free(&segment.primitive) {
+        samples = without_pauses(samples, segment, series, left_out);
+    }
+    let touching = !is_free(&segment.primitive);
+    (!samples.is_empty()).then(|| Piece { primitive: segment.primitive.clone(), samples, touching })
+}
+
+/// Takes out of a free motion the samples on which the hand stands still for long.
+fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_out: &mut Vec<LeftOut>) -> Vec<usize> {
+    let slow = |at: usize| {
+        series.fingers.iter().all(|finger| {
+            let (before, after) = (at.saturating_sub(3), (at + 3).min(series.len() - 1));
+            let way = finger.tip_in_world[after] - finger.tip_in_world[before];
+            way.norm() * RATE_HZ / (after - before).max(1) as f64 <= PAUSE_M_S
+        })
+    };
+    let mut kept = Vec::with_capacity(samples.len());
+    let mut still: Vec<usize> = Vec::new();
+    let longest = (PAUSE_S * RATE_HZ) as usize;
+    let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
+    let mut flush = |still: &mut Vec<usize>, kept: &mut Vec<usize>| {
+        if let (true, Some(first), Some(last)) = (still.len() > longest, still.first(), still.last()) {
+            left_out.push(LeftOut {
+                primitives: vec![segment.primitive.clone()],
+                start_s: time(*first),
+                end_s: time(*last),
+                why: "pause".into(),
+            });
+            // The ends stay, so that what follows begins where it began.
+            kept.extend([*first, *last]);
+        } else {
+            kept.append(still);
+        }
+        still.clear();
+    };
+    for at in samples {
+        if slow(at) {
+            still.push(at);
+        } else {
+            flush(&mut still, &mut kept);
+            kept.push(at);
+        }
+    }
+    flush(&mut still, &mut kept);
+    kept
+}

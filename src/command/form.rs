@@ -1,0 +1,173 @@
+//! The form of commands, schema `teachtree.commands/1`. Everything is SI; frames are named in each field.
+
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// The name and version of the schema.
+pub const SCHEMA: &str = "teachtree.commands/1";
+
+/// What a robot is to do.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Commands {
+    /// [`SCHEMA`].
+    pub schema: String,
+    /// The recording that they come from.
+    pub log: String,
+    /// Samples a second.
+    pub rate_hz: f64,
+    /// The robot whose hand the grasps are mapped to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub robot: Option<String>,
+    /// Name of the scene.
+    pub scene: String,
+    /// The tasks in order of time.
+    pub tasks: Vec<Task>,
+}
+
+/// One task of one hand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Task {
+    /// `left` or `right`.
+    pub track: String,
+    /// Its name.
+    pub task: String,
+    /// The object that it is about.
+    pub object: String,
+    /// When the person began, s of the recording.
+    pub start_s: f64,
+    /// When the person was done.
+    pub end_s: f64,
+    /// How the object is touched, in order of time.
+    pub grasps: Vec<Grasp>,
+    /// What is to be done, one after the other.
+    pub segments: Vec<Segment>,
+    /// What the person did that is not commanded.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// Contact points that are kept from one touch to the next release.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Grasp {
+    /// One for each finger that touches.
+    pub contacts: Vec<Contact>,
+    /// The robot's hand on them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mapped: Option<MappedGrasp>,
+    /// Why the robot's hand cannot take hold there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub infeasible: Option<String>,
+}
+
+/// Where a finger touches.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Contact {
+    /// Its name.
+    pub finger: String,
+    /// The mean contact point, frame of the object, m.
+    pub point: [f64; 3],
+    /// Unit normal out of the object there.
+    pub normal: [f64; 3],
+}
+
+/// A robot's hand on the contacts.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MappedGrasp {
+    /// Pose of the robot's palm in the frame of the object: x y z in m, quaternion w x y z.
+    pub object_from_palm: [f64; 7],
+    /// Values of the hand's degrees of freedom, rad or m.
+    pub joints: BTreeMap<String, f64>,
+    /// The geometric mean of the fingers' measures.
+    pub measure: f64,
+    /// The same where the palm copies the person's; nothing where fingers would not reach.
+    pub copied_measure: Option<f64>,
+    /// Each finger's share.
+    pub fingers: Vec<MappedFinger>,
+}
+
+/// A finger of a robot's hand on its contact.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MappedFinger {
+    /// Its name.
+    pub finger: String,
+    /// Manipulability over the cube of its length.
+    pub manipulability: f64,
+    /// Freedom from joint limits, 0 to 1.
+    pub freedom: f64,
+    /// Between the pad and the surface, degrees.
+    pub pad_angle_deg: f64,
+}
+
+/// One primitive.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Segment {
+    /// Its name.
+    pub primitive: String,
+    /// When it begins after the beginning of the task's commands, s.
+    pub start_s: f64,
+    /// How long it takes, s.
+    pub duration_s: f64,
+    /// When the person did it, s of the recording.
+    pub taught_start_s: f64,
+    /// Index of the grasp that it leads to, has, or comes from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub grasp: Option<usize>,
+    /// Whether the object is touched in it.
+    pub touching: bool,
+    /// Desired poses of the object, reference frame: x y z in m, quaternion w x y z; one a sample.
+    pub object: Vec<[f64; 7]>,
+    /// The middle of the fingertips that take part, frame of the object, m; one a sample.
+    pub hand: Vec<[f64; 3]>,
+    /// The fingertips.
+    pub tips: Vec<Tip>,
+    /// What smoothing did.
+    pub quality: Quality,
+}
+
+/// A fingertip through a segment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Tip {
+    /// Its name.
+    pub finger: String,
+    /// Centre of the fingertip, frame of the object, m; one a sample.
+    pub position: Vec<[f64; 3]>,
+    /// Desired force on the object, frame of the object, N; one a sample, zero without contact.
+    pub force: Vec<[f64; 3]>,
+}
+
+/// What smoothing did to a segment.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Quality {
+    /// Largest jerk of object and fingertips as recorded, at the rate of the commands, m/s^3.
+    pub jerk_before: f64,
+    /// The same as commanded.
+    pub jerk_after: f64,
+    /// The farthest that a commanded position is from the recorded one, m.
+    pub position_deviation: f64,
+    /// The farthest that a commanded force is from the recorded one before it was put into the friction cone, N.
+    pub force_deviation: f64,
+    /// How many samples of force were put into the cone.
+    pub into_cone: usize,
+}
+
+/// Something that the person did and the robot does not.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LeftOut {
+    /// What.
+    pub primitives: Vec<String>,
+    /// From when, s of the recording.
+    pub start_s: f64,
+    /// Until when.
+    pub end_s: f64,
+    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`.
+    pub why: String,
+}

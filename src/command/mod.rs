@@ -1,0 +1,159 @@
+//! Commands: what a robot is to do, from an analysed recording.
+//!
+//! For each task the segments that matter, with the trajectory of the object, the fingertips in the frame of the object, the forces on it and
+//! the contact points, smoothed within a segment and never across a contact (the chapter's sections 2.1, 2.5 and 3.2). What came to nothing,
+//! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
+
+pub mod csv;
+mod episodes;
+mod form;
+mod series;
+pub mod smooth;
+mod touching;
+
+pub use form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip};
+
+use crate::analysis::json::printed;
+use crate::analysis::{Analysis, TaskSpan, Who};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::recording::Recording;
+use crate::base::scene::{Body, Role};
+use episodes::episodes;
+use series::Series;
+
+/// Samples of a command a second.
+pub const RATE_HZ: f64 = 100.0;
+/// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
+pub const FRICTION: f64 = 1.0;
+
+/// Makes the commands of a recording; `log` is its name.
+///
+/// # Errors
+/// A recording without a scene.
+pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result<Commands, InputError> {
+    let scene = &recording.scene;
+    if scene.hands.is_empty() || scene.bodies.is_empty() {
+        return Err(InputError::new(log, "has no scene with bodies and hands, wanted one to command a robot"));
+    }
+    let mut tasks = Vec::new();
+    for track in &analysis.tracks {
+        let Who::Hand(side) = track.who else { continue };
+        let Some(hand) = scene.hands.get(&side) else { continue };
+        for span in &track.tasks {
+            // The object that is touched for the longest time is what the task is about.
+            let times = [span.start_s, span.end_s];
+            let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+            let handled = objects
+                .filter_map(|(name, body)| {
+                    let series = Series::new(recording, side, hand, name, times)?;
+                    Some((series.nearness(body), name, body, series))
+                })
+                .max_by_key(|(near, ..)| *near);
+            if let Some((1.., name, body, series)) = handled {
+                tasks.push(task(span, side, name, body, &series));
+            }
+        }
+    }
+    tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
+    Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
+}
+
+fn task(span: &TaskSpan, side: Side, object: &str, body: &Body, series: &Series) -> Task {
+    let (episodes, left_out) = episodes(span, series);
+    let mut task = Task {
+        track: side.name().into(),
+        task: span.task.clone(),
+        object: object.into(),
+        start_s: span.start_s,
+        end_s: span.end_s,
+        left_out,
+        ..Task::default()
+    };
+    let mut clock = 0.0;
+    for episode in &episodes {
+        // One set of contact points for as long as the hand keeps them.
+        let grasp = series.contacts(body, episode);
+        let index = task.grasps.len();
+        if !grasp.contacts.is_empty() {
+            task.grasps.push(grasp);
+        }
+        let index = (!task.grasps.is_empty()).then(|| index.min(task.grasps.len() - 1));
+        for piece in &episode.pieces {
+            let mut segment = series.segment(piece, index.and_then(|index| task.grasps.get(index)));
+            segment.grasp = index;
+            segment.touching = piece.touching;
+            segment.start_s = clock;
+            clock += segment.duration_s;
+            task.segments.push(segment);
+        }
+    }
+    task
+}
+
+impl Task {
+    /// How long its commands take, s.
+    pub fn duration_s(&self) -> f64 {
+        self.segments.last().map_or(0.0, |segment| segment.start_s + segment.duration_s)
+    }
+}
+
+impl Commands {
+    /// Writes them as JSON.
+    ///
+    /// # Errors
+    /// None: every field can be said in JSON.
+    pub fn json(&self) -> Result<String, InputError> {
+        let value = serde_json::to_value(self).map_err(|error| InputError::new("commands", error.to_string()))?;
+        Ok(printed(&value))
+    }
+
+    /// Reads them; `file` is the name in errors.
+    ///
+    /// # Errors
+    /// What is not as the schema says, at its line; numbers that cannot be.
+    pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
+        let commands: Self = serde_json::from_str(text).map_err(|error| {
+            let place = format!("{file}:{}:{}", error.line(), error.column());
+            let message = error.to_string();
+            InputError::new(place, message.split(" at line ").next().unwrap_or(&message))
+        })?;
+        if commands.schema != SCHEMA {
+            let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);
+            return Err(InputError::new(file, message));
+        }
+        if !(1.0..=10_000.0).contains(&commands.rate_hz) {
+            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
+        }
+        for (number, task) in commands.tasks.iter().enumerate() {
+            task.check().map_err(|message| InputError::new(format!("{file}, task {}", number + 1), message))?;
+        }
+        Ok(commands)
+    }
+}
+
+impl Task {
+    /// What cannot be commanded.
+    fn check(&self) -> Result<(), String> {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite() && value.abs() < 1e4);
+        for (number, segment) in self.segments.iter().enumerate() {
+            let wrong = |what: &str| Err(format!("segment {} ({}) {what}", number + 1, segment.primitive));
+            let count = segment.object.len();
+            let tips = |tip: &Tip| tip.position.len() == count && tip.force.len() == count;
+            if count == 0 || segment.hand.len() != count || !segment.tips.iter().all(tips) {
+                return wrong("has lists of different lengths, or empty ones");
+            }
+            let all = segment.object.iter().all(|it| finite(it))
+                && segment.hand.iter().all(|it| finite(it))
+                && segment.tips.iter().all(|tip| tip.position.iter().chain(&tip.force).all(|it| finite(it)));
+            if !(all && finite(&[segment.start_s, segment.duration_s])) {
+                return wrong("has a number that is not finite or far too large");
+            }
+            if segment.grasp.is_some_and(|grasp| grasp >= self.grasps.len()) {
+                return wrong("names a grasp that is not there");
+            }
+        }
+        Ok(())
+    }
+}

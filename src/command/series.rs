@@ -1,0 +1,303 @@
+//! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
+
+use super::episodes::{Episode, Piece};
+use super::form::{Contact, Grasp, Quality, Segment, Tip};
+use super::smooth::{deviation, jerk, smooth_within};
+use super::touching::touching;
+use super::{FRICTION, RATE_HZ};
+use crate::base::geometry::{face_normal, pose, surface_distance};
+use crate::base::hands::{Finger, Side};
+use crate::base::recording::Recording;
+use crate::base::scene::{Body, Hand};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+
+/// Where smoothing halves positions and forces, Hz, and how far it may move them, m and N.
+const POSITION_HZ: f64 = 4.0;
+const FORCE_HZ: f64 = 8.0;
+const POSITION_M: f64 = 0.002;
+const FORCE_N: f64 = 0.1;
+/// A turn of one rad counts as this much way, m.
+const TURN_M: f64 = 0.05;
+/// A finger that touches for this share of a touch takes part in it.
+const TAKES_PART: f64 = 0.3;
+/// A finger settles onto its mean contact point within this time after it touched, s.
+const SETTLES_S: f64 = 0.1;
+
+/// Samples of one task.
+pub(super) struct Series {
+    pub(super) start_s: f64,
+    pub(super) object: Vec<Isometry3<f64>>,
+    pub(super) fingers: Vec<FingerSeries>,
+    tip_radius: f64,
+}
+
+/// One finger.
+pub(super) struct FingerSeries {
+    finger: Finger,
+    /// Centre of the tip, frame of the object, m.
+    tip: Vec<Vector3<f64>>,
+    /// The same in the reference frame.
+    pub(super) tip_in_world: Vec<Vector3<f64>>,
+    /// Force on the object, frame of the object, N.
+    force: Vec<Vector3<f64>>,
+    pub(super) touches: Vec<bool>,
+}
+
+impl Series {
+    /// `None` when the recording lacks the pose of the object or every fingertip.
+    pub(super) fn new(
+        recording: &Recording,
+        side: Side,
+        hand: &Hand,
+        object: &str,
+        [start_s, end_s]: [f64; 2],
+    ) -> Option<Self> {
+        let count = ((end_s - start_s) * RATE_HZ).round() as usize + 1;
+        let last = recording.time.len().checked_sub(1)?;
+        let rows: Vec<usize> = (0..count)
+            .map(|at| {
+                let time = start_s + at as f64 / RATE_HZ;
+                recording.time.partition_point(|t| *t < time - 1e-9).min(last)
+            })
+            .collect();
+        let places = vectors(recording, &format!("{object}.position"), &rows)?;
+        let turns = rotations(recording, &format!("{object}.rotation"), &rows);
+        let object: Vec<Isometry3<f64>> = places
+            .iter()
+            .enumerate()
+            .map(|(at, place)| {
+                let turn = turns.as_ref().and_then(|turns| turns.get(at)).copied().unwrap_or([1.0, 0.0, 0.0, 0.0]);
+                pose([place.x, place.y, place.z], turn)
+            })
+            .collect();
+        let mut fingers = Vec::new();
+        for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
+            let Some(tips) = vectors(recording, &format!("{side}.{finger}.position"), &rows) else { continue };
+            let forces = vectors(recording, &format!("{side}.{finger}.force"), &rows);
+            let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
+            let touches = touching(recording, side, finger, &rows);
+            let local =
+                |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
+            fingers.push(FingerSeries {
+                finger,
+                tip: tips.iter().enumerate().map(local).collect(),
+                force: forces
+                    .iter()
+                    .zip(&object)
+                    .zip(&touches)
+                    .map(
+                        |((force, object), on)| {
+                            if *on { object.inverse_transform_vector(force) } else { Vector3::zeros() }
+                        },
+                    )
+                    .collect(),
+                tip_in_world: tips,
+                touches,
+            });
+        }
+        (!fingers.is_empty()).then(|| Self { start_s, object, fingers, tip_radius: hand.tip_radius.0 })
+    }
+
+    /// How many samples there are.
+    pub(super) fn len(&self) -> usize {
+        self.object.len()
+    }
+
+    /// For how many samples a fingertip touches and is at the object.
+    pub(super) fn nearness(&self, body: &Body) -> usize {
+        let near = |finger: &FingerSeries| {
+            let at_it = |(tip, on): (&Vector3<f64>, &bool)| {
+                *on && surface_distance(body, &Point3::from(*tip)) < self.tip_radius + 0.004
+            };
+            finger.tip.iter().zip(&finger.touches).filter(|pair| at_it(*pair)).count()
+        };
+        self.fingers.iter().map(near).sum()
+    }
+
+    /// The contact points of an episode: the means over the time in which each finger touches, on the surface of the object.
+    pub(super) fn contacts(&self, body: &Body, episode: &Episode) -> Grasp {
+        let samples: Vec<usize> = episode
+            .pieces
+            .iter()
+            .filter(|piece| piece.touching)
+            .flat_map(|piece| piece.samples.iter().copied())
+            .collect();
+        let mut contacts = Vec::new();
+        for finger in &self.fingers {
+            let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
+            if touched.is_empty() || (touched.len() as f64) < TAKES_PART * samples.len() as f64 {
+                continue;
+            }
+            let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len() as f64;
+            let Some(normal) = face_normal(body, &mean.into()) else { continue };
+            let point = mean - normal * surface_distance(body, &mean.into());
+            contacts.push(Contact {
+                finger: finger.finger.name().into(),
+                point: rounded(point),
+                normal: rounded(normal),
+            });
+        }
+        Grasp { contacts, mapped: None, infeasible: None }
+    }
+
+    /// A commanded segment.
+    pub(super) fn segment(&self, piece: &Piece, grasp: Option<&Grasp>) -> Segment {
+        let mut quality = Quality::default();
+        let at = &piece.samples;
+        let raw_object: Vec<[f64; 6]> = self.flattened(at);
+        let object = smooth_within(&raw_object, RATE_HZ, POSITION_HZ, POSITION_M);
+        note(&mut quality, &raw_object, &object);
+        let contact_of = |finger: Finger| grasp?.contacts.iter().find(|contact| contact.finger == finger.name());
+        let taking_part: Vec<&FingerSeries> = match grasp {
+            Some(grasp) if !grasp.contacts.is_empty() => {
+                self.fingers.iter().filter(|finger| contact_of(finger.finger).is_some()).collect()
+            }
+            _ => self.fingers.iter().collect(),
+        };
+        let hand: Vec<[f64; 3]> = at
+            .iter()
+            .map(|&at| {
+                let sum: Vector3<f64> = taking_part.iter().map(|finger| finger.tip[at]).sum();
+                (sum / taking_part.len().max(1) as f64).into()
+            })
+            .collect();
+        let smooth_hand = smooth_within(&hand, RATE_HZ, POSITION_HZ, POSITION_M);
+        note(&mut quality, &hand, &smooth_hand);
+        let mut tips = Vec::new();
+        for finger in &self.fingers {
+            let contact = contact_of(finger.finger);
+            let raw: Vec<[f64; 3]> = at.iter().map(|&at| finger.tip[at].into()).collect();
+            let mut position = smooth_within(&raw, RATE_HZ, POSITION_HZ, POSITION_M);
+            if contact.is_none() || !piece.touching {
+                note(&mut quality, &raw, &position);
+            }
+            let mut force = vec![[0.0; 3]; at.len()];
+            if let Some(contact) = contact.filter(|_| piece.touching) {
+                let normal = Vector3::from(contact.normal);
+                let rests = Vector3::from(contact.point) + normal * self.tip_radius;
+                let mut on_for = if finger.touches[at[0]] { SETTLES_S } else { 0.0 };
+                for (place, &at) in position.iter_mut().zip(at) {
+                    // While it touches, a finger stays at its mean contact point.
+                    on_for = if finger.touches[at] { on_for + 1.0 / RATE_HZ } else { 0.0 };
+                    let share = (on_for / SETTLES_S).min(1.0);
+                    *place = (Vector3::from(*place) * (1.0 - share) + rests * share).into();
+                }
+                self.forces(finger, at, &normal, &mut force, &mut quality);
+            }
+            tips.push(Tip {
+                finger: finger.finger.name().into(),
+                position: position.into_iter().map(|it| rounded(it.into())).collect(),
+                force: force.into_iter().map(|it| rounded(it.into())).collect(),
+            });
+        }
+        Segment {
+            primitive: piece.primitive.clone(),
+            duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
+            taught_start_s: self.start_s + at[0] as f64 / RATE_HZ,
+            object: object.iter().map(|flat| self.unflattened(at[0], flat)).collect(),
+            hand: smooth_hand.into_iter().map(|it| rounded(it.into())).collect(),
+            tips,
+            quality,
+            ..Segment::default()
+        }
+    }
+
+    /// Forces smoothed from contact to contact, and put into the friction cone.
+    fn forces(
+        &self,
+        finger: &FingerSeries,
+        at: &[usize],
+        normal: &Vector3<f64>,
+        out: &mut [[f64; 3]],
+        quality: &mut Quality,
+    ) {
+        let mut start = 0;
+        while start < at.len() {
+            if !finger.touches[at[start]] {
+                start += 1;
+                continue;
+            }
+            let end = (start..at.len()).find(|&end| !finger.touches[at[end]]).unwrap_or(at.len());
+            let raw: Vec<[f64; 3]> = at[start..end].iter().map(|&at| finger.force[at].into()).collect();
+            let smoothed = smooth_within(&raw, RATE_HZ, FORCE_HZ, FORCE_N);
+            quality.force_deviation = quality.force_deviation.max(deviation(&raw, &smoothed));
+            for (out, force) in out[start..end].iter_mut().zip(smoothed) {
+                let (inside, was_outside) = into_cone(Vector3::from(force), normal);
+                quality.into_cone += usize::from(was_outside);
+                *out = inside.into();
+            }
+            start = end;
+        }
+    }
+
+    /// Poses of the object as position and turn since the first sample, the turn as way.
+    fn flattened(&self, at: &[usize]) -> Vec<[f64; 6]> {
+        let first = at.first().map_or_else(UnitQuaternion::identity, |&at| self.object[at].rotation);
+        at.iter()
+            .map(|&at| {
+                let (place, turn) = (self.object[at].translation.vector, self.object[at].rotation);
+                let turned = (turn * first.inverse()).scaled_axis() * TURN_M;
+                [place.x, place.y, place.z, turned.x, turned.y, turned.z]
+            })
+            .collect()
+    }
+
+    fn unflattened(&self, first: usize, flat: &[f64; 6]) -> [f64; 7] {
+        let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
+        let turn = UnitQuaternion::from_scaled_axis(turned) * self.object[first].rotation;
+        [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
+    }
+}
+
+/// The force nearest to this one within the friction cone about `-normal`, and whether it lay outside.
+pub(super) fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
+    let pressed = -force.dot(normal);
+    if pressed <= 0.0 {
+        return (Vector3::zeros(), force != Vector3::zeros());
+    }
+    let along = force + normal * pressed;
+    let largest = FRICTION * pressed;
+    if along.norm() <= largest { (force, false) } else { (along.normalize() * largest - normal * pressed, true) }
+}
+
+fn note<const N: usize>(quality: &mut Quality, raw: &[[f64; N]], smoothed: &[[f64; N]]) {
+    quality.jerk_before = quality.jerk_before.max(jerk(raw, RATE_HZ));
+    quality.jerk_after = quality.jerk_after.max(jerk(smoothed, RATE_HZ));
+    quality.position_deviation = quality.position_deviation.max(deviation(raw, smoothed));
+}
+
+fn round(value: f64) -> f64 {
+    (value * 1e7).round() / 1e7 + 0.0
+}
+
+fn rounded(vector: Vector3<f64>) -> [f64; 3] {
+    [round(vector.x), round(vector.y), round(vector.z)]
+}
+
+/// The samples of a column at these rows; what was not measured is as before, and before that zero.
+fn column(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<f64>> {
+    let column = recording.columns.get(name)?;
+    let mut last = 0.0;
+    Some(
+        rows.iter()
+            .map(|&row| {
+                last = column.values.get(row).copied().filter(|value| value.is_finite()).unwrap_or(last);
+                last
+            })
+            .collect(),
+    )
+}
+
+/// A channel of three components.
+pub(super) fn vectors(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<Vector3<f64>>> {
+    let [x, y, z] = ["x", "y", "z"].map(|part| column(recording, &format!("{name}.{part}"), rows));
+    let (x, y, z) = (x?, y?, z?);
+    Some((0..rows.len()).map(|at| Vector3::new(x[at], y[at], z[at])).collect())
+}
+
+/// A rotation, w x y z.
+fn rotations(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<[f64; 4]>> {
+    let [w, x, y, z] = ["w", "x", "y", "z"].map(|part| column(recording, &format!("{name}.{part}"), rows));
+    let (w, x, y, z) = (w?, x?, y?, z?);
+    Some((0..rows.len()).map(|at| [w[at], x[at], y[at], z[at]]).collect())
+}

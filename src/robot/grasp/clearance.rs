@@ -1,0 +1,130 @@
+//! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and the only place here that names parry.
+
+use super::{CLEAR_M, Wanted};
+use crate::base::geometry::pose;
+use crate::base::hands::Finger;
+use crate::base::scene::{Body, Shape};
+use crate::robot::hand::{Angles, FingerModel, HandModel};
+use crate::robot::tree::Solid;
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use parry3d::math::{Pose, Vector};
+use parry3d::query;
+use parry3d::shape::SharedShape;
+
+/// Overlaps are looked for up to this gap, m.
+const NEAR_M: f64 = 0.05;
+
+/// The smallest gaps, m, negative for an overlap; at most 50 mm are told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Clearance {
+    /// Between links of the hand and the object; fingertips touch and are not counted.
+    pub object: f64,
+    /// Between the hand and whatever else is there.
+    pub obstacles: f64,
+    /// Between fingers.
+    pub fingers: f64,
+}
+
+impl Clearance {
+    /// The largest overlap, m, and between whom.
+    pub(super) fn worst_overlap(&self) -> Option<(f64, String)> {
+        let all = [(self.object, "hand and object"), (self.obstacles, "hand and obstacle"), (self.fingers, "fingers")];
+        let worst = all.into_iter().min_by(|a, b| a.0.total_cmp(&b.0));
+        worst.filter(|(gap, _)| *gap < -CLEAR_M).map(|(gap, who)| (-gap, who.to_string()))
+    }
+}
+
+/// Shapes of the object and the obstacles, object frame, and of the palm.
+pub(super) struct Shapes {
+    object: Vec<(Pose, SharedShape)>,
+    obstacles: Vec<(Pose, SharedShape)>,
+    palm: Vec<Solid>,
+}
+
+impl Shapes {
+    pub(super) fn new(hand: &HandModel, wanted: &Wanted<'_>) -> Self {
+        let obstacles =
+            wanted.obstacles.iter().flat_map(|obstacle| shapes(obstacle.body, &obstacle.object_from_obstacle));
+        Self {
+            object: shapes(wanted.object, &Isometry3::identity()),
+            obstacles: obstacles.collect(),
+            palm: hand.palm_solids.clone(),
+        }
+    }
+
+    /// The gaps at a pose of the palm.
+    pub(super) fn clearance(&self, object_from_palm: &Isometry3<f64>, fingers: &[(&FingerModel, Angles)]) -> Clearance {
+        let mut clearance = Clearance { object: NEAR_M, obstacles: NEAR_M, fingers: NEAR_M };
+        let mut links: Vec<(Finger, Pose, SharedShape)> = self
+            .palm
+            .iter()
+            .map(|solid| shape(object_from_palm, solid))
+            .map(|(at, it)| (Finger::Palm, at, it))
+            .collect();
+        for (finger, angles) in fingers {
+            for (_, solid) in finger.solids(&finger.posture(angles)) {
+                let (at, it) = shape(object_from_palm, &solid);
+                links.push((finger.finger, at, it));
+            }
+        }
+        for (_, at, link) in &links {
+            for (other_at, other) in &self.object {
+                clearance.object = clearance.object.min(gap(at, link, other_at, other));
+            }
+            for (other_at, other) in &self.obstacles {
+                clearance.obstacles = clearance.obstacles.min(gap(at, link, other_at, other));
+            }
+        }
+        for (index, (finger, at, link)) in links.iter().enumerate() {
+            for (other, other_at, other_link) in links.iter().skip(index + 1) {
+                // The knuckles stand in the palm.
+                if finger != other && *finger != Finger::Palm && *other != Finger::Palm {
+                    clearance.fingers = clearance.fingers.min(gap(at, link, other_at, other_link));
+                }
+            }
+        }
+        clearance
+    }
+}
+
+/// The gap between two shapes, negative when they overlap.
+fn gap(at: &Pose, one: &SharedShape, other_at: &Pose, other: &SharedShape) -> f64 {
+    match query::contact(at, &**one, other_at, &**other, NEAR_M) {
+        Ok(Some(contact)) => contact.dist,
+        _ => NEAR_M,
+    }
+}
+
+fn vector(vector: Vector3<f64>) -> Vector {
+    vector.into()
+}
+
+fn parry_pose(pose: &Isometry3<f64>) -> Pose {
+    Pose::from_parts(vector(pose.translation.vector), pose.rotation.into())
+}
+
+fn shape(object_from_palm: &Isometry3<f64>, solid: &Solid) -> (Pose, SharedShape) {
+    let at = |point: &Point3<f64>| vector(point.coords);
+    match solid {
+        Solid::Capsule(from, to, radius) => {
+            (parry_pose(object_from_palm), SharedShape::capsule(at(from), at(to), *radius))
+        }
+        Solid::Box(pose, half) => (parry_pose(&(object_from_palm * pose)), SharedShape::cuboid(half.x, half.y, half.z)),
+    }
+}
+
+fn shapes(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<(Pose, SharedShape)> {
+    let part = |part: &crate::base::scene::Part| {
+        let at = object_from_body * pose(part.at.map(|at| at.0), part.turned);
+        match part.shape {
+            Shape::Box([x, y, z]) => (parry_pose(&at), SharedShape::cuboid(x.0 / 2.0, y.0 / 2.0, z.0 / 2.0)),
+            // parry's cylinder stands along y.
+            Shape::Cylinder([radius, height]) => {
+                let upright = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
+                (parry_pose(&(at * upright)), SharedShape::cylinder(height.0 / 2.0, radius.0))
+            }
+            Shape::Ball(radius) => (parry_pose(&at), SharedShape::ball(radius.0)),
+        }
+    };
+    body.parts.iter().map(part).collect()
+}

@@ -1,0 +1,258 @@
+//! Grasp mapping: taught contact points in, palm pose and finger angles of a robot hand out.
+//!
+//! Over the pose of the palm in the frame of the object, the geometric mean of the fingers' measures is made as large as possible
+//! (PAPER.md section 10; the chapter's section 2.6 only says that the pose maximises manipulability at the taught contact points):
+//!
+//! ```text
+//! W(T) = (Π_i w_i / L_i³ · p_i)^(1/n)        w: Yoshikawa's manipulability, L: length of the finger, p: freedom from joint limits
+//! ```
+//!
+//! with every fingertip ball touching its contact point. Hand, object and obstacles must be clear of each other, fingers uncrossed and pads
+//! turned to the surface; what is violated costs its square, and what is out of reach costs its distance, so that the search has a slope
+//! everywhere. At the end all of it is checked on the exact shapes.
+
+mod beads;
+mod clearance;
+mod cost;
+mod search;
+mod starts;
+
+pub use clearance::Clearance;
+
+use super::hand::{Angles, FingerModel, HandModel, MAX_DOFS, REACHED_M};
+use crate::base::hands::Finger;
+use crate::base::scene::Body;
+use clearance::Shapes;
+use cost::Cost;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// A pad may look past the surface normal by this angle, rad (80 degrees).
+pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
+/// Shapes are clear of each other when they overlap by no more than this, m.
+pub const CLEAR_M: f64 = 1e-4;
+
+/// Where one finger touched the object; object frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Which finger.
+    pub finger: Finger,
+    /// The point of the object's surface.
+    pub point: Point3<f64>,
+    /// Unit normal out of the object.
+    pub normal: Vector3<f64>,
+}
+
+/// A body that the hand must not touch, and where it is.
+#[derive(Clone, Debug)]
+pub struct Obstacle<'a> {
+    /// The pose in the frame of the object.
+    pub object_from_obstacle: Isometry3<f64>,
+    /// Its shape.
+    pub body: &'a Body,
+}
+
+/// What is to be held, and where.
+#[derive(Clone, Debug)]
+pub struct Wanted<'a> {
+    /// The taught contacts, at most one a finger.
+    pub contacts: Vec<Contact>,
+    /// The object.
+    pub object: &'a Body,
+    /// What else is there while it is held.
+    pub obstacles: Vec<Obstacle<'a>>,
+}
+
+/// A palm pose with the fingers on their contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grasp {
+    /// The pose of the palm in the frame of the object.
+    pub object_from_palm: Isometry3<f64>,
+    /// W.
+    pub measure: f64,
+    /// The fingers that touch, in the order of the contacts.
+    pub fingers: Vec<Held>,
+    /// Angles of the fingers that do not touch.
+    pub idle: Vec<(Finger, Angles)>,
+    /// The gaps, on the exact shapes.
+    pub clearance: Clearance,
+}
+
+/// A finger on its contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Which finger.
+    pub finger: Finger,
+    /// Its angles, in the order of its degrees of freedom.
+    pub angles: Angles,
+    /// `w / L³`.
+    pub manipulability: f64,
+    /// Freedom from joint limits, 0 to 1.
+    pub freedom: f64,
+    /// Angle between the way its pad looks and the way into the surface, rad.
+    pub pad_angle: f64,
+    /// How far its tip stays away from the contact, m.
+    pub miss: f64,
+}
+
+/// Why there is no grasp.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Failure {
+    /// The hand has no such finger.
+    Lacks(Finger),
+    /// Of the best pose, the finger that stays farthest from its contact, and how far, m.
+    OutOfReach(Finger, f64),
+    /// Every finger reaches, but hand, object, obstacles and fingers are not clear of each other: the worst overlap, m, and between whom.
+    InTheWay(f64, String),
+    /// Every finger reaches, but a pad looks away from the surface: by this angle, rad.
+    PadTurnedAway(Finger, f64),
+}
+
+impl std::fmt::Display for Failure {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Lacks(finger) => write!(f, "the hand has no {finger} finger"),
+            Self::OutOfReach(finger, miss) => {
+                write!(f, "{finger} cannot reach its contact: {:.1} mm are missing", miss * 1e3)
+            }
+            Self::InTheWay(overlap, who) => write!(f, "{who} are in each other's way by {:.1} mm", overlap * 1e3),
+            Self::PadTurnedAway(finger, angle) => {
+                write!(f, "the pad of {finger} looks {:.0} degrees past the surface", angle.to_degrees())
+            }
+        }
+    }
+}
+
+/// What is known of a hand before any grasp: made once, used for all.
+#[derive(Clone, Debug)]
+pub struct Mapper<'a> {
+    hand: &'a HandModel,
+    beads: beads::HandBeads,
+    postures: Vec<starts::Posing>,
+}
+
+impl<'a> Mapper<'a> {
+    /// The mapper of a hand.
+    pub fn new(hand: &'a HandModel) -> Self {
+        Self { hand, beads: beads::HandBeads::new(hand), postures: starts::postures(hand) }
+    }
+
+    /// Finds the best pose of the palm.
+    ///
+    /// # Errors
+    /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
+    pub fn map(&self, wanted: &Wanted<'_>) -> Result<Grasp, Failure> {
+        let cost = Cost::new(self, wanted)?;
+        let shapes = Shapes::new(self.hand, wanted);
+        let mut failure = None;
+        for pose in search::best_poses(&cost, &starts::starts(self, wanted)) {
+            match self.check(&pose, &cost, &shapes) {
+                Ok(grasp) => return Ok(grasp),
+                Err(found) => {
+                    failure.get_or_insert(found);
+                }
+            }
+        }
+        Err(failure.unwrap_or(Failure::InTheWay(0.0, "hand and object".into())))
+    }
+
+    /// The grasp at a given pose of the palm, when it is one.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn at(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<Grasp, Failure> {
+        self.check(object_from_palm, &Cost::new(self, wanted)?, &Shapes::new(self.hand, wanted))
+    }
+
+    /// Improves a pose that is near a good one, without looking elsewhere.
+    ///
+    /// # Errors
+    /// What is wrong with the pose that was found.
+    pub fn polish(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<Grasp, Failure> {
+        let cost = Cost::new(self, wanted)?;
+        let pose = search::polished(&cost, object_from_palm);
+        self.check(&pose, &cost, &Shapes::new(self.hand, wanted))
+    }
+
+    /// A long search that knows nothing of where to begin, by differential evolution: the reference for tests. `chance` gives numbers
+    /// from 0 to 1.
+    ///
+    /// # Errors
+    /// What is wrong with the best pose that was found.
+    pub fn search_everywhere(
+        &self,
+        wanted: &Wanted<'_>,
+        generations: usize,
+        chance: &mut dyn FnMut() -> f64,
+    ) -> Result<Grasp, Failure> {
+        let cost = Cost::new(self, wanted)?;
+        let pose = search::everywhere(&cost, generations, chance);
+        self.check(&pose, &cost, &Shapes::new(self.hand, wanted))
+    }
+
+    /// The pose that copies the person's: the hand half closed in the middle of its ranges, laid over the taught contacts. What it is
+    /// worth without any search is what the search is compared with; `None` where the fingers do not reach.
+    pub fn copied(&self, wanted: &Wanted<'_>) -> Option<f64> {
+        let cost = Cost::new(self, wanted).ok()?;
+        let pose = starts::laid_over(self, wanted)?;
+        let fingers = cost.fingers(&pose);
+        let reached = fingers.iter().all(|held| held.miss < REACHED_M);
+        reached.then(|| geometric_mean(&fingers))
+    }
+
+    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<Grasp, Failure> {
+        let fingers = cost.fingers(pose);
+        let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
+        if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
+            return Err(Failure::OutOfReach(held.finger, cost.miss(pose, held.finger)));
+        }
+        if let Some(held) = fingers.iter().find(|held| held.pad_angle > LARGEST_PAD_ANGLE + 1e-3) {
+            return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));
+        }
+        let idle = cost.idle(pose);
+        let all: Vec<(&FingerModel, Angles)> = self
+            .hand
+            .fingers
+            .iter()
+            .filter_map(|model| {
+                let touching = fingers.iter().find(|held| held.finger == model.finger).map(|held| held.angles);
+                let angles = touching.or_else(|| idle.iter().find(|(it, _)| *it == model.finger).map(|(_, it)| *it))?;
+                Some((model, angles))
+            })
+            .collect();
+        let clearance = shapes.clearance(pose, &all);
+        if let Some((overlap, who)) = clearance.worst_overlap() {
+            return Err(Failure::InTheWay(overlap, who));
+        }
+        Ok(Grasp { object_from_palm: *pose, measure: geometric_mean(&fingers), fingers, idle, clearance })
+    }
+}
+
+impl Grasp {
+    /// The degrees of freedom of the hand in a robot's list, set to this grasp in `q`.
+    pub fn set(&self, hand: &HandModel, q: &mut [f64]) {
+        let touching = self.fingers.iter().map(|held| (held.finger, held.angles));
+        for (finger, angles) in touching.chain(self.idle.iter().copied()) {
+            let Some(model) = hand.finger(finger) else { continue };
+            for (dof, angle) in model.dofs.iter().zip(angles) {
+                if let Some(value) = q.get_mut(*dof) {
+                    *value = angle;
+                }
+            }
+        }
+    }
+}
+
+impl Held {
+    /// The measure of this finger.
+    pub fn measure(&self) -> f64 {
+        self.manipulability * self.freedom
+    }
+}
+
+fn geometric_mean(fingers: &[Held]) -> f64 {
+    let product: f64 = fingers.iter().map(Held::measure).product();
+    product.powf(1.0 / fingers.len().max(1) as f64)
+}
+
+/// Angles where there are none.
+const NO_ANGLES: Angles = [0.0; MAX_DOFS];

@@ -1,0 +1,187 @@
+//! The search over poses of the palm: many starts are looked at, some are improved, the best is polished.
+//!
+//! Improving is a quasi-Newton descent (BFGS) with differences for the slope, in six coordinates about the current pose: a shift of the
+//! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
+
+use super::cost::Cost;
+use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
+
+/// This many starts, the cheapest that are apart, are improved by as many steps; then the best by as many more.
+const IMPROVED: usize = 6;
+const FIRST_STEPS: usize = 8;
+const BEST: usize = 2;
+const LAST_STEPS: usize = 25;
+/// m for one rad.
+const TURN_M: f64 = 0.1;
+/// The difference for slopes, m.
+const DIFFERENCE_M: f64 = 2e-6;
+/// A descent ends when a step gains less than this.
+const GAIN: f64 = 2e-5;
+/// Two starts are apart when they differ by more than this, m.
+const APART_M: f64 = 0.015;
+
+/// The best poses that were found, best first.
+pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+    let mut ranked: Vec<(f64, Isometry3<f64>)> = starts.iter().map(|pose| (cost.of(pose), *pose)).collect();
+    ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut chosen: Vec<(f64, Isometry3<f64>)> = Vec::new();
+    for (value, pose) in ranked {
+        if chosen.len() < IMPROVED && chosen.iter().all(|(_, other)| apart(&pose, other) > APART_M) {
+            chosen.push((value, pose));
+        }
+    }
+    let middle = cost.middle();
+    let mut improved: Vec<Descent> = chosen
+        .into_iter()
+        .map(|(value, pose)| {
+            let mut descent = Descent::new(pose, value);
+            descent.run(cost, &middle, FIRST_STEPS);
+            descent
+        })
+        .collect();
+    improved.sort_by(|a, b| a.value.total_cmp(&b.value));
+    for descent in improved.iter_mut().take(BEST) {
+        descent.run(cost, &middle, LAST_STEPS);
+    }
+    improved.sort_by(|a, b| a.value.total_cmp(&b.value));
+    improved.into_iter().map(|descent| descent.pose).collect()
+}
+
+/// A pose improved as far as it goes.
+pub(super) fn polished(cost: &Cost<'_>, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    let mut descent = Descent::new(*pose, cost.of(pose));
+    for _ in 0..4 {
+        descent.run(cost, &cost.middle(), 100);
+        descent.inverse_hessian = None;
+    }
+    descent.pose
+}
+
+/// Differential evolution over all poses near the object, then a polish.
+pub(super) fn everywhere(cost: &Cost<'_>, generations: usize, chance: &mut dyn FnMut() -> f64) -> Isometry3<f64> {
+    const MEMBERS: usize = 48;
+    const REACH_M: f64 = 0.25;
+    let middle = cost.middle();
+    let at = |x: &Vector6<f64>| moved(&Isometry3::from(middle), &middle, x);
+    let mut draw = || {
+        let mut x = Vector6::zeros();
+        for row in 0..3 {
+            x[row] = REACH_M * (2.0 * chance() - 1.0);
+            x[row + 3] = std::f64::consts::PI * TURN_M * (2.0 * chance() - 1.0);
+        }
+        x
+    };
+    let mut members: Vec<(f64, Vector6<f64>)> = (0..MEMBERS).map(|_| draw()).map(|x| (cost.of(&at(&x)), x)).collect();
+    for _ in 0..generations {
+        for index in 0..MEMBERS {
+            let mut pick = || members[(chance() * MEMBERS as f64) as usize % MEMBERS].1;
+            let (a, b, c) = (pick(), pick(), pick());
+            let best = members.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or(a, |(_, x)| *x);
+            let towards = if chance() < 0.5 { best } else { a };
+            let mut trial = members[index].1;
+            let kept = (chance() * 6.0) as usize;
+            for row in 0..6 {
+                if chance() < 0.8 || row == kept {
+                    trial[row] = towards[row] + 0.6 * (b[row] - c[row]);
+                }
+            }
+            let value = cost.of(&at(&trial));
+            if value <= members[index].0 {
+                members[index] = (value, trial);
+            }
+        }
+    }
+    let best = members.iter().min_by(|a, b| a.0.total_cmp(&b.0)).map_or_else(Vector6::zeros, |(_, x)| *x);
+    polished(cost, &at(&best))
+}
+
+/// How far two poses are apart, m, a turn counted as in the search.
+fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
+    (one.translation.vector - other.translation.vector).norm() + TURN_M * one.rotation.angle_to(&other.rotation)
+}
+
+/// A pose moved by six coordinates about a point of the object.
+fn moved(pose: &Isometry3<f64>, about: &Point3<f64>, x: &Vector6<f64>) -> Isometry3<f64> {
+    let turn = UnitQuaternion::from_scaled_axis(x.fixed_rows::<3>(3) / TURN_M);
+    let shift: Vector3<f64> = x.fixed_rows::<3>(0).into();
+    let arm = pose.translation.vector - about.coords;
+    Isometry3::from_parts(Translation3::from(about.coords + shift + turn * arm), turn * pose.rotation)
+}
+
+/// A descent under way.
+struct Descent {
+    pose: Isometry3<f64>,
+    value: f64,
+    inverse_hessian: Option<Matrix6<f64>>,
+    slope: Option<Vector6<f64>>,
+    over: bool,
+}
+
+impl Descent {
+    fn new(pose: Isometry3<f64>, value: f64) -> Self {
+        Self { pose, value, inverse_hessian: None, slope: None, over: false }
+    }
+
+    fn run(&mut self, cost: &Cost<'_>, middle: &Point3<f64>, steps: usize) {
+        self.over &= self.inverse_hessian.is_some();
+        for _ in 0..steps {
+            if self.over {
+                return;
+            }
+            self.step(cost, middle);
+        }
+    }
+
+    /// The slope by forward differences.
+    fn slope(&self, cost: &Cost<'_>, middle: &Point3<f64>) -> Vector6<f64> {
+        Vector6::from_fn(|row, _| {
+            let mut x = Vector6::zeros();
+            x[row] = DIFFERENCE_M;
+            (cost.of(&moved(&self.pose, middle, &x)) - self.value) / DIFFERENCE_M
+        })
+    }
+
+    fn step(&mut self, cost: &Cost<'_>, middle: &Point3<f64>) {
+        let slope = self.slope.take().unwrap_or_else(|| self.slope(cost, middle));
+        // The first step goes about 5 mm.
+        let first = Matrix6::identity() * (0.005 / slope.norm().max(1e-9));
+        let mut inverse = *self.inverse_hessian.get_or_insert(first);
+        let mut direction = -(inverse * slope);
+        if direction.dot(&slope) >= 0.0 {
+            (inverse, direction) = (first, -(first * slope));
+        }
+        // No step moves a fingertip by more than 30 mm.
+        direction *= (0.03 / direction.norm().max(1e-12)).min(1.0);
+        let mut length = 1.0;
+        let found = loop {
+            let pose = moved(&self.pose, middle, &(direction * length));
+            let value = cost.of(&pose);
+            if value < self.value + 1e-4 * length * direction.dot(&slope) {
+                break Some((pose, value));
+            }
+            length *= 0.4;
+            if length < 1e-4 {
+                break None;
+            }
+        };
+        let Some((pose, value)) = found else {
+            // Down a kink from here: start over with the slope alone, once.
+            self.over = self.inverse_hessian.is_some_and(|inverse| inverse == first);
+            self.inverse_hessian = Some(first);
+            self.slope = Some(slope);
+            return;
+        };
+        self.over = self.value - value < GAIN;
+        (self.pose, self.value) = (pose, value);
+        let next = self.slope(cost, middle);
+        let (step, change) = (direction * length, next - slope);
+        let curvature = step.dot(&change);
+        if curvature > 1e-12 {
+            let rho = 1.0 / curvature;
+            let left = Matrix6::identity() - step * change.transpose() * rho;
+            inverse = left * inverse * left.transpose() + step * step.transpose() * rho;
+        }
+        self.inverse_hessian = Some(inverse);
+        self.slope = Some(next);
+    }
+}

@@ -1,0 +1,57 @@
+//! One hand of a robot with what carries it: a robot of its own, so that a simulation does not move what stands still.
+
+use super::hand;
+use super::tree::Robot;
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use indexmap::IndexMap;
+
+impl Robot {
+    /// The hand of this side and everything between it and the root.
+    ///
+    /// # Errors
+    /// The robot does not have this hand.
+    pub fn limb(&self, side: Side) -> Result<Self, InputError> {
+        let lacks = || InputError::new(self.name.clone(), format!("has no {side} hand"));
+        let hand = self.hands.get(&side).ok_or_else(lacks)?;
+        let mut kept = vec![false; self.links.len()];
+        let mut at = hand.palm;
+        while at != 0 {
+            kept[at] = true;
+            at = self.links[at].parent;
+        }
+        kept[0] = true;
+        for index in 0..self.links.len() {
+            let mut above = index;
+            while above != 0 && above != hand.palm {
+                above = self.links[above].parent;
+            }
+            kept[index] |= above == hand.palm;
+        }
+        let mut place = vec![0; self.links.len()];
+        let mut dof_place: Vec<Option<usize>> = vec![None; self.dofs.len()];
+        let mut limb = Self { name: self.name.clone(), links: Vec::new(), dofs: Vec::new(), hands: IndexMap::new() };
+        for (index, link) in self.links.iter().enumerate().filter(|(index, _)| kept[*index]) {
+            place[index] = limb.links.len();
+            let mut link = link.clone();
+            link.parent = place[link.parent];
+            if let Some(joint) = &mut link.joint {
+                let dof = *dof_place[joint.dof].get_or_insert_with(|| {
+                    limb.dofs.push(self.dofs[joint.dof].clone());
+                    limb.dofs.len() - 1
+                });
+                joint.dof = dof;
+            }
+            limb.links.push(link);
+        }
+        let specs: Vec<_> = hand
+            .fingers
+            .iter()
+            .map(|finger| hand::FingerSpec { link: place[finger.spec.link], ..finger.spec.clone() })
+            .collect();
+        let made = hand::build(&limb, place[hand.palm], &specs)
+            .map_err(|(_, message)| InputError::new(self.name.clone(), message))?;
+        limb.hands.insert(side, made);
+        Ok(limb)
+    }
+}

@@ -1,0 +1,110 @@
+//! Commands mapped to a robot: for each grasp of each task, the palm pose and the finger angles of the hand that does it.
+//!
+//! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
+//! in the way.
+
+use super::grasp::{Contact, Mapper, Obstacle, Wanted};
+use super::hand::HandModel;
+use super::tree::Robot;
+use crate::base::error::InputError;
+use crate::base::geometry::pose;
+use crate::base::hands::{Finger, Side};
+use crate::base::scene::{Role, Scene};
+use crate::command::{Commands, MappedFinger, MappedGrasp, Task};
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
+
+/// A taught pose goes a little into what carries the object: obstacles are lowered by this, m.
+const SUNK_M: f64 = 0.001;
+
+/// Maps every grasp of commands; what cannot be held is noted with its reason.
+///
+/// # Errors
+/// A hand that the robot does not have, an object that the scene does not have.
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+    commands.robot = Some(robot.name.clone());
+    for (number, task) in commands.tasks.iter_mut().enumerate() {
+        let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
+        let side = Side::from_name(&task.track).ok_or_else(|| refuse(format!("is of no hand: `{}`", task.track)))?;
+        let hand = robot
+            .hands
+            .get(&side)
+            .ok_or_else(|| refuse(format!("is of the {side} hand, which robot `{}` does not have", robot.name)))?;
+        let object = scene
+            .bodies
+            .get(&task.object)
+            .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
+        let mapper = Mapper::new(hand);
+        for index in 0..task.grasps.len() {
+            let obstacles = obstacles(task, index, scene);
+            let contacts = task.grasps[index].contacts.iter().filter_map(|contact| {
+                Some(Contact {
+                    finger: Finger::from_name(&contact.finger)?,
+                    point: Point3::from(contact.point),
+                    normal: Vector3::from(contact.normal),
+                })
+            });
+            let wanted = Wanted { contacts: contacts.collect(), object, obstacles };
+            let grasp = &mut task.grasps[index];
+            match mapper.map(&wanted) {
+                Ok(found) => {
+                    let mut q = vec![0.0; robot.dofs.len()];
+                    found.set(hand, &mut q);
+                    grasp.mapped = Some(MappedGrasp {
+                        object_from_palm: seven(&found.object_from_palm),
+                        joints: joints(robot, hand, &q),
+                        measure: found.measure,
+                        copied_measure: mapper.copied(&wanted),
+                        fingers: found
+                            .fingers
+                            .iter()
+                            .map(|held| MappedFinger {
+                                finger: held.finger.name().into(),
+                                manipulability: held.manipulability,
+                                freedom: held.freedom,
+                                pad_angle_deg: held.pad_angle.to_degrees(),
+                            })
+                            .collect(),
+                    });
+                }
+                Err(why) => grasp.infeasible = Some(why.to_string()),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, and the other objects where they
+/// stood at the beginning.
+fn obstacles<'a>(task: &Task, grasp: usize, scene: &'a Scene) -> Vec<Obstacle<'a>> {
+    let held = task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
+    let poses: Vec<&[f64; 7]> = held.flat_map(|segment| &segment.object).collect();
+    let (Some(first), Some(last)) = (poses.first(), poses.last()) else { return Vec::new() };
+    let mut obstacles = Vec::new();
+    for flat in [first, last] {
+        let world_from_object = from_seven(flat);
+        for (_, body) in scene.bodies.iter().filter(|(name, body)| **name != task.object && body.role != Role::Object) {
+            let mut world_from_obstacle = pose(body.position.map(|at| at.0), body.rotation);
+            world_from_obstacle.translation.vector.z -= SUNK_M;
+            let object_from_obstacle = world_from_object.inverse() * world_from_obstacle;
+            obstacles.push(Obstacle { object_from_obstacle, body });
+        }
+    }
+    obstacles
+}
+
+fn joints(robot: &Robot, hand: &HandModel, q: &[f64]) -> BTreeMap<String, f64> {
+    let dofs = hand.fingers.iter().flat_map(|finger| &finger.dofs);
+    dofs.map(|&dof| (robot.dofs[dof].name.clone(), q[dof])).collect()
+}
+
+/// A pose as x y z and quaternion w x y z.
+pub(super) fn seven(pose: &Isometry3<f64>) -> [f64; 7] {
+    let (at, turn) = (pose.translation.vector, pose.rotation);
+    [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]
+}
+
+/// The pose that [`seven`] writes.
+pub(super) fn from_seven([x, y, z, a, b, c, d]: &[f64; 7]) -> Isometry3<f64> {
+    pose([*x, *y, *z], [*a, *b, *c, *d])
+}

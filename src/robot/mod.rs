@@ -1,0 +1,25 @@
+//! Robots: their files, their kinematics, and how their hands take hold of what a person held.
+//!
+//! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
+//! whoever reads robots hands their texts in.
+
+mod closed;
+pub mod control;
+pub mod dynamics;
+pub mod file;
+pub mod grasp;
+pub mod hand;
+mod limb;
+mod log;
+mod mapping;
+pub mod plan;
+mod shipped;
+pub mod simulate;
+pub mod tree;
+
+pub use file::{open, read};
+pub use grasp::{Grasp, Mapper};
+pub use hand::{Angles, FingerModel, HandModel, MAX_DOFS, Posture, REACHED_M, Reached};
+pub use mapping::map;
+pub use shipped::names;
+pub use tree::{Dof, Joint, Kind, Link, Robot, Solid};

@@ -1,0 +1,335 @@
+//! What hand and object are to do at each instant of a task: from commands and a mapped grasp to targets of palm and fingertips.
+//!
+//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the person's
+//! fingertips went, turned as in the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a way from
+//! wherever the palm is. When the object is found elsewhere than it was taught, everything is done relative to it, until the first
+//! carrying segment has brought it onto the taught way.
+
+use super::hand::HandModel;
+use super::mapping::from_seven;
+use crate::base::hands::Finger;
+use crate::command::{Grasp, Segment, Task};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+
+/// Fingers open by this much, m, and in this time, s.
+const OPENED_M: f64 = 0.018;
+const OPENING_S: f64 = 0.4;
+/// Closing and squeezing take at least this long together, s.
+const CLOSING_S: f64 = 0.9;
+/// Letting go and going away take at least this long, s.
+const LEAVING_S: f64 = 1.0;
+/// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
+const TRANSFER_M_S: f64 = 0.25;
+const TRANSFER_RAD_S: f64 = 1.0;
+const TRANSFER_S: f64 = 0.8;
+
+/// What is wanted at one instant; reference frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The palm.
+    pub palm: Isometry3<f64>,
+    /// Fingertips that take part: which, centre, force on the object.
+    pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
+    /// Where the object is to be.
+    pub object: Isometry3<f64>,
+}
+
+/// A task as it is performed.
+pub struct Plan<'a> {
+    task: &'a Task,
+    phases: Vec<Phase<'a>>,
+    /// From the taught place of the object to where it is found, reference frame.
+    anchor: Isometry3<f64>,
+    grips: Vec<Grip>,
+    from: Isometry3<f64>,
+    transfer: f64,
+}
+
+struct Phase<'a> {
+    segment: &'a Segment,
+    grip: usize,
+    role: Role,
+    start: f64,
+    duration: f64,
+    /// How much of the anchor is left at its beginning and at its end.
+    anchored: (f64, f64),
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Free,
+    Close,
+    Hold,
+    Leave,
+}
+
+/// A mapped grasp, palm frame.
+struct Grip {
+    object_from_palm: Isometry3<f64>,
+    /// Which, centre of the tip on its contact, the same opened.
+    tips: Vec<(Finger, Point3<f64>, Point3<f64>)>,
+    /// The middle of the contacts, object frame.
+    middle: Vector3<f64>,
+}
+
+impl<'a> Plan<'a> {
+    /// The plan of a task whose object is found at `object`, for a palm that is at `palm` now (or begins where the task does).
+    ///
+    /// # Errors
+    /// A grasp that was not mapped; a task without segments.
+    pub fn new(
+        task: &'a Task,
+        hand: &HandModel,
+        object: &Isometry3<f64>,
+        palm: Option<&Isometry3<f64>>,
+        tip_radius: f64,
+    ) -> Result<Self, String> {
+        let mut grips = Vec::new();
+        for grasp in &task.grasps {
+            grips.push(Grip::new(grasp, hand, tip_radius)?);
+        }
+        if grips.is_empty() {
+            return Err("has nothing that is touched".into());
+        }
+        let taught = task.segments.first().and_then(|segment| segment.object.first()).ok_or("has no segments")?;
+        let mut plan = Self {
+            task,
+            phases: Vec::new(),
+            anchor: object * from_seven(taught).inverse(),
+            grips,
+            from: Isometry3::identity(),
+            transfer: 0.0,
+        };
+        let (mut clock, mut carried) = (0.0, 0.0);
+        for (index, segment) in task.segments.iter().enumerate() {
+            let role = match (segment.touching, segment.primitive.as_str()) {
+                (false, _) => Role::Free,
+                (true, "Grasp") => Role::Close,
+                (true, "Release") => Role::Leave,
+                (true, _) => Role::Hold,
+            };
+            // What pushes without a grasp closes on the way: a touch before it.
+            let first_touch = segment.touching && index > 0 && !task.segments[index - 1].touching;
+            if first_touch && role == Role::Hold {
+                plan.phases.push(Phase {
+                    segment,
+                    grip: segment.grasp.unwrap_or(0),
+                    role: Role::Close,
+                    start: clock,
+                    duration: CLOSING_S,
+                    anchored: (1.0 - carried, 1.0 - carried),
+                });
+                clock += CLOSING_S;
+            }
+            let least = match role {
+                Role::Close => CLOSING_S,
+                Role::Leave => LEAVING_S,
+                Role::Free | Role::Hold => 0.05,
+            };
+            let duration = segment.duration_s.max(least);
+            let before = carried;
+            if role == Role::Hold {
+                carried = 1.0;
+            }
+            plan.phases.push(Phase {
+                segment,
+                grip: segment.grasp.unwrap_or(0),
+                role,
+                start: clock,
+                duration,
+                anchored: (1.0 - before, 1.0 - carried),
+            });
+            clock += duration;
+        }
+        let first = plan.shown(0.0).palm;
+        plan.from = palm.copied().unwrap_or(first);
+        if palm.is_some() {
+            let way = (first.translation.vector - plan.from.translation.vector).norm();
+            let turn = first.rotation.angle_to(&plan.from.rotation);
+            plan.transfer = (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S);
+        }
+        Ok(plan)
+    }
+
+    /// How long it takes, s.
+    pub fn duration(&self) -> f64 {
+        self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
+    }
+
+    /// The primitive at a time, s.
+    pub fn primitive(&self, time: f64) -> &str {
+        if time < self.transfer { "Move" } else { &self.phase(time - self.transfer).segment.primitive }
+    }
+
+    /// Where the person left the object.
+    pub fn taught_end(&self) -> Isometry3<f64> {
+        let last = self.task.segments.last().and_then(|segment| segment.object.last());
+        last.map_or_else(Isometry3::identity, from_seven)
+    }
+
+    /// What is wanted at a time, s.
+    pub fn at(&self, time: f64) -> Target {
+        if time >= self.transfer {
+            return self.shown(time - self.transfer);
+        }
+        let share = minimum_jerk(time / self.transfer);
+        let first = self.shown(0.0);
+        let palm = Isometry3::from_parts(
+            Translation3::from(self.from.translation.vector.lerp(&first.palm.translation.vector, share)),
+            slerp(&self.from.rotation, &first.palm.rotation, share),
+        );
+        let back = palm * first.palm.inverse();
+        let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
+        Target { palm, tips, object: first.object }
+    }
+
+    fn phase(&self, time: f64) -> &Phase<'a> {
+        let index = self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1);
+        &self.phases[index]
+    }
+
+    /// What the commands want at a time after their beginning.
+    fn shown(&self, time: f64) -> Target {
+        let phase = self.phase(time);
+        let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
+        let local = (time - phase.start).clamp(0.0, phase.duration);
+        let share = local / phase.duration;
+        let eased = minimum_jerk(share);
+        // A closing before a push stands at the beginning of what is pushed.
+        let waits = phase.role == Role::Close && segment.primitive != "Grasp";
+        let at = if waits { 0.0 } else { share };
+        let anchored = phase.anchored.0 + (phase.anchored.1 - phase.anchored.0) * eased;
+        let object = self.anchor_share(anchored) * pose_at(&segment.object, at);
+        let closing = phase.duration / 2.0;
+        let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
+            Role::Free => {
+                let last = segment.hand.last().map_or_else(Vector3::zeros, |it| Vector3::from(*it)) - grip.middle;
+                let to_touch = self.leads_to_touch(phase);
+                // The last of the way leads exactly over the contacts.
+                let over = if to_touch { last * minimum_jerk((share - 0.5) / 0.5) } else { Vector3::zeros() };
+                (vector_at(&segment.hand, share) - grip.middle - over, 1.0, 0.0)
+            }
+            Role::Close => {
+                (Vector3::zeros(), 1.0 - minimum_jerk(local / closing), minimum_jerk((local - closing) / closing))
+            }
+            Role::Hold => (Vector3::zeros(), 0.0, 1.0),
+            Role::Leave => {
+                let away = ((local - OPENING_S) / (phase.duration - OPENING_S)).clamp(0.0, 1.0);
+                let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
+                let fading = 1.0 - minimum_jerk(local / (0.4 * OPENING_S));
+                (vector_at(&segment.hand, away) - first, minimum_jerk(local / OPENING_S), fading)
+            }
+        };
+        if !offset.iter().all(|part| part.is_finite()) {
+            offset = Vector3::zeros();
+        }
+        let palm = object * Translation3::from(offset) * grip.object_from_palm;
+        let tips = grip.tips.iter().map(|(finger, closed, open)| {
+            let wanted = match phase.role {
+                Role::Close if waits => force_at(segment, *finger, 0.0),
+                Role::Close => force_at(segment, *finger, 1.0),
+                Role::Hold => force_at(segment, *finger, share),
+                Role::Leave => self.last_force(phase, *finger),
+                Role::Free => Vector3::zeros(),
+            };
+            (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
+        });
+        Target { palm, tips: tips.collect(), object }
+    }
+
+    /// Whether the hand touches after this phase.
+    fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
+        let next = self.phases.iter().find(|other| other.start > phase.start);
+        next.is_some_and(|next| next.segment.touching)
+    }
+
+    /// The force at the end of what comes before a release.
+    fn last_force(&self, phase: &Phase<'_>, finger: Finger) -> Vector3<f64> {
+        let before = self.phases.iter().rfind(|other| other.start < phase.start && other.role != Role::Free);
+        before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
+    }
+
+    fn anchor_share(&self, share: f64) -> Isometry3<f64> {
+        Isometry3::from_parts(
+            Translation3::from(self.anchor.translation.vector * share),
+            slerp(&UnitQuaternion::identity(), &self.anchor.rotation, share),
+        )
+    }
+}
+
+impl Grip {
+    fn new(grasp: &Grasp, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
+        let Some(mapped) = &grasp.mapped else {
+            return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
+        };
+        let object_from_palm = from_seven(&mapped.object_from_palm);
+        let mut tips = Vec::new();
+        let mut middle = Vector3::zeros();
+        for contact in &grasp.contacts {
+            let finger =
+                Finger::from_name(&contact.finger).ok_or_else(|| format!("`{}` is no finger", contact.finger))?;
+            let model = hand.finger(finger).ok_or_else(|| format!("the hand has no {finger} finger"))?;
+            let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
+            let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
+            let way = object_from_palm.inverse_transform_vector(&(normal * OPENED_M));
+            // As far as the finger goes.
+            let open = model.posture(&model.reach(closed + way).angles).tip;
+            tips.push((finger, closed, open));
+            middle += (point + normal * taught_radius).coords;
+        }
+        if tips.is_empty() {
+            return Err("has a grasp without contacts".into());
+        }
+        middle /= tips.len() as f64;
+        Ok(Self { object_from_palm, tips, middle })
+    }
+}
+
+/// 10 t³ - 15 t⁴ + 6 t⁵, from 0 at 0 to 1 at 1.
+pub fn minimum_jerk(share: f64) -> f64 {
+    let t = share.clamp(0.0, 1.0);
+    t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
+    from.try_slerp(to, share, 1e-9).unwrap_or(*to)
+}
+
+/// The two samples about a share of a list, and how far it is between them.
+fn between<T: Copy>(samples: &[T], share: f64) -> Option<(usize, f64)> {
+    let last = samples.len().checked_sub(1)?;
+    let at = share.clamp(0.0, 1.0) * last as f64;
+    let index = (at.floor() as usize).min(last.saturating_sub(1));
+    Some((index, at - index as f64))
+}
+
+/// Catmull and Rom's curve through samples: no jumps of the velocity.
+fn vector_at(samples: &[[f64; 3]], share: f64) -> Vector3<f64> {
+    let Some((index, t)) = between(samples, share) else { return Vector3::zeros() };
+    let last = samples.len() - 1;
+    let at = |offset: isize| Vector3::from(samples[index.saturating_add_signed(offset).min(last)]);
+    let (a, b, c, d) = (at(-1), at(0), at(1), at(2));
+    let a = if index == 0 { 2.0 * b - c } else { a };
+    let d = if index + 2 > last { 2.0 * c - b } else { d };
+    0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * t * t + (3.0 * b - a - 3.0 * c + d) * t * t * t)
+}
+
+fn pose_at(samples: &[[f64; 7]], share: f64) -> Isometry3<f64> {
+    let Some((index, t)) = between(samples, share) else { return Isometry3::identity() };
+    let places: Vec<[f64; 3]> = samples[index.saturating_sub(1)..(index + 3).min(samples.len())]
+        .iter()
+        .map(|it| [it[0], it[1], it[2]])
+        .collect();
+    let inner = (index - index.saturating_sub(1)) as f64 + t;
+    let place = vector_at(&places, inner / (places.len() - 1).max(1) as f64);
+    let turn = |index: usize| from_seven(&samples[index.min(samples.len() - 1)]).rotation;
+    Isometry3::from_parts(Translation3::from(place), slerp(&turn(index), &turn(index + 1), t))
+}
+
+/// The commanded force of a finger, object frame.
+fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
+    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger.name()) else { return Vector3::zeros() };
+    let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
+    let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
+    at(index).lerp(&at(index + 1), t)
+}

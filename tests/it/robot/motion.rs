@@ -1,0 +1,221 @@
+//! Dynamics against closed forms and energy; controllers; a finger that presses and a hand that holds.
+
+use super::kinematics::shipped;
+use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use teachtree::base::hands::{Finger, Side};
+use teachtree::base::scene::Scene;
+use teachtree::base::yaml;
+use teachtree::command::{Commands, Contact, Grasp, Segment, Task, Tip};
+use teachtree::robot::control::{limited, solve_arm};
+use teachtree::robot::dynamics::Motion;
+use teachtree::robot::plan::Target;
+use teachtree::robot::simulate::{Executor, simulate};
+use teachtree::world::{Fingertips, World};
+
+const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
+
+#[test]
+fn torques_of_gravity_hold_the_robot_still() {
+    let robot = shipped("both_hands").limb(Side::Right).unwrap();
+    let mut motion = Motion::new(Isometry3::identity(), robot.middle() * 0.7, GRAVITY);
+    let start = motion.q.clone();
+    for _ in 0..200 {
+        let posture = motion.posture(&robot, 0.001);
+        let torques = posture.gravity.clone();
+        motion.step(&robot, &posture, &torques, &DVector::zeros(robot.dofs.len()), 0.001);
+    }
+    assert!((motion.q - start).amax() < 1e-9);
+}
+
+#[test]
+fn a_falling_robot_keeps_its_energy() {
+    let mut robot = shipped("both_hands").limb(Side::Right).unwrap();
+    for dof in &mut robot.dofs {
+        (dof.damping, dof.friction, dof.range) = (0.0, 0.0, [-100.0, 100.0]);
+    }
+    let mut q = robot.middle();
+    for (index, value) in q.iter_mut().enumerate() {
+        *value = 0.3 + 0.1 * (index as f64).sin();
+    }
+    let mut motion = Motion::new(Isometry3::identity(), q, GRAVITY);
+    let none = DVector::zeros(robot.dofs.len());
+    let energy = |motion: &Motion| {
+        let posture = motion.posture(&robot, 1e-5);
+        let kinetic = 0.5 * motion.rates.dot(&(&posture.mass * &motion.rates));
+        let lifted =
+            robot.links.iter().zip(&posture.poses).map(|(link, pose)| link.mass * 9.81 * (pose * link.centre).z);
+        (kinetic, kinetic + lifted.sum::<f64>())
+    };
+    let (_, before) = energy(&motion);
+    for _ in 0..10_000 {
+        let posture = motion.posture(&robot, 2e-5);
+        motion.step(&robot, &posture, &none, &none, 2e-5);
+    }
+    let (kinetic, after) = energy(&motion);
+    assert!(kinetic > 1.0, "it fell: {kinetic} J");
+    // Semi-implicit steps of 20 µs.
+    assert!((after - before).abs() < 0.002 * kinetic, "{before} J and {after} J, of them {kinetic} J of motion");
+}
+
+#[test]
+fn what_leaves_a_controller_is_finite_and_within_the_motors() {
+    let robot = shipped("gifu_hand_iii_right");
+    let mut torques = DVector::from_element(16, 100.0);
+    torques[3] = f64::NAN;
+    torques[4] = -f64::INFINITY;
+    let torques = limited(&robot, torques);
+    assert_eq!((torques[3], torques[4]), (0.0, 0.0));
+    for (torque, dof) in torques.iter().zip(&robot.dofs) {
+        assert!(torque.abs() <= dof.torque);
+    }
+}
+
+#[test]
+fn the_arm_finds_poses_again() {
+    let robot = shipped("both_hands");
+    let hand = &robot.hands[&Side::Right];
+    let mut q: Vec<f64> = robot.middle().iter().copied().collect();
+    for (&dof, value) in hand.arm.iter().zip([0.4, 0.6, 0.9, -0.5, 0.8, 0.3]) {
+        q[dof] = value;
+    }
+    let palm = robot.forward(&q)[hand.palm];
+    let mut found = q.clone();
+    for &dof in &hand.arm {
+        found[dof] += 0.25;
+    }
+    let missing = solve_arm(&robot, hand, &Isometry3::identity(), &palm, &mut found, 100);
+    assert!(missing.0 < 1e-6 && missing.1 < 1e-6, "{missing:?}");
+    assert!((robot.forward(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6);
+}
+
+fn scene(text: &str) -> Scene {
+    yaml::read(text, "scene.yaml").unwrap()
+}
+
+#[test]
+fn one_finger_holds_one_newton_within_five_percent() {
+    let robot = shipped("gifu_hand_iii_right");
+    let hand = robot.hands[&Side::Right].clone();
+    // The palm looks down; the index finger presses on a table below it.
+    let palm = Isometry3::from_parts(
+        Translation3::new(0.0, 0.0, 0.08),
+        UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI),
+    );
+    let scene = scene(
+        "bodies: {table: {role: support, position: [0 mm, 0 mm, -50 mm], parts: [{box: [1 m, 1 m, 100 mm]}]}}
+hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}}",
+    );
+    let mut world = World::new(&scene, Fingertips::default()).unwrap();
+    let above = |height: f64| Point3::new(0.19, 0.038, height);
+    let target = |height: f64, force: f64| Target {
+        palm,
+        tips: vec![(Finger::Index, above(height), Vector3::new(0.0, 0.0, -force))],
+        object: Isometry3::identity(),
+    };
+    let mut runs = Executor::new(robot, hand, &target(0.012, 0.0), GRAVITY).unwrap();
+    for step in 0..300 {
+        runs.step(&target(0.012 - 0.005 * f64::from(step) / 300.0, 0.0), &mut world);
+    }
+    let mut forces = Vec::new();
+    for step in 0..1500 {
+        runs.step(&target(0.007, (f64::from(step) / 200.0).min(1.0)), &mut world);
+        if step >= 500 {
+            forces.push(-world.observation().hands[0].tips[1].touches.iter().map(|touch| touch.force.z).sum::<f64>());
+        }
+    }
+    let (low, high) =
+        forces.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), force| (low.min(*force), high.max(*force)));
+    assert!(low > 0.95 && high < 1.05, "{low} to {high} N");
+}
+
+/// The chapter's cube, grasped by thumb, index and middle finger, lifted by 60 mm and held for a time.
+fn lift(held_s: f64) -> (Commands, Scene) {
+    let scene = scene(
+        "name: lift
+bodies:
+  cube: {role: object, mass: 50 g, friction: 0.4, position: [100 mm, 0 mm, 60 mm], parts: [{box: [120 mm, 120 mm, 120 mm]}]}
+  base: {role: support, friction: 0.4, position: [0 mm, 0 mm, -10 mm], parts: [{box: [640 mm, 600 mm, 20 mm]}]}
+hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
+    );
+    let contacts = [("thumb", [0.0, -0.06, 0.03]), ("index", [-0.015, 0.06, 0.03]), ("middle", [0.015, 0.06, 0.03])];
+    let squeezed = [1.5, 0.75, 0.75];
+    let weight = [0.245, 0.1225, 0.1225];
+    let segment = |primitive: &str, seconds: f64, from: f64, to: f64, lifted: f64| {
+        let n = (seconds * 100.0) as usize + 1;
+        let share = |at: usize| teachtree::robot::plan::minimum_jerk(at as f64 / (n - 1) as f64);
+        Segment {
+            primitive: primitive.into(),
+            duration_s: seconds,
+            grasp: Some(0),
+            touching: true,
+            object: (0..n).map(|at| [0.1, 0.0, 0.06 + from + (to - from) * share(at), 1.0, 0.0, 0.0, 0.0]).collect(),
+            hand: vec![[0.0, 0.0, 0.03]; n],
+            tips: contacts
+                .iter()
+                .zip(squeezed)
+                .zip(weight)
+                .map(|(((finger, point), squeeze), weight)| Tip {
+                    finger: (*finger).into(),
+                    position: vec![*point; n],
+                    force: vec![[0.0, -squeeze * point[1].signum(), weight * lifted]; n],
+                })
+                .collect(),
+            ..Segment::default()
+        }
+    };
+    let grasp = Grasp {
+        contacts: contacts
+            .iter()
+            .map(|(finger, point)| Contact {
+                finger: (*finger).into(),
+                point: *point,
+                normal: [0.0, point[1].signum(), 0.0],
+            })
+            .collect(),
+        ..Grasp::default()
+    };
+    let task = Task {
+        track: "right".into(),
+        task: "lift".into(),
+        object: "cube".into(),
+        grasps: vec![grasp],
+        segments: vec![
+            segment("Grasp", 0.5, 0.0, 0.0, 0.0),
+            segment("Translate", 1.5, 0.0, 0.06, 1.0),
+            segment("Translate", held_s, 0.06, 0.06, 1.0),
+        ],
+        ..Task::default()
+    };
+    (
+        Commands {
+            schema: teachtree::command::SCHEMA.into(),
+            rate_hz: 100.0,
+            tasks: vec![task],
+            ..Commands::default()
+        },
+        scene,
+    )
+}
+
+#[test]
+fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
+    for name in ["gifu_hand_iii_right", "both_hands"] {
+        let robot = shipped(name);
+        let (mut commands, scene) = lift(if name == "both_hands" { 2.0 } else { 10.0 });
+        teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+        let grasp = &commands.tasks[0].grasps[0];
+        assert!(grasp.mapped.is_some(), "{:?}", grasp.infeasible);
+        let (recording, outcomes) = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
+        let outcome = &outcomes[0];
+        assert!(outcome.done, "{name}: {outcome:?}");
+        // From when it hangs still: grasp 0.9 s, lift 1.5 s, and half a second.
+        let (held, end) = (2900, recording.time.len() - 1);
+        let column = |name: &str| &recording.columns[name].values;
+        for axis in ["x", "y", "z"] {
+            let values = &column(&format!("cube.position.{axis}"))[held..end];
+            let (low, high) =
+                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(*v), b.max(*v)));
+            assert!(high - low < 1e-3, "{name}, {axis}: {low} to {high}");
+        }
+    }
+}
