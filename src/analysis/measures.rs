@@ -64,6 +64,11 @@ impl<'a> Measures<'a> {
         }
     }
 
+    /// Frames per second.
+    pub const fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
     /// Whether a channel that keys ask for is there.
     pub fn has(&self, channel: &str) -> bool {
         match channel {
@@ -92,7 +97,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The greatest distance of the target from where it was when the piece began, m.
-    fn travelled(&self, piece: &Piece) -> f64 {
+    pub fn travelled(&self, piece: &Piece) -> f64 {
         let Some(axes) = self.position else { return 0.0 };
         let at = |frame: usize| axes.map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
         let origin = at(piece.frames.start);
@@ -105,7 +110,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The greatest angle by which the target was turned from the beginning of the first piece, within the pieces, rad.
-    fn turned(&self, pieces: &[&Piece]) -> f64 {
+    pub fn turned(&self, pieces: &[&Piece]) -> f64 {
         let Some(spin) = self.spin else { return 0.0 };
         let frames = pieces.iter().flat_map(|piece| piece.frames.clone());
         let angles = frames.scan(0.0, |angle, frame| {

@@ -9,6 +9,7 @@
 //! can be shown as they close; relabelling needs a whole stretch, because its rules look at what comes after.
 
 pub mod csv;
+pub mod explain;
 pub mod json;
 mod lane;
 mod measures;

@@ -6,6 +6,7 @@ use super::{Failure, live, output, tellable};
 use crate::analysis::{self, Analysis, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
+use crate::engine::runs::Leaves;
 use crate::graph::lower;
 use crate::language::Rules;
 use crate::report::{self, Style};
@@ -52,6 +53,8 @@ pub enum Format {
 pub struct Analysed {
     /// What the rules read.
     pub frames: Frames,
+    /// What the trees gave.
+    pub leaves: Vec<Leaves>,
     /// What was found.
     pub analysis: Analysis,
     /// What was analysed, by which rules.
@@ -150,7 +153,7 @@ pub fn analyse(
         digest: rules.digest(),
         params,
     };
-    Ok(Analysed { frames, analysis, meta })
+    Ok(Analysed { frames, leaves, analysis, meta })
 }
 
 fn written(analysed: &Analysed, format: Format, to_terminal: bool) -> Result<String, Failure> {

@@ -10,6 +10,7 @@ mod check;
 mod command;
 #[cfg(feature = "world")]
 mod demo;
+mod explain;
 mod graph;
 mod inspect;
 mod live;
@@ -47,6 +48,8 @@ enum Command {
     Inspect(inspect::Args),
     /// Segment recordings into primitive motions and name their tasks
     Analyze(analyze::Args),
+    /// Say why a recording has its labels at a time, and why not others
+    Explain(explain::Args),
     /// Compare what is found in recordings with what is true
     Score(score::Args),
     #[cfg(feature = "world")]
@@ -108,6 +111,7 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
+        Command::Explain(args) => explain::run(args),
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),

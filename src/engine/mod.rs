@@ -6,5 +6,6 @@ pub mod evaluator;
 pub mod machine;
 pub mod open;
 pub mod plan;
+pub mod probe;
 pub mod reference;
 pub mod runs;

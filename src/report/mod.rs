@@ -1,5 +1,6 @@
 //! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture. Writers return text; they open no file and print nothing.
 
+mod explain;
 mod figure;
 pub mod html;
 pub mod palette;
@@ -8,6 +9,7 @@ mod signals;
 mod svg;
 pub mod text;
 
+pub use explain::explanation;
 pub use html::html;
 pub use signals::{CHANNELS, channels};
 pub use text::{Style, text};

@@ -1,0 +1,363 @@
+//! Why a condition holds or does not: its deciding parts, each with what was measured, what was asked and how much lies between.
+
+use super::fact::{Element, Fact, Wait};
+use crate::base::channels::{Axis, Shape};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::engine::open::frames as samples;
+use crate::engine::probe::Probe;
+use crate::language::rules::{Comparison, Expr, ExprKind, Function, Hand, Window};
+use serde::Serialize;
+
+/// Signals and latches that are opened one within the other; what lies deeper is said by name.
+const MAX_DEPTH: usize = 6;
+/// Slots of an array that are looked into.
+const MAX_SLOTS: usize = 6;
+
+/// A condition on a frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Reason {
+    /// The condition as its author wrote it.
+    pub condition: String,
+    /// The finger or body that it is about, within `any` and `all`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub slot: Option<String>,
+    /// Whether it holds.
+    pub holds: bool,
+    /// What was measured, where the condition itself measures.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fact: Option<Fact>,
+    /// The parts that decide: those that hold or do not hold, whichever is the reason.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub because: Vec<Reason>,
+}
+
+type Outcome<T> = Result<T, InputError>;
+
+/// Finds reasons on one stretch.
+pub(super) struct Reasons<'p, 'a> {
+    pub probe: &'p mut Probe<'a>,
+}
+
+/// Where a condition is looked at.
+#[derive(Clone, Copy)]
+pub(super) struct Spot {
+    /// The hand of the tree or declaration.
+    pub this: Option<Side>,
+    /// The frame of the log.
+    pub frame: usize,
+    /// The slot, within an array.
+    pub slot: usize,
+    depth: usize,
+}
+
+impl Spot {
+    /// A tree's condition on a frame.
+    pub const fn new(this: Option<Side>, frame: usize) -> Self {
+        Self { this, frame, slot: 0, depth: 0 }
+    }
+}
+
+impl Reasons<'_, '_> {
+    /// A condition as text: comments gone, blanks folded.
+    pub fn text(&self, expr: &Expr) -> String {
+        folded(self.probe.rules().sources.text(expr.span))
+    }
+
+    /// Why a condition holds or does not.
+    pub fn reason(&mut self, expr: &Expr, spot: Spot) -> Outcome<Reason> {
+        let holds = self.holds(expr, spot)?;
+        let (fact, because) = self.decided(expr, spot, holds)?;
+        Ok(Reason { condition: self.text(expr), slot: None, holds, fact, because })
+    }
+
+    fn holds(&mut self, expr: &Expr, spot: Spot) -> Outcome<bool> {
+        Ok(self.number(expr, spot)? > 0.5)
+    }
+
+    fn number(&mut self, expr: &Expr, spot: Spot) -> Outcome<f64> {
+        let column = self.probe.column(expr, spot.this)?;
+        let slot = if column.is_array() { spot.slot } else { 0 };
+        Ok(column.number(slot, spot.frame - self.start()))
+    }
+
+    fn start(&self) -> usize {
+        self.probe.leaves().frames.start
+    }
+
+    fn time(&self, frame: usize) -> f64 {
+        self.probe.frames().time.get(frame).copied().unwrap_or_default()
+    }
+
+    fn decided(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+        let rules = self.probe.rules();
+        let whose = |hand: Hand| match hand {
+            Hand::This => spot.this,
+            Hand::Named(side) => Some(side),
+            Hand::Nobody => None,
+        };
+        let deeper = Spot { depth: spot.depth + 1, ..spot };
+        Ok(match &expr.kind {
+            ExprKind::And(parts) => (None, self.parts(parts, spot, holds, true)?),
+            ExprKind::Or(parts) => (None, self.parts(parts, spot, holds, false)?),
+            ExprKind::Not(inner) => (None, vec![self.bare(inner, spot)?]),
+            ExprKind::Signal(id, hand) if spot.depth < MAX_DEPTH => {
+                let signal = &rules.signals[id.index()];
+                let spot = Spot { this: whose(*hand), ..deeper };
+                (None, vec![self.bare(&signal.expr, spot)?])
+            }
+            ExprKind::Latch(id, hand) => {
+                let since = self.since(expr, spot, holds)?;
+                let fact = Fact::Latch { on: holds, since_s: since.map(|frame| self.time(frame)) };
+                let latch = &rules.latches[id.index()];
+                let spot = Spot { this: whose(*hand), ..deeper };
+                let because = match since {
+                    _ if spot.depth > MAX_DEPTH => Vec::new(),
+                    // What set it, when it did.
+                    Some(frame) if holds => vec![self.bare(&latch.set, Spot { frame, ..spot })?],
+                    None if holds => vec![self.bare(&latch.set, Spot { frame: self.start(), ..spot })?],
+                    _ if self.holds(&latch.clear, spot)? => vec![self.bare(&latch.clear, spot)?],
+                    _ => vec![self.bare(&latch.set, spot)?],
+                };
+                (Some(fact), because)
+            }
+            ExprKind::From { .. } => {
+                let tree = self.probe.tree(spot.this).is_some();
+                let before = if tree && spot.frame > self.start() {
+                    match self.probe.leaf(spot.this, spot.frame - 1) {
+                        Some(label) => rules.label_name(label),
+                        None => "separate".to_string(),
+                    }
+                } else {
+                    "none".to_string()
+                };
+                (Some(Fact::Before { leaf: before }), Vec::new())
+            }
+            ExprKind::Compare(comparison, a, b) => (Some(self.compared(*comparison, a, b, spot)?), Vec::new()),
+            ExprKind::Hysteresis { value, on, off, rising } => {
+                let measured = self.number(value, spot)?;
+                let threshold = if holds { off.value } else { on.value };
+                let margin = if *rising { measured - threshold } else { threshold - measured };
+                let since_s = self.since(expr, spot, holds)?.map(|frame| self.time(frame));
+                let (value, on, off) = (measured, on.value, off.value);
+                let dimension = expr_dimension(expr);
+                let fact =
+                    Fact::Threshold { value, on, off, rising: *rising, margin, since_s, unit: dimension.si_unit() };
+                (Some(fact), Vec::new())
+            }
+            ExprKind::Window(window, inner, duration) => {
+                let fact = self.wait(*window, inner, duration.value, spot)?;
+                let now = self.holds(inner, spot)?;
+                // What is so now tells something only when it has the same sign.
+                let because = if now == holds { vec![self.bare(inner, spot)?] } else { Vec::new() };
+                (Some(fact), because)
+            }
+            ExprKind::Pick(array, _) => match self.picked(expr, array, spot) {
+                Some(slot) => (None, self.bare_parts(array, Spot { slot, ..spot }, holds)?),
+                None => (Some(Fact::Absent), Vec::new()),
+            },
+            ExprKind::Call(function @ (Function::Any | Function::All), args) => match args.first() {
+                Some(array) => self.slots(array, spot, holds, *function == Function::All)?,
+                None => (None, Vec::new()),
+            },
+            _ => (None, Vec::new()),
+        })
+    }
+
+    /// A part without the `not` around it, which says the same the other way round.
+    fn bare(&mut self, expr: &Expr, spot: Spot) -> Outcome<Reason> {
+        match &expr.kind {
+            ExprKind::Not(inner) => self.bare(inner, spot),
+            _ => self.reason(expr, spot),
+        }
+    }
+
+    fn bare_parts(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<Vec<Reason>> {
+        Ok(self.decided(expr, spot, holds)?.1)
+    }
+
+    /// The parts of `and` (`every`) or `or` that decide.
+    fn parts(&mut self, parts: &[Expr], spot: Spot, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
+        let mut because = Vec::new();
+        for part in parts {
+            // All parts of a true `and` and of a false `or`; of the others those that are enough.
+            if holds == every || self.holds(part, spot)? == holds {
+                because.push(self.bare(part, spot)?);
+            }
+        }
+        Ok(because)
+    }
+
+    /// `any` and `all` of an array: the slots that decide, or the one that comes nearest.
+    fn slots(&mut self, array: &Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+        let column = self.probe.column(array, spot.this)?;
+        let at = spot.frame - self.start();
+        let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, at)).collect();
+        let named =
+            |reasons: &Self, slots: &[usize]| slots.iter().map(|slot| reasons.slot_name(array, *slot, spot)).collect();
+        let fact = Fact::Slots { holding: named(self, &held), of: column.slots() };
+        if spot.depth >= MAX_DEPTH {
+            return Ok((Some(fact), Vec::new()));
+        }
+        let mut because = Vec::new();
+        for slot in (0..column.slots()).filter(|slot| held.contains(slot) != all || holds == all).take(MAX_SLOTS) {
+            let mut reason = self.bare(array, Spot { slot, depth: spot.depth + 1, ..spot })?;
+            reason.slot = Some(self.slot_name(array, slot, spot));
+            because.push(reason);
+        }
+        if !holds && !all {
+            // None of them holds: the one that lacks least says most.
+            because.sort_by_key(Reason::failing);
+            because.truncate(1);
+        } else if holds != all {
+            because.truncate(2);
+        } else {
+            because.clear();
+        }
+        Ok((Some(fact), because))
+    }
+
+    fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
+        let Some((axis, hand)) = array.ty.axis else { return String::new() };
+        let side = match hand {
+            Hand::This => spot.this,
+            Hand::Named(side) => Some(side),
+            Hand::Nobody => None,
+        };
+        let layout = side.and_then(|side| self.probe.frames().layout.hand(side));
+        let name = layout.and_then(|layout| match axis {
+            Axis::Fingers => picked_fingers(array, &layout.fingers).get(slot).map(ToString::to_string),
+            Axis::Contacts => layout.contacts.get(slot).cloned(),
+        });
+        name.unwrap_or_else(|| format!("slot {}", slot + 1))
+    }
+
+    /// The slot of an array that a single pick or the slot of a pick is.
+    fn picked(&self, expr: &Expr, array: &Expr, spot: Spot) -> Option<usize> {
+        let ExprKind::Pick(_, pick) = &expr.kind else { return None };
+        let (_, hand) = array.ty.axis?;
+        let side = match hand {
+            Hand::This => spot.this,
+            Hand::Named(side) => Some(side),
+            Hand::Nobody => None,
+        }?;
+        let fingers = &self.probe.frames().layout.hand(side)?.fingers;
+        let mut slots = fingers.iter().enumerate().filter(|(_, finger)| pick.picks(**finger)).map(|(slot, _)| slot);
+        slots.nth(if expr.ty.axis.is_some() { spot.slot } else { 0 })
+    }
+
+    fn compared(&mut self, comparison: Comparison, a: &Expr, b: &Expr, spot: Spot) -> Outcome<Fact> {
+        let (value, threshold) = (self.number(a, spot)?, self.number(b, spot)?);
+        if a.ty.shape == Shape::Object {
+            let objects = &self.probe.frames().objects;
+            // Objects are numbered in column form.
+            let name = |number: f64| {
+                let at = if number >= 0.0 { Some(number as usize) } else { None };
+                at.and_then(|at| objects.get(at)).map_or("none", String::as_str).to_string()
+            };
+            return Ok(Fact::Objects { one: name(value), other: name(threshold) });
+        }
+        let margin = match comparison {
+            Comparison::Less | Comparison::LessEqual => Some(threshold - value),
+            Comparison::Greater | Comparison::GreaterEqual => Some(value - threshold),
+            Comparison::Equal | Comparison::NotEqual => None,
+        };
+        let holding = match &a.kind {
+            ExprKind::Call(Function::Count, args) => match args.first() {
+                Some(array) => {
+                    let column = self.probe.column(array, spot.this)?;
+                    let at = spot.frame - self.start();
+                    let held = (0..column.slots()).filter(|slot| column.holds(*slot, at));
+                    held.map(|slot| self.slot_name(array, slot, spot)).collect()
+                }
+                None => Vec::new(),
+            },
+            _ => Vec::new(),
+        };
+        let unit = a.ty.dimension.si_unit();
+        Ok(Fact::Compared { value, comparison: sign(comparison), threshold, margin, unit, holding })
+    }
+
+    /// How much of a window was held.
+    fn wait(&mut self, window: Window, inner: &Expr, duration_s: f64, spot: Spot) -> Outcome<Fact> {
+        let rate_hz = self.probe.frames().layout.rate_hz;
+        let wanted = samples(duration_s, rate_hz)? as usize;
+        let begin = self.probe.began(inner, spot.this, spot.frame)? - self.start();
+        let column = self.probe.column(inner, spot.this)?;
+        let slot = if column.is_array() { spot.slot } else { 0 };
+        let at = spot.frame - self.start();
+        let end = self.probe.leaves().frames.len();
+        #[allow(clippy::cast_precision_loss, reason = "frames of a log")]
+        let seconds = |frames: usize| frames as f64 / rate_hz;
+        let wait = match window {
+            Window::For => {
+                let held = (begin..=at).rev().take(wanted).take_while(|frame| column.holds(slot, *frame)).count();
+                Wait::Held(seconds(held))
+            }
+            Window::WithinLast => {
+                let last = (begin..=at).rev().find(|frame| column.holds(slot, *frame));
+                Wait::Ago(last.map(|last| seconds(at - last)))
+            }
+            Window::WithinNext => {
+                let next = (at..end).find(|frame| column.holds(slot, *frame));
+                Wait::Ahead(next.map(|next| seconds(next - at)))
+            }
+        };
+        Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
+    }
+
+    /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
+    fn since(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<Option<usize>> {
+        let column = self.probe.column(expr, spot.this)?;
+        let slot = if column.is_array() { spot.slot } else { 0 };
+        let start = self.start();
+        let differs = (0..spot.frame - start).rev().find(|frame| column.holds(slot, *frame) != holds);
+        Ok(differs.map(|frame| start + frame + 1))
+    }
+}
+
+impl Reason {
+    /// How many of the facts below do not hold.
+    pub fn failing(&self) -> usize {
+        let below: usize = self.because.iter().map(Self::failing).sum();
+        below + usize::from(self.because.is_empty() && !self.holds)
+    }
+}
+
+/// The dimension of what a hysteresis compares.
+fn expr_dimension(expr: &Expr) -> crate::base::units::Dimension {
+    match &expr.kind {
+        ExprKind::Hysteresis { value, .. } => value.ty.dimension,
+        _ => expr.ty.dimension,
+    }
+}
+
+/// The fingers that an array runs over: a pick within it leaves some out.
+fn picked_fingers(array: &Expr, fingers: &[Element]) -> Vec<Element> {
+    let mut pick = None;
+    array.walk(&mut |part| {
+        if let ExprKind::Pick(_, found) = &part.kind
+            && part.ty.axis.is_some()
+        {
+            pick = Some(*found);
+        }
+    });
+    fingers.iter().copied().filter(|finger| pick.is_none_or(|pick| pick.picks(*finger))).collect()
+}
+
+const fn sign(comparison: Comparison) -> &'static str {
+    match comparison {
+        Comparison::Less => "<",
+        Comparison::LessEqual => "<=",
+        Comparison::Greater => ">",
+        Comparison::GreaterEqual => ">=",
+        Comparison::Equal => "==",
+        Comparison::NotEqual => "!=",
+    }
+}
+
+/// Text of rules on one line, without comments.
+pub(super) fn folded(text: &str) -> String {
+    let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
+    code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
+}

@@ -1,0 +1,115 @@
+//! Why a task has its name: each task that was tried, with its keys.
+
+use super::fact::{quantities, time};
+use super::reason::folded;
+use crate::analysis::measures::Measures;
+use crate::analysis::stretch::{Settling, Stretch};
+use crate::analysis::{UNKNOWN, rounds, tasks};
+use crate::base::hands::Side;
+use crate::engine::runs::Leaves;
+use crate::language::rules::{Rules, Task};
+use crate::stream::frames::Frames;
+use serde::Serialize;
+
+/// The task at a time, and how it came to its name.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TaskReason {
+    /// Its name.
+    pub task: String,
+    /// When it starts, s.
+    pub start_s: f64,
+    /// When it ends, s.
+    pub end_s: f64,
+    /// The tasks by priority, down to the one that names it and those that match besides.
+    pub tried: Vec<Tried>,
+}
+
+/// A task of the rules, held against the span.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Tried {
+    /// Its name.
+    pub task: String,
+    /// Where it is declared.
+    pub place: String,
+    /// Whether all that it asks is there.
+    pub matches: bool,
+    /// What it asks, each with what was found.
+    pub asked: Vec<Asked>,
+}
+
+/// A key, or what must not occur.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Asked {
+    /// As its author wrote it: `Follow lasting 150 ms`, `without Grasp`.
+    pub what: String,
+    /// Whether it is so.
+    pub holds: bool,
+    /// What was found.
+    pub found: String,
+}
+
+/// The task of a hand around a frame; `None` when the frame is in none.
+pub(super) fn of(rules: &Rules, frames: &Frames, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
+    let rate_hz = frames.layout.rate_hz;
+    let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
+    rounds::before_recognition(rules, &mut stretch, rate_hz);
+    let lane = stretch.hands.get(&side)?;
+    let measures = Measures::new(frames, side);
+    let named = tasks::recognise(rules, lane, &measures);
+    let named = named.into_iter().find(|named| {
+        let (first, last) = (named.pieces.first(), named.pieces.last());
+        first.zip(last).is_some_and(|(first, last)| (first.frames.start..last.frames.end).contains(&frame))
+    })?;
+    let pieces = named.pieces.as_slice();
+    let tried = rules.tasks.iter().map(|task| tried(rules, task, &measures, pieces));
+    let start = pieces.first().map_or(0, |piece| piece.frames.start);
+    let end = pieces.last().map_or(0, |piece| piece.frames.end);
+    let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
+    Some(TaskReason {
+        task: name.to_string(),
+        start_s: frames.time.get(start).copied().unwrap_or_default(),
+        end_s: end.checked_sub(1).map_or(0.0, |last| frames.end_of(last)),
+        tried: tried.collect(),
+    })
+}
+
+fn tried(rules: &Rules, task: &Task, measures: &Measures, pieces: &[crate::analysis::lane::Piece]) -> Tried {
+    let keys = task.keys.iter().map(|key| {
+        let own: Vec<_> = pieces.iter().filter(|piece| key.label.covers(piece.label)).collect();
+        let holds = measures.found(key, pieces);
+        let found = if own.is_empty() {
+            "no segment of it".to_string()
+        } else {
+            let mut words = Vec::new();
+            if key.lasting.is_some() {
+                let longest = own.iter().map(|piece| piece.frames.len()).max().unwrap_or(0);
+                #[allow(clippy::cast_precision_loss, reason = "frames of a log")]
+                words.push(format!("the longest lasts {}", time(longest as f64 / measures.rate_hz())));
+            }
+            if key.travelling.is_some() {
+                let farthest = own.iter().map(|piece| measures.travelled(piece)).fold(0.0, f64::max);
+                let [distance] = quantities([farthest], "m");
+                words.push(format!("the farthest travels {distance}"));
+            }
+            if key.turning.is_some() {
+                let [angle] = quantities([measures.turned(&own).to_degrees()], "deg");
+                words.push(format!("together they turn {angle}"));
+            }
+            let count = if own.len() == 1 { "one segment".to_string() } else { format!("{} segments", own.len()) };
+            std::iter::once(count).chain(words).collect::<Vec<_>>().join(", ")
+        };
+        Asked { what: folded(rules.sources.text(key.span)), holds, found }
+    });
+    let keys: Vec<Asked> = keys.collect();
+    let any = |asked: &Asked| asked.holds;
+    let keyed = if task.all_keys { keys.iter().all(any) } else { keys.iter().any(any) };
+    let without = task.without.iter().map(|label| {
+        let count = pieces.iter().filter(|piece| label.covers(piece.label)).count();
+        let found = if count == 0 { "none".to_string() } else { format!("{count} found") };
+        Asked { what: format!("without {}", rules.label_name(*label)), holds: count == 0, found }
+    });
+    let without: Vec<Asked> = without.collect();
+    let matches = keyed && without.iter().all(any);
+    let asked = keys.into_iter().chain(without).collect();
+    Tried { task: task.name.clone(), place: rules.sources.place(task.span), matches, asked }
+}

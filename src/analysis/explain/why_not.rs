@@ -1,0 +1,150 @@
+//! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least.
+
+use super::reason::{Reason, Reasons, Spot, folded};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::engine::probe::Probe;
+use crate::language::rules::{Branch, Choice, Expr, ExprKind, Label, Then};
+use serde::Serialize;
+use std::ops::Range;
+
+/// The nearest path to a primitive.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WhyNot {
+    /// The primitive.
+    pub primitive: String,
+    /// The frame that comes nearest.
+    pub time_s: f64,
+    /// The choice that would give it, as its author wrote it.
+    pub choice: String,
+    /// Where it stands.
+    pub place: String,
+    /// What stood in the way, from the root down; empty when the leaf was given.
+    pub missing: Vec<Obstacle>,
+}
+
+/// A choice that was taken and should not have been, or the other way round.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Obstacle {
+    /// The choice as its author wrote it.
+    pub choice: String,
+    /// Where it stands.
+    pub place: String,
+    /// Whether it would have to be taken.
+    pub wanted: bool,
+    /// Why it was not as wanted.
+    pub reason: Reason,
+}
+
+type Outcome<T> = Result<T, InputError>;
+
+/// A way to a leaf: the conditions on it and how each must come out.
+struct Way<'a> {
+    choice: &'a Choice,
+    asked: Vec<(&'a Choice, &'a Expr, bool)>,
+}
+
+/// The nearest path of a tree to one of `labels` on the frames of `at`; `None` when no leaf gives them.
+pub(super) fn why_not(
+    probe: &mut Probe,
+    side: Option<Side>,
+    at: Range<usize>,
+    labels: &[Label],
+) -> Outcome<Option<WhyNot>> {
+    let Some(tree) = probe.tree(side) else { return Ok(None) };
+    let mut ways = Vec::new();
+    collect(&tree.root, labels, &mut Vec::new(), &mut ways);
+    let mut nearest: Option<(usize, usize, &Way)> = None;
+    for way in &ways {
+        let mut lacking = vec![0; at.len()];
+        for (_, condition, wanted) in &way.asked {
+            for (count, more) in lacking.iter_mut().zip(lacks(probe, condition, *wanted, side, &at)?) {
+                *count += more;
+            }
+        }
+        for (frame, count) in at.clone().zip(lacking) {
+            if nearest.is_none_or(|(least, ..)| count < least) {
+                nearest = Some((count, frame, way));
+            }
+        }
+    }
+    let Some((_, frame, way)) = nearest else { return Ok(None) };
+    let rules = probe.rules();
+    let place = |choice: &Choice| rules.sources.place(choice.span);
+    let written =
+        |choice: &Choice| folded(rules.sources.text(choice.span)).trim_end_matches('{').trim_end().to_string();
+    let mut missing = Vec::new();
+    for (choice, condition, wanted) in &way.asked {
+        if probe.holds(condition, side, frame)? != *wanted {
+            let reason = Reasons { probe }.reason(condition, Spot::new(side, frame))?;
+            missing.push(Obstacle { choice: written(choice), place: place(choice), wanted: *wanted, reason });
+        }
+    }
+    let label = match way.choice.then {
+        Then::Primitive(label) => rules.label_name(label),
+        _ => String::new(),
+    };
+    Ok(Some(WhyNot {
+        primitive: label,
+        time_s: probe.frames().time.get(frame).copied().unwrap_or_default(),
+        choice: written(way.choice),
+        place: place(way.choice),
+        missing,
+    }))
+}
+
+fn collect<'a>(
+    branch: &'a Branch,
+    labels: &[Label],
+    asked: &mut Vec<(&'a Choice, &'a Expr, bool)>,
+    ways: &mut Vec<Way<'a>>,
+) {
+    let before = asked.len();
+    let last = branch.choices.len().saturating_sub(1);
+    for (at, choice) in branch.choices.iter().enumerate() {
+        // The last choice of a branch is taken whenever the others are not.
+        let condition = choice.condition.as_ref().filter(|_| at < last);
+        if let Some(condition) = condition {
+            asked.push((choice, condition, true));
+        }
+        match &choice.then {
+            Then::Primitive(label) if labels.iter().any(|pattern| pattern.covers(*label)) => {
+                ways.push(Way { choice, asked: asked.clone() });
+            }
+            Then::Branch(below) => collect(below, labels, asked, ways),
+            _ => {}
+        }
+        if condition.is_some()
+            && let Some((_, _, wanted)) = asked.last_mut()
+        {
+            *wanted = false;
+        }
+    }
+    asked.truncate(before);
+}
+
+/// How many parts of a condition would have to come out differently, on each frame.
+fn lacks(probe: &mut Probe, expr: &Expr, wanted: bool, side: Option<Side>, at: &Range<usize>) -> Outcome<Vec<usize>> {
+    match &expr.kind {
+        ExprKind::Not(inner) => lacks(probe, inner, !wanted, side, at),
+        ExprKind::And(parts) | ExprKind::Or(parts) => {
+            let all = matches!(expr.kind, ExprKind::And(_)) == wanted;
+            let mut total: Option<Vec<usize>> = None;
+            for part in parts {
+                let one = lacks(probe, part, wanted, side, at)?;
+                total = Some(match total {
+                    None => one,
+                    Some(so_far) => {
+                        so_far.into_iter().zip(one).map(|(a, b)| if all { a + b } else { a.min(b) }).collect()
+                    }
+                });
+            }
+            Ok(total.unwrap_or_else(|| vec![0; at.len()]))
+        }
+        _ => {
+            let start = probe.leaves().frames.start;
+            let column = probe.column(expr, side)?;
+            Ok(at.clone().map(|frame| usize::from(column.holds(0, frame - start) != wanted)).collect())
+        }
+    }
+}

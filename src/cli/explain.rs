@@ -1,0 +1,105 @@
+//! `teachtree explain`: why a recording has its labels at a time.
+
+use super::analyze::analyse;
+use super::rules::{RuleArgs, load};
+use super::score::TrackArg;
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::analysis::explain::{self, Question};
+use crate::base::error::InputError;
+use crate::base::units;
+use crate::report;
+use crate::stream;
+use std::path::PathBuf;
+
+/// Options of `explain`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree explain demonstration.csv --at 8.5s\n  teachtree explain demonstration.csv --at 7.8s..8.1s --track right\n  teachtree explain demonstration.csv --at 7s..10s --why-not Press\n  teachtree explain log.csv --binding lab.binding.yaml --at 3410ms --format json"
+)]
+pub struct Args {
+    /// The recording
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// The time in the recording, `3.41s` or `3410ms`, or an interval, `3.2s..3.6s`
+    #[arg(long, value_name = "TIME", value_parser = times)]
+    at: (f64, f64),
+    /// Whose label; all that there are when left out
+    #[arg(long, value_enum, value_name = "TRACK")]
+    track: Option<TrackArg>,
+    /// The primitive that was expected: the nearest path to it, and what was missing
+    #[arg(long, value_name = "PRIMITIVE")]
+    why_not: Option<String>,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// Forms of an explanation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// For people
+    Text,
+    /// `teachtree.explain/1`
+    Json,
+}
+
+/// Reads `3.41s` or `3.2s..3.6s`.
+fn times(text: &str) -> Result<(f64, f64), String> {
+    match text.split_once("..") {
+        Some((from, to)) => {
+            let (from, to) = (time(from)?, time(to)?);
+            if to > from { Ok((from, to)) } else { Err("the interval ends before it begins".into()) }
+        }
+        None => time(text).map(|at| (at, at)),
+    }
+}
+
+/// Reads a time, s; without a unit it is in seconds.
+fn time(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at_checked(end).unwrap_or((text, ""));
+    let wanted = || format!("wanted a time such as 3.41s or 3410ms, found `{text}`");
+    let number: f64 = number.trim().parse().map_err(|_| wanted())?;
+    let (in_si, dimension) = units::compound(if unit.is_empty() { "s" } else { unit }).map_err(|_| wanted())?;
+    let seconds = number * in_si;
+    if dimension == units::Dimension::TIME && seconds.is_finite() { Ok(seconds) } else { Err(wanted()) }
+}
+
+/// Runs `explain`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let opened = stream::open(&args.source.request(&args.log))?;
+    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
+    let found = analyse(&rules, &opened, binding, Vec::new())?;
+    let analysed =
+        explain::Analysed { rules: &rules, frames: &found.frames, leaves: &found.leaves, analysis: &found.analysis };
+    let tracks = match args.track {
+        Some(track) => vec![track.into()],
+        None => found.analysis.tracks.iter().map(|track| track.who).collect(),
+    };
+    let mut explained = Vec::new();
+    let mut unable: Option<InputError> = None;
+    for who in tracks {
+        let question = Question { who, time_s: args.at, why_not: args.why_not.clone() };
+        match explain::explain(&analysed, &question) {
+            Ok(more) => explained.extend(more),
+            // A primitive of one tree need not be one of the other: it is wrong only when no track can tell.
+            Err(error) if args.track.is_none() => unable = Some(error),
+            Err(error) => return Err(error.into()),
+        }
+    }
+    if let Some(error) = unable.filter(|_| explained.is_empty()) {
+        return Err(error.into());
+    }
+    match args.format {
+        Format::Text => output::print(&report::explanation(&explained))?,
+        Format::Json => output::print(&explain::json(&explained, &found.meta.log))?,
+    }
+    Ok(())
+}

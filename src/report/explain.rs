@@ -1,0 +1,142 @@
+//! Explanations for terminals.
+
+use crate::analysis::explain::{Became, Explanation, Obstacle, Reason, Step, TaskReason, WhyNot};
+use std::fmt::Write;
+
+/// Writes explanations one below the other.
+pub fn explanation(explained: &[Explanation]) -> String {
+    let mut text = String::new();
+    for one in explained {
+        if !text.is_empty() {
+            text.push('\n');
+        }
+        write_one(&mut text, one);
+    }
+    text
+}
+
+fn write_one(text: &mut String, one: &Explanation) {
+    let _ = writeln!(
+        text,
+        "{} at {:.3} s, frame {}: {} (from {:.3} s), by the tree {}",
+        one.track, one.time_s, one.frame, one.leaf, one.since_s, one.tree
+    );
+    for step in &one.path {
+        write_step(text, step);
+    }
+    if !one.latches.is_empty() {
+        text.push_str("  latches\n");
+        for latch in &one.latches {
+            let when = match (latch.on, latch.since_s) {
+                (true, Some(since)) => format!("set at {since:.3} s"),
+                (true, None) => "set from the beginning".into(),
+                (false, Some(since)) => format!("cleared at {since:.3} s"),
+                (false, None) => "not set so far".into(),
+            };
+            let _ = writeln!(text, "    {} {when}", latch.latch);
+        }
+    }
+    if let Some(settled) = &one.settled {
+        write_became(text, "settled", settled);
+    }
+    if let Some(relabelled) = &one.relabelled {
+        write_became(text, "relabelled", relabelled);
+    }
+    if let Some(task) = &one.task {
+        write_task(text, task);
+    }
+    if let Some(why_not) = &one.why_not {
+        write_why_not(text, why_not);
+    }
+}
+
+fn write_step(text: &mut String, step: &Step) {
+    let indent = "  ".repeat(step.depth + 1);
+    let taken = if step.taken { "yes" } else { "no " };
+    let fact = match &step.reason {
+        Some(reason) => words(reason),
+        None => String::new(),
+    };
+    let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
+    for reason in step.reason.iter().flat_map(|reason| &reason.because) {
+        write_reason(text, reason, step.depth + 3);
+    }
+}
+
+/// What was measured, behind the condition.
+fn words(reason: &Reason) -> String {
+    reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
+}
+
+fn write_reason(text: &mut String, reason: &Reason, depth: usize) {
+    let indent = "  ".repeat(depth);
+    let holds = if reason.holds { "yes" } else { "no " };
+    let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
+    // A name whose meaning is one measured condition is told on one line with it.
+    match reason.because.as_slice() {
+        [only]
+            if reason.fact.is_none()
+                && only.slot.is_none()
+                && only.holds == reason.holds
+                && is_name(&reason.condition) =>
+        {
+            let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
+            for below in &only.because {
+                write_reason(text, below, depth + 2);
+            }
+        }
+        because => {
+            let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
+            for below in because {
+                write_reason(text, below, depth + 2);
+            }
+        }
+    }
+}
+
+fn is_name(condition: &str) -> bool {
+    condition.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.'))
+}
+
+fn write_became(text: &mut String, word: &str, became: &Became) {
+    let _ = writeln!(text, "  {word}: {} {:.3} – {:.3} s", became.primitive, became.start_s, became.end_s);
+    if !became.was.is_empty() {
+        let _ = writeln!(text, "    was {}", became.was.join(" "));
+    }
+    for by in &became.by {
+        match &by.place {
+            Some(place) => {
+                let _ = writeln!(text, "    by {}   {place}", by.what);
+            }
+            None => {
+                let _ = writeln!(text, "    since {}", by.what);
+            }
+        }
+    }
+}
+
+fn write_task(text: &mut String, task: &TaskReason) {
+    let _ = writeln!(text, "  task: {} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
+    for tried in &task.tried {
+        let taken = if tried.matches { "yes" } else { "no " };
+        let asked = tried.asked.iter().map(|asked| format!("{} ({})", asked.what, asked.found));
+        let _ =
+            writeln!(text, "    {taken} {}: {}   {}", tried.task, asked.collect::<Vec<_>>().join(", "), tried.place);
+    }
+}
+
+fn write_why_not(text: &mut String, why_not: &WhyNot) {
+    let WhyNot { primitive, time_s, choice, place, missing } = why_not;
+    if missing.is_empty() {
+        let _ = writeln!(text, "  {primitive} was given at {time_s:.3} s by {choice}   {place}");
+        return;
+    }
+    let _ = writeln!(text, "  not {primitive}; nearest at {time_s:.3} s to {choice}   {place}");
+    for Obstacle { choice, place, wanted, reason } in missing {
+        let why = if *wanted { "is not so" } else { "takes it" };
+        let _ = writeln!(text, "    {choice} {why}{}   {place}", words(reason));
+        for below in &reason.because {
+            write_reason(text, below, 3);
+        }
+    }
+}
