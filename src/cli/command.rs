@@ -49,7 +49,7 @@ pub enum Format {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let robot = open_robot(&args.robot)?;
     let opened = stream::open(&args.source.request(&args.log))?;
-    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&args.rules, &opened)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
     let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
     robot::map(&mut commands, &robot, &opened.recording.scene)?;

@@ -74,7 +74,7 @@ fn time(text: &str) -> Result<f64, String> {
 /// Runs `explain`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let opened = stream::open(&args.source.request(&args.log))?;
-    let rules = load(&args.rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&args.rules, &opened)?;
     let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let found = analyse(&rules, &opened, binding, Vec::new())?;
     let analysed =
