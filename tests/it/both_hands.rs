@@ -94,6 +94,29 @@ fn two_hands_with_two_objects_do_nothing_together() {
     assert_eq!(found.track(Who::Both).unwrap().relabelled, []);
 }
 
+/// A machine that is told to take a share of the weight carries that share, and the other hand the rest.
+#[test]
+fn two_hands_share_the_weight_as_they_are_told() {
+    for (name, label, share) in [("equal_carry", "EqualGrasp", 0.5), ("main_grasp", "MainGrasp(right)", 0.1)] {
+        let operator = world::Operator { variation: world::Variation::default(), ..world::operator(name).unwrap() };
+        let recording = world::teach(&world::scene(name).unwrap(), &operator, 0).unwrap();
+        let labels = &recording.labels["both.label"];
+        let rows: Vec<usize> = (0..labels.len()).filter(|row| labels[*row] == label).collect();
+        // The load is taken over at the beginning, and the bar stands at the end.
+        let middle = &rows[rows.len() / 2..rows.len() * 3 / 4];
+        let carried = |side: &str| {
+            let tips =
+                ["thumb", "index", "middle"].map(|finger| &recording.columns[&format!("{side}.{finger}.force.z")]);
+            let sum = |row: &usize| tips.iter().map(|tip| tip.values[*row]).sum::<f64>();
+            middle.iter().map(sum).sum::<f64>() / middle.len() as f64
+        };
+        let (left, right, weight) = (carried("left"), carried("right"), 0.080 * 9.81);
+        assert!((left + right - weight).abs() < 0.05 * weight, "{name}: {left} N and {right} N of {weight} N");
+        // Under way, give or take a tenth of the weight.
+        assert!((left - share * weight).abs() < 0.1 * weight, "{name}: {left} N of {weight} N");
+    }
+}
+
 /// A log whose sides are exchanged gives the analysis with the sides exchanged, label for label and time for time.
 #[test]
 fn a_mirrored_recording_gives_the_mirrored_analysis() {

@@ -133,7 +133,10 @@ impl<'a> Performer<'a> {
             Goal::Open(open) => self.begin_open(open),
             Goal::Hold(time) => Motion::Still(time.0 * self.chance.factor(self.variation().pace / 2.0)),
             Goal::Slip(slip) => self.begin_slip(slip, world),
-            Goal::Wait(phase) => Motion::Waiting(phase.clone()),
+            Goal::Wait(phase) => {
+                self.hold_firmly();
+                Motion::Waiting(phase.clone())
+            }
             Goal::Together(together) => self.begin_together(together),
         })
     }
@@ -258,9 +261,7 @@ impl<'a> Performer<'a> {
         world: &World,
     ) -> Result<Motion, InputError> {
         let place = self.place(socket)?;
-        if let Some(squeeze) = &mut self.grip.squeeze {
-            *squeeze = squeeze.max(FIRM);
-        }
+        self.hold_firmly();
         let misses = incident == Some(Incident::RetryAtRim);
         let away =
             if misses { 0.5 * place.socket.radius.0 + MISSED_M } else { self.variation().aim.0 * self.chance.share() };
@@ -306,6 +307,13 @@ impl<'a> Performer<'a> {
         let height = self.object(world).z - self.palm.translation.vector.z;
         let squeeze = self.grip.squeeze.take().unwrap_or_default();
         Motion::Slipping(Slipping { distance: slip.distance.0, squeeze, height, catching: None, empty: 0.0 })
+    }
+
+    /// Who puts something together, or holds it for the other hand, holds it firmly.
+    fn hold_firmly(&mut self) {
+        if let Some(squeeze) = &mut self.grip.squeeze {
+            *squeeze = squeeze.max(FIRM);
+        }
     }
 
     fn begin_together(&mut self, together: &Together) -> Motion {

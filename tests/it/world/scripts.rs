@@ -57,6 +57,19 @@ fn hands_and_scripts_must_match() {
 }
 
 #[test]
+fn a_hand_waits_only_for_what_the_other_one_begins() {
+    let refused = |step: &str| {
+        let operator = Operator::read(&script(&format!("      - {step}")), "test.operator.yaml").unwrap();
+        world::teach(&cube_on_base("", TWO_FINGERS), &operator, 0).err().unwrap().to_string()
+    };
+    let wanted = "waits for the phase `lift` of the other hand, which has none";
+    assert!(refused("{wait: lift}").contains(wanted), "{}", refused("{wait: lift}"));
+    assert!(refused("{together: {until: lift}}").contains(wanted), "{}", refused("{together: {until: lift}}"));
+    let endless = refused("{together: {share: 0.5}}");
+    assert!(endless.contains("goes together without an end, wanted one of `until` and `time`"), "{endless}");
+}
+
+#[test]
 fn unknown_demonstrations_are_named() {
     insta::assert_snapshot!(world::scene("paper_bag").err().unwrap().to_string());
     for name in world::shipped::names() {
