@@ -14,19 +14,19 @@ impl Opening<'_> {
     pub(super) fn compare(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
         let (a, b, delay) = self.together(a, b);
         let number = |id: NumberId| self.plan.numbers[id.index()].0.clone();
-        let (comparison, number, constant) = match (number(a), number(b)) {
+        let (towards, number, constant) = match (number(a), number(b)) {
             (Number::Constant(_), Number::Constant(_)) => return self.bit(Condition::Compare(comparison, a, b), delay),
             (number, Number::Constant(constant)) => (comparison, number, constant.get()),
             (Number::Constant(constant), number) => (comparison.swapped(), number, constant.get()),
             _ => return self.bit(Condition::Compare(comparison, a, b), delay),
         };
         let simpler = match number {
-            Number::Norm(vector) => squared(comparison, constant).map(|threshold| {
+            Number::Norm(vector) => squared(towards, constant).map(|threshold| {
                 let (squared, threshold) = (self.number(Number::SquaredNorm(vector), delay), self.constant(threshold));
-                self.bit(Condition::Compare(comparison, squared, threshold), delay)
+                self.bit(Condition::Compare(towards, squared, threshold), delay)
             }),
             Number::Count(conditions) if conditions.len() <= COUNTED => {
-                self.counted(comparison, &conditions, constant, delay)
+                self.counted(towards, &conditions, constant, delay)
             }
             _ => None,
         };
