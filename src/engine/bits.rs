@@ -86,12 +86,14 @@ impl Held<'_> {
                 out[word] = u64::MAX;
             } else {
                 let mut result = 0;
-                for bit in 0..inside.count_ones() {
-                    if restarts >> bit & 1 != 0 {
-                        *count = 0;
+                for run in Runs::of(held, restarts, inside.count_ones()) {
+                    *count = if run.restarts { 0 } else { *count };
+                    // The frame of the run on which the window is full.
+                    let full = limit.saturating_sub(*count + 1);
+                    if run.on && full < run.len {
+                        result |= ones(run.start + full, run.len - full);
                     }
-                    *count = if held >> bit & 1 != 0 { (*count + 1).min(limit) } else { 0 };
-                    result |= u64::from(*count >= limit) << bit;
+                    *count = if run.on { (*count + run.len).min(limit) } else { 0 };
                 }
                 out[word] = result;
             }
@@ -112,16 +114,61 @@ impl Held<'_> {
                 out[word] = u64::MAX;
             } else {
                 let mut result = 0;
-                for bit in 0..inside.count_ones() {
-                    if restarts >> bit & 1 != 0 {
-                        *count = limit;
-                    }
-                    *count = if held >> bit & 1 != 0 { 0 } else { (*count + 1).min(limit) };
-                    result |= u64::from(*count < limit) << bit;
+                for run in Runs::of(held, restarts, inside.count_ones()) {
+                    *count = if run.restarts { limit } else { *count };
+                    // For how many frames of the run the last true one is near enough.
+                    let near = if run.on { run.len } else { limit.saturating_sub(*count + 1).min(run.len) };
+                    result |= ones(run.start, near);
+                    *count = if run.on { 0 } else { (*count + run.len).min(limit) };
                 }
                 out[word] = result;
             }
         }
+    }
+}
+
+/// So many ones from a bit on.
+const fn ones(start: u64, len: u64) -> u64 {
+    if len == 0 { 0 } else { (u64::MAX >> (64 - len)) << start }
+}
+
+/// The runs of equal bits of a word; a restart begins a new one.
+struct Runs {
+    bits: u64,
+    restarts: u64,
+    start: u64,
+    end: u64,
+}
+
+struct BitRun {
+    on: bool,
+    /// Whether its first frame is a first one.
+    restarts: bool,
+    start: u64,
+    len: u64,
+}
+
+impl Runs {
+    const fn of(bits: u64, restarts: u64, len: u32) -> Self {
+        Self { bits, restarts, start: 0, end: len as u64 }
+    }
+}
+
+impl Iterator for Runs {
+    type Item = BitRun;
+
+    fn next(&mut self) -> Option<BitRun> {
+        if self.start >= self.end {
+            return None;
+        }
+        let (start, rest) = (self.start, self.bits >> self.start);
+        let on = rest & 1 != 0;
+        let same = u64::from(if on { (!rest).trailing_zeros() } else { rest.trailing_zeros() });
+        let anew = self.restarts >> start;
+        let until = u64::from((anew >> 1).trailing_zeros()) + 1;
+        let len = same.min(until).min(self.end - start);
+        self.start += len;
+        Some(BitRun { on, restarts: anew & 1 != 0, start, len })
     }
 }
 
@@ -184,9 +231,25 @@ impl NumberDelay {
 
     /// Moves a block through.
     pub fn run(&mut self, numbers: &[f64], out: &mut [f64]) {
-        for (number, out) in numbers.iter().zip(out) {
-            *out = std::mem::replace(&mut self.ring[self.at], *number);
-            self.at = if self.at + 1 == self.ring.len() { 0 } else { self.at + 1 };
+        let (frames, len) = (self.ring.len(), numbers.len());
+        if frames <= len {
+            // All that is held comes out, then what has just gone in.
+            let (later, first) = self.ring.split_at(self.at);
+            out[..first.len()].copy_from_slice(first);
+            out[first.len()..frames].copy_from_slice(later);
+            out[frames..len].copy_from_slice(&numbers[..len - frames]);
+            self.ring.copy_from_slice(&numbers[len - frames..]);
+            self.at = 0;
+            return;
+        }
+        let mut done = 0;
+        while done < len {
+            let step = (frames - self.at).min(len - done);
+            let held = &mut self.ring[self.at..self.at + step];
+            out[done..done + step].copy_from_slice(held);
+            held.copy_from_slice(&numbers[done..done + step]);
+            self.at = (self.at + step) % frames;
+            done += step;
         }
     }
 }

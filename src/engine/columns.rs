@@ -1,14 +1,17 @@
 //! The columnar half of the evaluator: numbers and conditions of a plan over a block of frames at a time.
 
 use super::bits::{BLOCK, BitDelay, Bits, Held, NumberDelay, WORDS, flip_flop, frames_of, get, shifted, words};
+use super::buffers::Buffers;
+use super::kernels::{Side, at_least, compare, map, squares, zip};
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step};
 use crate::graph::Exact;
 use crate::language::rules::{Arithmetic, Comparison};
+use pulp::{Arch, NullaryFnOnce};
 
 /// The columns of one block and the memory between blocks. Allocates when it is made and never again.
 #[derive(Clone, Debug)]
 pub struct Columns {
-    numbers: Vec<f64>,
+    numbers: Buffers,
     conditions: Vec<Bits>,
     number_memory: Vec<NumberMemory>,
     condition_memory: Vec<ConditionMemory>,
@@ -69,7 +72,7 @@ impl Columns {
             _ => ConditionMemory::None,
         });
         let mut columns = Self {
-            numbers: vec![0.0; plan.numbers.len() * BLOCK],
+            numbers: Buffers::new(plan),
             conditions: vec![[0; WORDS]; plan.conditions.len()],
             number_memory: number_memory.collect(),
             condition_memory: condition_memory.collect(),
@@ -113,39 +116,35 @@ impl Columns {
 
     /// Evaluates a block.
     pub fn run(&mut self, plan: &Plan, block: &Block<'_>) {
-        for step in &plan.steps {
-            match step {
-                Step::Number(id) => self.number(plan, *id, block),
-                Step::Condition(id) => self.bits(plan, *id, block),
-            }
-        }
+        Arch::new().dispatch(Steps { columns: self, plan, block });
         self.fresh = false;
     }
 
+    #[inline(always)]
     fn number(&mut self, plan: &Plan, id: NumberId, block: &Block<'_>) {
-        let (before, rest) = self.numbers.split_at_mut(id.index() * BLOCK);
-        let Some(out) = rest.get_mut(..block.len) else { return };
-        let arg = |id: &NumberId| number_column(plan, before, *id, block);
+        let number = &plan.numbers[id.index()].0;
+        // Inputs are read where they are, and constants stay.
+        if matches!(number, Number::Input(_) | Number::Constant(_)) {
+            return;
+        }
+        let mut taken = self.numbers.take(id);
+        let Some(out) = taken.get_mut(..block.len) else { return };
+        let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
         let memory = &mut self.number_memory[id.index()];
-        match &plan.numbers[id.index()].0 {
-            // Inputs are read where they are.
-            Number::Input(_) => {}
-            Number::Constant(number) => out.fill(number.get()),
+        match number {
+            Number::Input(_) | Number::Constant(_) => {}
             Number::Negate(a) => map(arg(a), out, |a| -a),
-            Number::Abs(a) => map(arg(a), out, f64::abs),
+            Number::Abs(a) => map(arg(a), out, |a| a.abs()),
             Number::Arithmetic(operation, a, b) => match operation {
                 Arithmetic::Add => zip(arg(a), arg(b), out, |a, b| a + b),
                 Arithmetic::Subtract => zip(arg(a), arg(b), out, |a, b| a - b),
                 Arithmetic::Multiply => zip(arg(a), arg(b), out, |a, b| a * b),
                 Arithmetic::Divide => zip(arg(a), arg(b), out, |a, b| a / b),
             },
-            Number::Norm([x, y, z]) => {
-                for (((out, x), y), z) in out.iter_mut().zip(arg(x)).zip(arg(y)).zip(arg(z)) {
-                    *out = (x * x + y * y + z * z).sqrt();
-                }
-            }
-            Number::Min(a, b) => zip(arg(a), arg(b), out, f64::min),
-            Number::Max(a, b) => zip(arg(a), arg(b), out, f64::max),
+            Number::Norm(vector) => squares(vector.each_ref().map(arg), out, f64::sqrt),
+            Number::SquaredNorm(vector) => squares(vector.each_ref().map(arg), out, |squared| squared),
+            Number::Min(a, b) => zip(arg(a), arg(b), out, |a, b| a.min(b)),
+            Number::Max(a, b) => zip(arg(a), arg(b), out, |a, b| a.max(b)),
             Number::Count(bits) => {
                 out.fill(0.0);
                 for bits in bits {
@@ -159,13 +158,22 @@ impl Columns {
                 let NumberMemory::Rate { past, age } = memory else { return };
                 let number = arg(number);
                 past.run(number, out);
-                let span = f64::from(*frames) / plan.layout.rate_hz;
-                for (at, (out, now)) in out.iter_mut().zip(number).enumerate() {
-                    if restart.is_some_and(|restart| get(&self.conditions[restart.index()], at)) {
-                        *age = 0;
+                let per_second = plan.layout.rate_hz / f64::from(*frames);
+                let restart = restart.map(|restart| &self.conditions[restart.index()]);
+                let restarts = restart
+                    .is_some_and(|bits| (0..words(block.len)).any(|at| bits[at] & frames_of(block.len, at) != 0));
+                if *age >= *frames && !restarts {
+                    for (out, now) in out.iter_mut().zip(number) {
+                        *out = (now - *out) * per_second;
                     }
-                    *out = if *age >= *frames { (now - *out) / span } else { 0.0 };
-                    *age = (*age + 1).min(*frames);
+                } else {
+                    for (at, (out, now)) in out.iter_mut().zip(number).enumerate() {
+                        if restart.is_some_and(|bits| get(bits, at)) {
+                            *age = 0;
+                        }
+                        *out = if *age >= *frames { (now - *out) * per_second } else { 0.0 };
+                        *age = (*age + 1).min(*frames);
+                    }
                 }
             }
             Number::Delay(a, _) => {
@@ -173,8 +181,10 @@ impl Columns {
                 delay.run(arg(a), out);
             }
         }
+        self.numbers.put_back(id, taken);
     }
 
+    #[inline(always)]
     fn bits(&mut self, plan: &Plan, id: BitId, block: &Block<'_>) {
         let len = block.len;
         let (before, rest) = self.conditions.split_at_mut(id.index());
@@ -182,7 +192,7 @@ impl Columns {
         let arg = |id: &BitId| &before[id.index()];
         let memory = &mut self.condition_memory[id.index()];
         match &plan.conditions[id.index()].0 {
-            Condition::Input(column) => compare(Comparison::Greater, block.column(*column), &Side::Constant(0.5), out),
+            Condition::Input(column) => compare(Comparison::Greater, block.column(*column), Side::Constant(0.5), out),
             Condition::Constant(value) => *out = [if *value { u64::MAX } else { 0 }; WORDS],
             Condition::Inside => *out = [if block.inside { u64::MAX } else { 0 }; WORDS],
             Condition::First => {
@@ -205,8 +215,8 @@ impl Columns {
             Condition::Compare(comparison, a, b) => {
                 let (a, b) = (side(plan, &self.numbers, *a, block), side(plan, &self.numbers, *b, block));
                 match (a, b) {
-                    (Side::Column(a), b) => compare(*comparison, a, &b, out),
-                    (Side::Constant(a), Side::Column(b)) => compare(comparison.swapped(), b, &Side::Constant(a), out),
+                    (Side::Column(a), b) => compare(*comparison, a, b, out),
+                    (Side::Constant(a), Side::Column(b)) => compare(comparison.swapped(), b, Side::Constant(a), out),
                     (Side::Constant(a), Side::Constant(b)) => {
                         *out = [if comparison.holds(a, b) { u64::MAX } else { 0 }; WORDS];
                     }
@@ -233,6 +243,7 @@ impl Columns {
                     }
                 }
             }
+            Condition::AtLeast(conditions, wanted) => at_least(conditions.iter().map(arg), *wanted, out),
             Condition::FlipFlop { set, keep } => {
                 let ConditionMemory::Bit(memory) = memory else { return };
                 flip_flop(arg(set), arg(keep), len, memory, out);
@@ -282,59 +293,40 @@ impl Columns {
     }
 }
 
-/// One side of a comparison.
-enum Side<'a> {
-    Column(&'a [f64]),
-    Constant(f64),
+/// All steps of a plan over one block.
+struct Steps<'a, 'b> {
+    columns: &'a mut Columns,
+    plan: &'a Plan,
+    block: &'a Block<'b>,
 }
 
-fn number_column<'a>(plan: &Plan, numbers: &'a [f64], id: NumberId, block: &'a Block<'_>) -> &'a [f64] {
-    match plan.numbers[id.index()].0 {
-        Number::Input(column) => block.column(column),
-        _ => &numbers[id.index() * BLOCK..][..block.len],
+impl NullaryFnOnce for Steps<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn call(self) {
+        let Self { columns, plan, block } = self;
+        for step in &plan.steps {
+            match step {
+                Step::Number(id) => columns.number(plan, *id, block),
+                Step::Condition(id) => columns.bits(plan, *id, block),
+            }
+        }
     }
 }
 
-fn side<'a>(plan: &Plan, numbers: &'a [f64], id: NumberId, block: &'a Block<'_>) -> Side<'a> {
+#[inline(always)]
+fn number_column<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &'a Block<'_>) -> &'a [f64] {
+    match plan.numbers[id.index()].0 {
+        Number::Input(column) => block.column(column),
+        _ => numbers.get(id, block.len),
+    }
+}
+
+#[inline(always)]
+fn side<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &'a Block<'_>) -> Side<'a> {
     match plan.numbers[id.index()].0 {
         Number::Constant(number) => Side::Constant(Exact::get(number)),
         _ => Side::Column(number_column(plan, numbers, id, block)),
-    }
-}
-
-fn map(a: &[f64], out: &mut [f64], f: impl Fn(f64) -> f64) {
-    for (out, a) in out.iter_mut().zip(a) {
-        *out = f(*a);
-    }
-}
-
-fn zip(a: &[f64], b: &[f64], out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
-    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        *out = f(*a, *b);
-    }
-}
-
-fn compare(comparison: Comparison, a: &[f64], b: &Side<'_>, out: &mut Bits) {
-    match comparison {
-        Comparison::Less => test(a, b, out, |a, b| a < b),
-        Comparison::LessEqual => test(a, b, out, |a, b| a <= b),
-        Comparison::Greater => test(a, b, out, |a, b| a > b),
-        Comparison::GreaterEqual => test(a, b, out, |a, b| a >= b),
-        Comparison::Equal | Comparison::NotEqual => test(a, b, out, |a, b| comparison.holds(a, b)),
-    }
-}
-
-fn test(a: &[f64], b: &Side<'_>, out: &mut Bits, f: impl Fn(f64, f64) -> bool) {
-    match b {
-        Side::Constant(b) => {
-            for (out, a) in out.iter_mut().zip(a.chunks(64)) {
-                *out = a.iter().enumerate().fold(0, |word, (at, a)| word | u64::from(f(*a, *b)) << at);
-            }
-        }
-        Side::Column(b) => {
-            for ((out, a), b) in out.iter_mut().zip(a.chunks(64)).zip(b.chunks(64)) {
-                *out = a.iter().zip(b).enumerate().fold(0, |word, (at, (a, b))| word | u64::from(f(*a, *b)) << at);
-            }
-        }
     }
 }

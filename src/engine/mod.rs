@@ -1,8 +1,10 @@
 //! The evaluators: frames in, labels out. They read no clock and no file.
 
 pub mod bits;
+mod buffers;
 pub mod columns;
 pub mod evaluator;
+mod kernels;
 pub mod machine;
 pub mod open;
 pub mod plan;

@@ -1,6 +1,7 @@
 //! Opening: the graph and the slots of a log in, the plan out. The only thing that can be wrong here is the log: its rate may not honour
 //! a duration.
 
+mod comparisons;
 mod functions;
 mod memory;
 mod operators;
@@ -56,6 +57,7 @@ pub fn open(graph: &Graph, layout: &Layout) -> Result<Plan, InputError> {
         opening.plan.trees[at].decision.tests = tests;
     }
     opening.align_imports();
+    opening.plan.drop_unread();
     let state = opening.plan.cost().state_bytes;
     if state > MAX_STATE {
         let message = format!("the windows need {} MB of state, at most {} MB are taken", state >> 20, MAX_STATE >> 20);

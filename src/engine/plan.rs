@@ -57,6 +57,8 @@ pub enum Number {
     Arithmetic(Arithmetic, NumberId, NumberId),
     /// `sqrt(x*x + y*y + z*z)`.
     Norm([NumberId; 3]),
+    /// `x*x + y*y + z*z`, for comparisons that need no root ([`super::open`]).
+    SquaredNorm([NumberId; 3]),
     /// The smaller; NaN loses.
     Min(NumberId, NumberId),
     /// The larger; NaN loses.
@@ -97,6 +99,8 @@ pub enum Condition {
     And(Vec<BitId>),
     /// At least one of them; false of none.
     Or(Vec<BitId>),
+    /// So many of them at least; more than one and less than all.
+    AtLeast(Vec<BitId>, u32),
     /// A flip-flop: set, else kept.
     FlipFlop {
         /// Becomes true.
@@ -216,15 +220,80 @@ pub struct Cost {
 }
 
 impl Plan {
+    /// The numbers and conditions that a step reads.
+    pub fn reads(&self, step: Step) -> (Vec<NumberId>, Vec<BitId>) {
+        match step {
+            Step::Number(id) => match &self.numbers[id.index()].0 {
+                Number::Input(_) | Number::Constant(_) => (vec![], vec![]),
+                Number::Negate(a) | Number::Abs(a) | Number::Delay(a, _) => (vec![*a], vec![]),
+                Number::Arithmetic(_, a, b) | Number::Min(a, b) | Number::Max(a, b) => (vec![*a, *b], vec![]),
+                Number::Norm(vector) | Number::SquaredNorm(vector) => (vector.to_vec(), vec![]),
+                Number::Count(bits) => (vec![], bits.clone()),
+                Number::Rate { number, restart, .. } => (vec![*number], restart.iter().copied().collect()),
+            },
+            Step::Condition(id) => match &self.conditions[id.index()].0 {
+                Condition::Input(_)
+                | Condition::Constant(_)
+                | Condition::Inside
+                | Condition::First
+                | Condition::Changes(_) => (vec![], vec![]),
+                Condition::Compare(_, a, b) => (vec![*a, *b], vec![]),
+                Condition::Not(a) | Condition::Delay(a, _) => (vec![], vec![*a]),
+                Condition::And(bits) | Condition::Or(bits) | Condition::AtLeast(bits, _) => (vec![], bits.clone()),
+                Condition::FlipFlop { set, keep } => (vec![], vec![*set, *keep]),
+                Condition::For(a, _, restart) | Condition::WithinLast(a, _, restart) | Condition::Rises(a, restart) => {
+                    (vec![], std::iter::once(*a).chain(*restart).collect())
+                }
+            },
+        }
+    }
+
+    /// Leaves out the steps that nothing reads which the machine reads.
+    pub fn drop_unread(&mut self) {
+        let mut numbers = vec![false; self.numbers.len()];
+        let mut conditions = vec![false; self.conditions.len()];
+        for import in &self.imports {
+            conditions[import.index()] = true;
+        }
+        let mut steps = std::mem::take(&mut self.steps);
+        // Whatever is read was made before: from the last step to the first.
+        for step in steps.iter().rev() {
+            let read = match step {
+                Step::Number(id) => numbers[id.index()],
+                Step::Condition(id) => conditions[id.index()],
+            };
+            if read {
+                let (of_numbers, of_conditions) = self.reads(*step);
+                of_numbers.iter().for_each(|id| numbers[id.index()] = true);
+                of_conditions.iter().for_each(|id| conditions[id.index()] = true);
+            }
+        }
+        steps.retain(|step| match step {
+            Step::Number(id) => numbers[id.index()],
+            Step::Condition(id) => conditions[id.index()],
+        });
+        self.steps = steps;
+    }
+
     /// What a run costs.
     pub fn cost(&self) -> Cost {
         let words = |frames: u32| (frames as usize).div_ceil(64) * 8;
-        let numbers = self.numbers.iter().map(|(number, _)| match number {
+        let steps = || self.steps.iter();
+        let numbers = || {
+            steps()
+                .filter_map(|step| if let Step::Number(id) = step { Some(&self.numbers[id.index()].0) } else { None })
+        };
+        let conditions = || {
+            steps().filter_map(
+                |step| if let Step::Condition(id) = step { Some(&self.conditions[id.index()].0) } else { None },
+            )
+        };
+        let kept_numbers = numbers().map(|number| match number {
             Number::Rate { frames, .. } => *frames as usize * 8 + 12,
             Number::Delay(_, frames) => *frames as usize * 8 + 8,
             _ => 0,
         });
-        let conditions = self.conditions.iter().map(|(condition, _)| match condition {
+        let kept_conditions = conditions().map(|condition| match condition {
             Condition::Delay(_, frames) => words(*frames) + 8,
             Condition::For(..) | Condition::WithinLast(..) | Condition::Changes(_) => 8,
             Condition::FlipFlop { .. } | Condition::Rises(..) => 1,
@@ -236,12 +305,12 @@ impl Plan {
             _ => 0,
         });
         Cost {
-            numbers: self.numbers.len(),
-            conditions: self.conditions.len(),
+            numbers: numbers().count(),
+            conditions: conditions().count(),
             memories: self.memories.len(),
             tests: self.trees.iter().map(|tree| tree.decision.depth()).sum(),
-            state_bytes: numbers.sum::<usize>()
-                + conditions.sum::<usize>()
+            state_bytes: kept_numbers.sum::<usize>()
+                + kept_conditions.sum::<usize>()
                 + memories.sum::<usize>()
                 + self.trees.len() * std::mem::size_of::<Label>(),
             look_ahead_frames: self.delay,

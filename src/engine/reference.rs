@@ -366,10 +366,10 @@ impl<'a> Reference<'a> {
                 }
                 let then = self.value(number, this, frame - n)?;
                 #[allow(clippy::cast_precision_loss, reason = "a window of at most 1e9 frames")]
-                let span = n as f64 / rate;
+                let per_second = rate / n as f64;
                 let difference = |now: &Value, then: &Value| arithmetic(Arithmetic::Subtract, now, then);
                 Ok(pairs(&now, &then, &|now, then| {
-                    arithmetic(Arithmetic::Divide, &difference(now, then), &Value::Number(span))
+                    arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
                 }))
             }
             ExprKind::Rises(condition) | ExprKind::Falls(condition) => {

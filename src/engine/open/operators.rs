@@ -135,11 +135,6 @@ impl Opening<'_> {
             .collect()
     }
 
-    pub(super) fn compare(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
-        let (a, b, delay) = self.together(a, b);
-        self.bit(Condition::Compare(comparison, a, b), delay)
-    }
-
     pub(super) fn compare_tally(
         &mut self,
         tally: u32,
