@@ -3,7 +3,7 @@
 //! Every millisecond the plan gives targets, the arm's inverse kinematics follows the palm, the controllers give torques, the robot's
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 
-use super::control::{Controller, FingerTarget, Gains, TipTarget, solve_arm};
+use super::control::{Controller, FingerTarget, Gains, TipTarget, solve_arm, solve_arm_along};
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::log::Log;
@@ -24,10 +24,11 @@ const SETTLING: usize = 300;
 pub const WITHIN_M: f64 = 0.005;
 /// The same of its turn, rad.
 pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// The way of the palm is looked at this often, s, from so many starts of the arm.
+const WAY_S: f64 = 0.1;
+const STARTS: usize = 48;
 /// No simulation is longer, s.
 const LONGEST_S: f64 = 600.0;
-/// The arm must reach the palm's first pose within this, m and rad.
-const REACHED: (f64, f64) = (1e-4, 1e-3);
 
 /// What came of a task.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,7 +99,12 @@ pub fn simulate(
         let runs = match &mut executor {
             Some(runs) => runs,
             None => {
-                let made = Executor::new(limb.clone(), hand.clone(), &plan.at(0.0), gravity).map_err(at_task)?;
+                let way: Vec<Isometry3<f64>> = (0..)
+                    .map(|at| f64::from(at) * WAY_S)
+                    .take_while(|time| *time <= plan.duration())
+                    .map(|time| plan.at(time).palm)
+                    .collect();
+                let made = Executor::new(limb.clone(), hand.clone(), &plan.at(0.0), &way, gravity).map_err(at_task)?;
                 let runs = executor.insert(made);
                 let still = plan.at(0.0);
                 for _ in 0..SETTLING {
@@ -164,43 +170,30 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// A robot at rest at its first target.
+    /// A robot at rest at its first target, its arm so that it can bring the palm along `way`, which begins there.
     ///
     /// # Errors
-    /// A palm that the arm cannot bring there.
-    pub fn new(robot: Robot, hand: HandModel, target: &Target, gravity: Vector3<f64>) -> Result<Self, String> {
+    /// A way that the arm cannot go.
+    pub fn new(
+        robot: Robot,
+        hand: HandModel,
+        target: &Target,
+        way: &[Isometry3<f64>],
+        gravity: Vector3<f64>,
+    ) -> Result<Self, String> {
         let mut q = vec![0.0; robot.dofs.len()];
         let mut root = Isometry3::identity();
         if hand.arm.is_empty() {
             // A hand without an arm is carried about.
             root = target.palm * robot.forward(&q)[hand.palm].inverse();
         } else {
-            let mut best = (f64::INFINITY, q.clone(), (0.0, 0.0));
-            for start in starts(&robot, &hand) {
-                let mut tried = q.clone();
-                for (dof, value) in hand.arm.iter().zip(&start) {
-                    tried[*dof] = *value;
-                }
-                let missing = solve_arm(&robot, &hand, &root, &target.palm, &mut tried, 150);
-                // Of those that reach, the one farthest from its limits.
-                let near_limit = hand.arm.iter().map(|&dof| {
-                    let [low, high] = robot.dofs[dof].range;
-                    ((tried[dof] - (low + high) / 2.0) / (high - low)).powi(4)
-                });
-                let value = (missing.0 + missing.1) * 1e3 + near_limit.sum::<f64>();
-                if value < best.0 {
-                    best = (value, tried, missing);
-                }
-            }
-            if best.2.0 > REACHED.0 || best.2.1 > REACHED.1 {
-                let (way, turn) = best.2;
+            if !solve_arm_along(&robot, &hand, &root, way, &mut q, STARTS, 150) {
+                let at = target.palm.translation.vector * 1e3;
+                let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);
                 return Err(format!(
-                    "begins where the arm cannot bring the palm: {:.0} mm and {:.0} degrees are missing",
-                    way * 1e3,
-                    turn.to_degrees()
+                    "begins with the palm at {place}; from there the arm cannot bring it along the whole way"
                 ));
             }
-            q = best.1;
         }
         let idle: Vec<Angles> = hand.fingers.iter().map(|finger| resting(&finger.ranges)).collect();
         for (finger, idle) in hand.fingers.iter().zip(&idle) {
@@ -336,21 +329,4 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }
     angles
-}
-
-/// Values of the arm to begin its inverse kinematics with.
-fn starts(robot: &Robot, hand: &HandModel) -> Vec<Vec<f64>> {
-    let mut starts = Vec::new();
-    for index in 0..64_usize {
-        let value = |(place, &dof): (usize, &usize)| {
-            let [low, high] = robot.dofs[dof].range;
-            // Evenly spread, the same ones each time.
-            let share = ((index * 7 + 3) as f64
-                * [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044][place % 6])
-                .fract();
-            low + (0.15 + 0.7 * share) * (high - low)
-        };
-        starts.push(hand.arm.iter().enumerate().map(value).collect());
-    }
-    starts
 }

@@ -5,6 +5,8 @@
 mod analysis;
 #[cfg(feature = "world")]
 mod cli;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod command;
 mod engine;
 mod graph;
 #[cfg(feature = "cli")]

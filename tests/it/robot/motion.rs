@@ -112,7 +112,7 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
         tips: vec![(Finger::Index, above(height), Vector3::new(0.0, 0.0, -force))],
         object: Isometry3::identity(),
     };
-    let mut runs = Executor::new(robot, hand, &target(0.012, 0.0), GRAVITY).unwrap();
+    let mut runs = Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap();
     for step in 0..300 {
         runs.step(&target(0.012 - 0.005 * f64::from(step) / 300.0, 0.0), &mut world);
     }
