@@ -27,6 +27,8 @@ pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// The way of the palm is looked at this often, s, from so many starts of the arm.
 const WAY_S: f64 = 0.1;
 const STARTS: usize = 48;
+/// One step in so many is recorded: 250 a second.
+pub const RECORDED: usize = 4;
 /// No simulation is longer, s.
 const LONGEST_S: f64 = 600.0;
 
@@ -119,7 +121,9 @@ pub fn simulate(
             let time = (step as f64 * STEP_S).min(plan.duration());
             let target = plan.at(time);
             runs.step(&target, &mut world);
-            log.record(world.observation());
+            if step.is_multiple_of(RECORDED) {
+                log.record(world.observation());
+            }
             palm_error = palm_error.max((runs.palm().translation.vector - target.palm.translation.vector).norm());
             let seen = world.observation();
             for (index, tip) in seen.hands[0].tips.iter().enumerate() {

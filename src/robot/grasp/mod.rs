@@ -26,9 +26,9 @@ use clearance::Shapes;
 use cost::Cost;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A pad that grasps may look past the surface normal by this angle, rad (80 degrees); one that only pushes by this one (95 degrees: the end
-/// of the finger).
+/// A pad that grasps may look past the surface normal by this angle, rad (80 degrees).
 pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
+/// One that only pushes by this one, rad (95 degrees: the end of the finger).
 pub const LARGEST_PUSHING_ANGLE: f64 = 95.0 * std::f64::consts::PI / 180.0;
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: f64 = 0.003;

@@ -209,7 +209,7 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
         let outcome = &outcomes[0];
         assert!(outcome.done, "{name}: {outcome:?}");
         // From when it hangs still: grasp 0.9 s, lift 1.5 s, and half a second.
-        let (held, end) = (2900, recording.time.len() - 1);
+        let (held, end) = (2900 / teachtree::robot::simulate::RECORDED, recording.time.len() - 1);
         let column = |name: &str| &recording.columns[name].values;
         for axis in ["x", "y", "z"] {
             let values = &column(&format!("cube.position.{axis}"))[held..end];
