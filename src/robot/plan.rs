@@ -150,6 +150,15 @@ impl<'a> Plan<'a> {
         self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
     }
 
+    /// When something is touched first, and when it is let go last, s.
+    pub fn touches(&self) -> (f64, f64) {
+        let touching = || self.phases.iter().filter(|phase| phase.role != Role::Free);
+        let first = touching().next().map_or(0.0, |phase| phase.start);
+        let holding = touching().filter(|phase| phase.role != Role::Leave);
+        let last = holding.last().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
+        (self.transfer + first, self.transfer + last)
+    }
+
     /// The primitive at a time, s.
     pub fn primitive(&self, time: f64) -> &str {
         if time < self.transfer { "Move" } else { &self.phase(time - self.transfer).segment.primitive }

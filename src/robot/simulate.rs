@@ -16,7 +16,7 @@ use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
 use crate::command::{Commands, Task};
 use crate::world::{Fingertips, MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw, World};
-use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
@@ -27,6 +27,8 @@ pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 /// The way of the palm is looked at this often, s, from so many starts of the arm.
 const WAY_S: f64 = 0.1;
 const STARTS: usize = 48;
+/// The first free motion is left out in so many parts.
+const LEFT_OUT: u32 = 4;
 /// One step in so many is recorded: 250 a second.
 pub const RECORDED: usize = 4;
 /// No simulation is longer, s.
@@ -98,28 +100,26 @@ pub fn simulate(
         if plan.duration() > LONGEST_S {
             return Err(at_task(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", plan.duration())));
         }
+        let mut begins_s = 0.0;
         let runs = match &mut executor {
             Some(runs) => runs,
             None => {
-                let way: Vec<Isometry3<f64>> = (0..)
-                    .map(|at| f64::from(at) * WAY_S)
-                    .take_while(|time| *time <= plan.duration())
-                    .map(|time| plan.at(time).palm)
-                    .collect();
-                let made = Executor::new(limb.clone(), hand.clone(), &plan.at(0.0), &way, gravity).map_err(at_task)?;
-                let runs = executor.insert(made);
-                let still = plan.at(0.0);
+                let (made, from_s) = beginning(&limb, &hand, &plan, gravity).map_err(at_task)?;
+                begins_s = from_s;
+                let (runs, still) = (executor.insert(made), plan.at(from_s));
                 for _ in 0..SETTLING {
                     runs.step(&still, &mut world);
                 }
                 runs
             }
         };
+        let mut righting = Righting::default();
         let (mut palm_error, mut largest_force, mut force_errors) = (0.0_f64, 0.0_f64, (0.0, 0.0));
-        let steps = (plan.duration() / STEP_S).round() as usize;
+        let steps = ((plan.duration() - begins_s) / STEP_S).round() as usize;
         for step in 0..=steps + SETTLING {
-            let time = (step as f64 * STEP_S).min(plan.duration());
-            let target = plan.at(time);
+            let time = (begins_s + step as f64 * STEP_S).min(plan.duration());
+            let mut target = plan.at(time);
+            righting.turn(&mut target, &world.observation().bodies[body].pose);
             runs.step(&target, &mut world);
             if step.is_multiple_of(RECORDED) {
                 log.record(world.observation());
@@ -155,6 +155,65 @@ pub fn simulate(
         });
     }
     Ok((log.finish(&scene), outcomes))
+}
+
+/// What a hand turns an object by because it is seen to be turned otherwise than it should: fingertips hold it only softly about the line between
+/// them. Integral control of its orientation while thumb and fingers hold it.
+#[derive(Default)]
+struct Righting {
+    turned: Vector3<f64>,
+}
+
+impl Righting {
+    /// How fast, 1/s, how far at most, rad, and how fast it is forgotten after letting go, 1/s.
+    const RATE: f64 = 2.0;
+    const MOST: f64 = 0.35;
+    const FORGOTTEN: f64 = 4.0;
+
+    /// Turns palm and fingertips of a target about the middle of the grasp; `object` is where the object is.
+    fn turn(&mut self, target: &mut Target, object: &Isometry3<f64>) {
+        let presses = |thumb: bool| {
+            let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
+            those.any(|(.., force)| force.norm() > 0.1)
+        };
+        if presses(true) && presses(false) {
+            let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
+            self.turned += error * (Self::RATE * STEP_S);
+            self.turned *= (Self::MOST / self.turned.norm().max(1e-9)).min(1.0);
+        } else {
+            self.turned *= 1.0 - Self::FORGOTTEN * STEP_S;
+        }
+        let middle =
+            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64;
+        let turn = UnitQuaternion::from_scaled_axis(self.turned);
+        let about = Translation3::from(middle) * turn * Translation3::from(-middle);
+        target.palm = about * target.palm;
+        for (_, tip, _) in &mut target.tips {
+            *tip = about * *tip;
+        }
+    }
+}
+
+/// A robot at the beginning of a task, and when of the task that is, s: a person may come from where the arm cannot be, so as much of the first free
+/// motion is left out as must be.
+fn beginning(
+    limb: &Robot,
+    hand: &HandModel,
+    plan: &Plan<'_>,
+    gravity: Vector3<f64>,
+) -> Result<(Executor, f64), String> {
+    let mut refused = String::new();
+    let (touched, released) = plan.touches();
+    for part in 0..=LEFT_OUT {
+        let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
+        let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+        let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
+        match Executor::new(limb.clone(), hand.clone(), &plan.at(from_s), &way, gravity) {
+            Ok(made) => return Ok((made, from_s)),
+            Err(message) => refused = message,
+        }
+    }
+    Err(refused)
 }
 
 /// A robot that follows targets.
