@@ -22,8 +22,8 @@ const FILE: &str = "tests/fixtures/grasps.json";
 const WANTED: usize = 300;
 const LEAST: f64 = 0.03;
 const TRIES: usize = 20_000;
-const SEARCHES: usize = 4;
-const GENERATIONS: usize = 150;
+const SEARCHES: usize = 2;
+const GENERATIONS: usize = 100;
 const FINGERS: [Finger; 4] = [Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
 
 /// splitmix64, as numbers from 0 to 1.

@@ -7,6 +7,7 @@ use super::rules::{RuleArgs, load};
 use super::simulate::{perform, told};
 use super::teach::record;
 use super::{Failure, output};
+use crate::analysis::Analysis;
 use crate::analysis::json::json;
 use crate::command;
 use crate::language::Rules;
@@ -76,6 +77,12 @@ fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -
     output::print(&format!("\nthe robot\n{}", told(&outcomes)))?;
     let opened = stream::open(&OpenRequest { log: performed, ..OpenRequest::default() })?;
     let again = analyse(rules, &opened, None, Vec::new())?;
-    output::print(&format!("\nits recording, analysed by the same rules\n{}", timeline(&again, true)))?;
+    let tasks = |analysis: &Analysis| -> Vec<String> {
+        analysis.tracks.iter().flat_map(|track| &track.tasks).map(|task| task.task.clone()).collect()
+    };
+    let (taught, performed) = (tasks(&analysed.analysis), tasks(&again.analysis));
+    let same = if taught == performed { "the same tasks" } else { "other tasks" };
+    output::print(&format!("its recording has {same} by the same rules: {}
+", performed.join(", ")))?;
     Ok([commanded, opened.log])
 }

@@ -260,3 +260,54 @@ pub fn solve_arm(
     }
     missing
 }
+
+/// Values of the arm with which it can bring the palm along a whole way, from several starts that are the same ones each time; of those that can,
+/// the ones that stay farthest from the limits. Whether there are any.
+pub fn solve_arm_along(
+    robot: &Robot,
+    hand: &HandModel,
+    root: &Isometry3<f64>,
+    way: &[Isometry3<f64>],
+    q: &mut [f64],
+    starts: usize,
+    iterations: usize,
+) -> bool {
+    /// What may be missing, m and rad.
+    const REACHED: (f64, f64) = (1e-4, 1e-3);
+    /// Irrational steps spread the starts evenly.
+    const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
+    /// From one pose of the way to the next, so many iterations.
+    const FOLLOWING: usize = 12;
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for index in 0..starts {
+        let mut tried = q.to_vec();
+        for (place, &dof) in hand.arm.iter().enumerate() {
+            let [low, high] = robot.dofs[dof].range;
+            let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
+            tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
+        }
+        let off_middle = |tried: &[f64]| {
+            let off = hand.arm.iter().map(|&dof| {
+                let [low, high] = robot.dofs[dof].range;
+                ((2.0 * tried[dof] - low - high) / (high - low)).abs()
+            });
+            off.fold(0.0, f64::max)
+        };
+        let (mut worst, mut first) = (0.0_f64, None);
+        let reaches = way.iter().enumerate().all(|(at, palm)| {
+            let steps = if at == 0 { iterations } else { FOLLOWING };
+            let missing = solve_arm(robot, hand, root, palm, &mut tried, steps);
+            worst = worst.max(off_middle(&tried));
+            first.get_or_insert_with(|| tried.clone());
+            missing.0 <= REACHED.0 && missing.1 <= REACHED.1
+        });
+        if let (true, Some(first)) = (reaches, first)
+            && best.as_ref().is_none_or(|(other, _)| worst < *other)
+        {
+            best = Some((worst, first));
+        }
+    }
+    let Some((_, found)) = best else { return false };
+    q.copy_from_slice(&found);
+    true
+}

@@ -1,12 +1,14 @@
 //! Robot files: YAML text in, a [`Robot`] out.
 //!
-//! A file either describes a tree of links and joints, with a hand on it or not, or puts such files together (`parts`). Every link, joint
+//! A file describes a tree of links and joints, with a hand on it or not; or names a URDF file (`urdf`) and its fingertips; or puts such files
+//! together (`parts`). Every link, joint
 //! and finger says where its numbers come from. Unknown keys, missing units, impossible numbers and trees that do not close are refused at
 //! their line.
 
 use super::hand::{self, FingerSpec, HandModel};
 use super::shipped;
 use super::tree::{Dof, Joint, Kind, Link, Robot, Solid};
+use super::urdf;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
@@ -36,6 +38,9 @@ struct RobotFile {
     links: Entries<String, LinkFile>,
     #[serde(default = "none")]
     joints: Entries<String, JointFile>,
+    /// A URDF file beside this one, in place of links and joints.
+    #[serde(default)]
+    urdf: Option<String>,
     #[serde(default)]
     hand: Option<HandFile>,
     #[serde(default = "none")]
@@ -182,7 +187,25 @@ fn from_text(
 ) -> Result<Robot, InputError> {
     let parsed: RobotFile = yaml::read(text, file)?;
     let places = Places { text, file };
-    let built = if parsed.parts.0.is_empty() {
+    let built = if let Some(urdf) = &parsed.urdf {
+        if parsed.root.is_some() || !parsed.links.0.is_empty() || !parsed.joints.0.is_empty() {
+            return Err(places.error(
+                "urdf",
+                "",
+                "stands beside `root`, `links` or `joints`, wanted one of the two".into(),
+            ));
+        }
+        let beside = std::path::Path::new(file).parent().map_or_else(|| urdf.into(), |folder| folder.join(urdf));
+        let beside = beside.display().to_string();
+        let mut built = urdf::read(&text_of(&beside)?, &beside)?;
+        built.name = parsed.name;
+        if let Some(hand) = parsed.hand {
+            let side = hand.side;
+            let made = made_hand(&built, hand, &places)?;
+            built.hands.insert(side, made);
+        }
+        built
+    } else if parsed.parts.0.is_empty() {
         single(parsed, &places)?
     } else {
         if let Some((key, _)) = [("links", parsed.links.0.len()), ("joints", parsed.joints.0.len())]

@@ -1,9 +1,10 @@
 //! The robot's recording: the columns of a person's, measured without noise.
 
+use super::simulate::RECORDED;
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
-use crate::world::Observation;
+use crate::world::{Observation, STEP_S};
 use nalgebra::{Isometry3, Vector3};
 
 /// Values are kept to this many to one unit.
@@ -81,7 +82,7 @@ impl Log {
     }
 
     pub(super) fn finish(self, scene: &Scene) -> Recording {
-        let time = (0..self.rows).map(|row| row as f64 / 1000.0).collect();
+        let time = (0..self.rows).map(|row| (row * RECORDED) as f64 * STEP_S).collect();
         let columns = self.names.into_iter().zip(self.columns);
         let columns = columns.map(|((name, dimension), values)| (name, Column { dimension, values }));
         Recording { time, columns: columns.collect(), scene: scene.clone(), ..Recording::default() }

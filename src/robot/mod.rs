@@ -16,6 +16,7 @@ pub mod plan;
 mod shipped;
 pub mod simulate;
 pub mod tree;
+mod urdf;
 
 pub use file::{open, read};
 pub use grasp::{Grasp, Mapper};

@@ -38,8 +38,6 @@ pub struct Target {
 pub struct Plan<'a> {
     task: &'a Task,
     phases: Vec<Phase<'a>>,
-    /// From the taught place of the object to where it is found, reference frame.
-    anchor: Isometry3<f64>,
     grips: Vec<Grip>,
     from: Isometry3<f64>,
     transfer: f64,
@@ -51,8 +49,9 @@ struct Phase<'a> {
     role: Role,
     start: f64,
     duration: f64,
-    /// How much of the anchor is left at its beginning and at its end.
-    anchored: (f64, f64),
+    /// From where the commands want the object to where it is, at the beginning; and whether that fades until the end.
+    anchor: Isometry3<f64>,
+    fades: bool,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -92,15 +91,9 @@ impl<'a> Plan<'a> {
             return Err("has nothing that is touched".into());
         }
         let taught = task.segments.first().and_then(|segment| segment.object.first()).ok_or("has no segments")?;
-        let mut plan = Self {
-            task,
-            phases: Vec::new(),
-            anchor: object * from_seven(taught).inverse(),
-            grips,
-            from: Isometry3::identity(),
-            transfer: 0.0,
-        };
-        let (mut clock, mut carried) = (0.0, 0.0);
+        let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
+        let mut clock = 0.0;
+        let mut anchor = object * from_seven(taught).inverse();
         for (index, segment) in task.segments.iter().enumerate() {
             let role = match (segment.touching, segment.primitive.as_str()) {
                 (false, _) => Role::Free,
@@ -117,7 +110,8 @@ impl<'a> Plan<'a> {
                     role: Role::Close,
                     start: clock,
                     duration: CLOSING_S,
-                    anchored: (1.0 - carried, 1.0 - carried),
+                    anchor,
+                    fades: false,
                 });
                 clock += CLOSING_S;
             }
@@ -127,19 +121,19 @@ impl<'a> Plan<'a> {
                 Role::Free | Role::Hold => 0.05,
             };
             let duration = segment.duration_s.max(least);
-            let before = carried;
-            if role == Role::Hold {
-                carried = 1.0;
-            }
-            plan.phases.push(Phase {
-                segment,
-                grip: segment.grasp.unwrap_or(0),
-                role,
-                start: clock,
-                duration,
-                anchored: (1.0 - before, 1.0 - carried),
-            });
+            let (grip, fades) = (segment.grasp.unwrap_or(0), role == Role::Hold);
+            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades });
             clock += duration;
+            match role {
+                Role::Hold => anchor = Isometry3::identity(),
+                // A hand that closes waits for the object to come along; by how much a person moved it while grasping is made up for later.
+                Role::Close => {
+                    if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
+                        anchor = anchor * from_seven(first) * from_seven(last).inverse();
+                    }
+                }
+                Role::Free | Role::Leave => {}
+            }
         }
         let first = plan.shown(0.0).palm;
         plan.from = palm.copied().unwrap_or(first);
@@ -154,6 +148,15 @@ impl<'a> Plan<'a> {
     /// How long it takes, s.
     pub fn duration(&self) -> f64 {
         self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
+    }
+
+    /// When something is touched first, and when it is let go last, s.
+    pub fn touches(&self) -> (f64, f64) {
+        let touching = || self.phases.iter().filter(|phase| phase.role != Role::Free);
+        let first = touching().next().map_or(0.0, |phase| phase.start);
+        let holding = touching().filter(|phase| phase.role != Role::Leave);
+        let last = holding.last().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
+        (self.transfer + first, self.transfer + last)
     }
 
     /// The primitive at a time, s.
@@ -194,12 +197,11 @@ impl<'a> Plan<'a> {
         let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
         let local = (time - phase.start).clamp(0.0, phase.duration);
         let share = local / phase.duration;
-        let eased = minimum_jerk(share);
         // A closing before a push stands at the beginning of what is pushed.
         let waits = phase.role == Role::Close && segment.primitive != "Grasp";
-        let at = if waits { 0.0 } else { share };
-        let anchored = phase.anchored.0 + (phase.anchored.1 - phase.anchored.0) * eased;
-        let object = self.anchor_share(anchored) * pose_at(&segment.object, at);
+        let at = if phase.role == Role::Close { 0.0 } else { share };
+        let anchor = share_of(&phase.anchor, if phase.fades { 1.0 - minimum_jerk(share) } else { 1.0 });
+        let object = anchor * pose_at(&segment.object, at);
         let closing = phase.duration / 2.0;
         let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
             Role::Free => {
@@ -248,13 +250,6 @@ impl<'a> Plan<'a> {
         let before = self.phases.iter().rfind(|other| other.start < phase.start && other.role != Role::Free);
         before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
     }
-
-    fn anchor_share(&self, share: f64) -> Isometry3<f64> {
-        Isometry3::from_parts(
-            Translation3::from(self.anchor.translation.vector * share),
-            slerp(&UnitQuaternion::identity(), &self.anchor.rotation, share),
-        )
-    }
 }
 
 impl Grip {
@@ -289,6 +284,12 @@ impl Grip {
 pub fn minimum_jerk(share: f64) -> f64 {
     let t = share.clamp(0.0, 1.0);
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+/// A part of a displacement.
+fn share_of(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
+    let turn = slerp(&UnitQuaternion::identity(), &whole.rotation, share);
+    Isometry3::from_parts(Translation3::from(whole.translation.vector * share), turn)
 }
 
 fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {

@@ -3,7 +3,7 @@
 //! Every millisecond the plan gives targets, the arm's inverse kinematics follows the palm, the controllers give torques, the robot's
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 
-use super::control::{Controller, FingerTarget, Gains, TipTarget, solve_arm};
+use super::control::{Controller, FingerTarget, Gains, TipTarget, solve_arm, solve_arm_along};
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::log::Log;
@@ -16,7 +16,7 @@ use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
 use crate::command::{Commands, Task};
 use crate::world::{Fingertips, MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw, World};
-use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
@@ -24,10 +24,15 @@ const SETTLING: usize = 300;
 pub const WITHIN_M: f64 = 0.005;
 /// The same of its turn, rad.
 pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// The way of the palm is looked at this often, s, from so many starts of the arm.
+const WAY_S: f64 = 0.1;
+const STARTS: usize = 48;
+/// The first free motion is left out in so many parts.
+const LEFT_OUT: u32 = 4;
+/// One step in so many is recorded: 250 a second.
+pub const RECORDED: usize = 4;
 /// No simulation is longer, s.
 const LONGEST_S: f64 = 600.0;
-/// The arm must reach the palm's first pose within this, m and rad.
-const REACHED: (f64, f64) = (1e-4, 1e-3);
 
 /// What came of a task.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,25 +100,30 @@ pub fn simulate(
         if plan.duration() > LONGEST_S {
             return Err(at_task(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", plan.duration())));
         }
+        let mut begins_s = 0.0;
         let runs = match &mut executor {
             Some(runs) => runs,
             None => {
-                let made = Executor::new(limb.clone(), hand.clone(), &plan.at(0.0), gravity).map_err(at_task)?;
-                let runs = executor.insert(made);
-                let still = plan.at(0.0);
+                let (made, from_s) = beginning(&limb, &hand, &plan, gravity).map_err(at_task)?;
+                begins_s = from_s;
+                let (runs, still) = (executor.insert(made), plan.at(from_s));
                 for _ in 0..SETTLING {
                     runs.step(&still, &mut world);
                 }
                 runs
             }
         };
+        let mut righting = Righting::default();
         let (mut palm_error, mut largest_force, mut force_errors) = (0.0_f64, 0.0_f64, (0.0, 0.0));
-        let steps = (plan.duration() / STEP_S).round() as usize;
+        let steps = ((plan.duration() - begins_s) / STEP_S).round() as usize;
         for step in 0..=steps + SETTLING {
-            let time = (step as f64 * STEP_S).min(plan.duration());
-            let target = plan.at(time);
+            let time = (begins_s + step as f64 * STEP_S).min(plan.duration());
+            let mut target = plan.at(time);
+            righting.turn(&mut target, &world.observation().bodies[body].pose);
             runs.step(&target, &mut world);
-            log.record(world.observation());
+            if step.is_multiple_of(RECORDED) {
+                log.record(world.observation());
+            }
             palm_error = palm_error.max((runs.palm().translation.vector - target.palm.translation.vector).norm());
             let seen = world.observation();
             for (index, tip) in seen.hands[0].tips.iter().enumerate() {
@@ -147,6 +157,65 @@ pub fn simulate(
     Ok((log.finish(&scene), outcomes))
 }
 
+/// What a hand turns an object by because it is seen to be turned otherwise than it should: fingertips hold it only softly about the line between
+/// them. Integral control of its orientation while thumb and fingers hold it.
+#[derive(Default)]
+struct Righting {
+    turned: Vector3<f64>,
+}
+
+impl Righting {
+    /// How fast, 1/s, how far at most, rad, and how fast it is forgotten after letting go, 1/s.
+    const RATE: f64 = 2.0;
+    const MOST: f64 = 0.35;
+    const FORGOTTEN: f64 = 4.0;
+
+    /// Turns palm and fingertips of a target about the middle of the grasp; `object` is where the object is.
+    fn turn(&mut self, target: &mut Target, object: &Isometry3<f64>) {
+        let presses = |thumb: bool| {
+            let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
+            those.any(|(.., force)| force.norm() > 0.1)
+        };
+        if presses(true) && presses(false) {
+            let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
+            self.turned += error * (Self::RATE * STEP_S);
+            self.turned *= (Self::MOST / self.turned.norm().max(1e-9)).min(1.0);
+        } else {
+            self.turned *= 1.0 - Self::FORGOTTEN * STEP_S;
+        }
+        let middle =
+            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64;
+        let turn = UnitQuaternion::from_scaled_axis(self.turned);
+        let about = Translation3::from(middle) * turn * Translation3::from(-middle);
+        target.palm = about * target.palm;
+        for (_, tip, _) in &mut target.tips {
+            *tip = about * *tip;
+        }
+    }
+}
+
+/// A robot at the beginning of a task, and when of the task that is, s: a person may come from where the arm cannot be, so as much of the first free
+/// motion is left out as must be.
+fn beginning(
+    limb: &Robot,
+    hand: &HandModel,
+    plan: &Plan<'_>,
+    gravity: Vector3<f64>,
+) -> Result<(Executor, f64), String> {
+    let mut refused = String::new();
+    let (touched, released) = plan.touches();
+    for part in 0..=LEFT_OUT {
+        let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
+        let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+        let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
+        match Executor::new(limb.clone(), hand.clone(), &plan.at(from_s), &way, gravity) {
+            Ok(made) => return Ok((made, from_s)),
+            Err(message) => refused = message,
+        }
+    }
+    Err(refused)
+}
+
 /// A robot that follows targets.
 pub struct Executor {
     robot: Robot,
@@ -164,43 +233,30 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// A robot at rest at its first target.
+    /// A robot at rest at its first target, its arm so that it can bring the palm along `way`, which begins there.
     ///
     /// # Errors
-    /// A palm that the arm cannot bring there.
-    pub fn new(robot: Robot, hand: HandModel, target: &Target, gravity: Vector3<f64>) -> Result<Self, String> {
+    /// A way that the arm cannot go.
+    pub fn new(
+        robot: Robot,
+        hand: HandModel,
+        target: &Target,
+        way: &[Isometry3<f64>],
+        gravity: Vector3<f64>,
+    ) -> Result<Self, String> {
         let mut q = vec![0.0; robot.dofs.len()];
         let mut root = Isometry3::identity();
         if hand.arm.is_empty() {
             // A hand without an arm is carried about.
             root = target.palm * robot.forward(&q)[hand.palm].inverse();
         } else {
-            let mut best = (f64::INFINITY, q.clone(), (0.0, 0.0));
-            for start in starts(&robot, &hand) {
-                let mut tried = q.clone();
-                for (dof, value) in hand.arm.iter().zip(&start) {
-                    tried[*dof] = *value;
-                }
-                let missing = solve_arm(&robot, &hand, &root, &target.palm, &mut tried, 150);
-                // Of those that reach, the one farthest from its limits.
-                let near_limit = hand.arm.iter().map(|&dof| {
-                    let [low, high] = robot.dofs[dof].range;
-                    ((tried[dof] - (low + high) / 2.0) / (high - low)).powi(4)
-                });
-                let value = (missing.0 + missing.1) * 1e3 + near_limit.sum::<f64>();
-                if value < best.0 {
-                    best = (value, tried, missing);
-                }
-            }
-            if best.2.0 > REACHED.0 || best.2.1 > REACHED.1 {
-                let (way, turn) = best.2;
+            if !solve_arm_along(&robot, &hand, &root, way, &mut q, STARTS, 150) {
+                let at = target.palm.translation.vector * 1e3;
+                let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);
                 return Err(format!(
-                    "begins where the arm cannot bring the palm: {:.0} mm and {:.0} degrees are missing",
-                    way * 1e3,
-                    turn.to_degrees()
+                    "begins with the palm at {place}; from there the arm cannot bring it along the whole way"
                 ));
             }
-            q = best.1;
         }
         let idle: Vec<Angles> = hand.fingers.iter().map(|finger| resting(&finger.ranges)).collect();
         for (finger, idle) in hand.fingers.iter().zip(&idle) {
@@ -336,21 +392,4 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }
     angles
-}
-
-/// Values of the arm to begin its inverse kinematics with.
-fn starts(robot: &Robot, hand: &HandModel) -> Vec<Vec<f64>> {
-    let mut starts = Vec::new();
-    for index in 0..64_usize {
-        let value = |(place, &dof): (usize, &usize)| {
-            let [low, high] = robot.dofs[dof].range;
-            // Evenly spread, the same ones each time.
-            let share = ((index * 7 + 3) as f64
-                * [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044][place % 6])
-                .fract();
-            low + (0.15 + 0.7 * share) * (high - low)
-        };
-        starts.push(hand.arm.iter().enumerate().map(value).collect());
-    }
-    starts
 }

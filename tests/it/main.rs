@@ -7,6 +7,8 @@ mod analysis;
 mod both_hands;
 #[cfg(feature = "world")]
 mod cli;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod command;
 mod engine;
 mod graph;
 #[cfg(feature = "cli")]

@@ -7,12 +7,12 @@
 //! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
 use super::beads::placed;
-use super::{Contact, Failure, Held, LARGEST_PAD_ANGLE, Mapper, NO_ANGLES, Wanted};
+use super::{Contact, Failure, Held, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Mapper, NO_ANGLES, Wanted};
 use crate::base::geometry::pose;
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
 use crate::robot::hand::{Angles, FingerModel, REACHED_M};
-use nalgebra::{Isometry3, Matrix3x4, Point3, Vector3};
+use nalgebra::{Isometry3, Matrix3x4, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 
 /// No measure counts for less.
 const SMALLEST: f64 = 1e-3;
@@ -41,6 +41,7 @@ struct Part {
 struct Seen {
     part_from_palm: Matrix3x4<f64>,
     shape: Shape,
+    away: f64,
 }
 
 /// The cost of poses for one grasp.
@@ -49,6 +50,10 @@ pub(super) struct Cost<'a> {
     contacts: Vec<(usize, Contact, Point3<f64>)>,
     /// Indices of the fingers that do not touch.
     idle: Vec<usize>,
+    /// How far pads may look away, rad.
+    pub(super) largest_pad_angle: f64,
+    /// Kept free beyond what is needed, m.
+    away: f64,
     parts: Vec<Part>,
     /// How many of the parts are the object's.
     own: usize,
@@ -72,13 +77,21 @@ impl<'a> Cost<'a> {
                 let near = Seen {
                     part_from_palm: part.part_from_object.to_homogeneous().fixed_view::<3, 4>(0, 0).into(),
                     shape: part.shape,
+                    away: 0.0,
                 };
                 if near.distance(&Point3::origin()) < FAR_M {
                     parts.push(part);
                 }
             }
         }
-        Ok(Self { mapper, contacts, idle, parts, own })
+        let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
+        let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
+        Ok(Self { mapper, contacts, idle, largest_pad_angle, away: 0.0, parts, own })
+    }
+
+    /// Keeps this much farther away from everything but the contacts, m.
+    pub(super) fn keep_away(&mut self, away: f64) {
+        self.away = away;
     }
 
     /// The fingers on their contacts at a pose.
@@ -170,8 +183,13 @@ impl<'a> Cost<'a> {
         let seen = |part: &Part| Seen {
             part_from_palm: (part.part_from_object * object_from_palm).to_homogeneous().fixed_view::<3, 4>(0, 0).into(),
             shape: part.shape,
+            away: 0.0,
         };
-        self.parts.iter().map(seen).collect()
+        let mut scene: Vec<Seen> = self.parts.iter().map(seen).collect();
+        for part in &mut scene {
+            part.away = self.away;
+        }
+        scene
     }
 
     /// The cost of a pose.
@@ -192,7 +210,7 @@ impl<'a> Cost<'a> {
             let measure = if reached.miss < REACHED_M { reached.measure } else { 0.0 };
             cost += share * (-measure.max(SMALLEST).ln() + PER_METRE * reached.miss);
             let into = -(palm_from_object * contact.normal);
-            let beyond = (LARGEST_PAD_ANGLE.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
+            let beyond = (self.largest_pad_angle.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
             cost += (beyond / 0.1).powi(2);
             let balls = placed(&self.mapper.beads.fingers[*index], &posture);
             cost += balls.iter().map(|ball| overlap(&scene, ball)).sum::<f64>();
@@ -234,6 +252,34 @@ impl<'a> Cost<'a> {
         cost
     }
 
+    /// A pose moved so that the fingers come nearer to their contacts: Gauss and Newton's step on what each finger misses, without a look at
+    /// anything else.
+    pub(super) fn nearer(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let mut square = Matrix6::identity() * 1e-7;
+        let mut right = Vector6::zeros();
+        let mut missed = false;
+        for (index, _, tip) in &self.contacts {
+            let finger = &self.mapper.hand.fingers[*index];
+            let target = pose.inverse_transform_point(tip);
+            let reached = finger.reach(target);
+            missed |= reached.miss > REACHED_M;
+            let at = finger.posture(&reached.angles).tip;
+            // The palm moves by (t, ω) in its own frame: the tip goes along.
+            let r = at.coords;
+            let mut rows = Matrix3x6::zeros();
+            rows.fixed_view_mut::<3, 3>(0, 0).fill_with_identity();
+            rows.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-r.cross_matrix()));
+            square += rows.transpose() * rows;
+            right += rows.transpose() * (target - at);
+        }
+        let Some(step) = square.cholesky().filter(|_| missed).map(|factor| factor.solve(&right)) else { return *pose };
+        let shift: Vector3<f64> = step.fixed_rows::<3>(0).into();
+        let turn: Vector3<f64> = step.fixed_rows::<3>(3).into();
+        // Far steps are cut: what a finger misses is only known nearby.
+        let cut = (0.5 / turn.norm().max(1e-9)).min(0.05 / shift.norm().max(1e-9)).min(1.0);
+        pose * Isometry3::new(shift * cut, turn * cut)
+    }
+
     /// What it costs that the object is in the palm where no point of the palm is near.
     fn in_palm(&self, palm_from_object: &Isometry3<f64>) -> f64 {
         let mut cost = 0.0;
@@ -267,7 +313,7 @@ fn price(over: f64) -> f64 {
 fn overlap(scene: &[Seen], (centre, radius): &(Point3<f64>, f64)) -> f64 {
     let mut cost = 0.0;
     for part in scene {
-        let over = radius + MARGIN_M - part.distance(centre);
+        let over = radius + MARGIN_M + part.away - part.distance(centre);
         if over > 0.0 {
             cost += price(over);
         }

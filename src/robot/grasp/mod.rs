@@ -26,8 +26,12 @@ use clearance::Shapes;
 use cost::Cost;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A pad may look past the surface normal by this angle, rad (80 degrees).
+/// A pad that grasps may look past the surface normal by this angle, rad (80 degrees).
 pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
+/// One that only pushes by this one, rad (95 degrees: the end of the finger).
+pub const LARGEST_PUSHING_ANGLE: f64 = 95.0 * std::f64::consts::PI / 180.0;
+/// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
+const AWAY_M: f64 = 0.003;
 /// Shapes are clear of each other when they overlap by no more than this, m.
 pub const CLEAR_M: f64 = 1e-4;
 
@@ -103,6 +107,8 @@ pub enum Failure {
     OutOfReach(Finger, f64),
     /// Every finger reaches, but hand, object, obstacles and fingers are not clear of each other: the worst overlap, m, and between whom.
     InTheWay(f64, String),
+    /// The arm cannot bring the palm to any pose that was found.
+    ArmOutOfReach,
     /// Every finger reaches, but a pad looks away from the surface: by this angle, rad.
     PadTurnedAway(Finger, f64),
 }
@@ -115,6 +121,7 @@ impl std::fmt::Display for Failure {
                 write!(f, "{finger} cannot reach its contact: {:.1} mm are missing", miss * 1e3)
             }
             Self::InTheWay(overlap, who) => write!(f, "{who} are in each other's way by {:.1} mm", overlap * 1e3),
+            Self::ArmOutOfReach => f.write_str("the arm cannot bring the palm there"),
             Self::PadTurnedAway(finger, angle) => {
                 write!(f, "the pad of {finger} looks {:.0} degrees past the surface", angle.to_degrees())
             }
@@ -141,18 +148,40 @@ impl<'a> Mapper<'a> {
     /// # Errors
     /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
     pub fn map(&self, wanted: &Wanted<'_>) -> Result<Grasp, Failure> {
-        let cost = Cost::new(self, wanted)?;
+        self.map_where(wanted, &|_| true)
+    }
+
+    /// The same among poses of the palm, frame of the object, that an arm can bring it to.
+    ///
+    /// # Errors
+    /// As [`Self::map`].
+    pub fn map_where(
+        &self,
+        wanted: &Wanted<'_>,
+        reachable: &dyn Fn(&Isometry3<f64>) -> bool,
+    ) -> Result<Grasp, Failure> {
+        let mut cost = Cost::new(self, wanted)?;
         let shapes = Shapes::new(self.hand, wanted);
+        let starts = starts::starts(self, wanted);
         let mut failure = None;
-        for pose in search::best_poses(&cost, &starts::starts(self, wanted)) {
-            match self.check(&pose, &cost, &shapes) {
-                Ok(grasp) => return Ok(grasp),
+        for pose in search::best_poses(&cost, &starts) {
+            let mut found = self.check(&pose, &cost, &shapes);
+            if matches!(found, Err(Failure::InTheWay(..))) {
+                cost.keep_away(AWAY_M);
+                found = self.check(&search::polished(&cost, &pose), &cost, &shapes);
+                cost.keep_away(0.0);
+            }
+            match found {
+                Ok(grasp) if reachable(&grasp.object_from_palm) => return Ok(grasp),
+                Ok(_) => {
+                    failure.get_or_insert(Failure::ArmOutOfReach);
+                }
                 Err(found) => {
                     failure.get_or_insert(found);
                 }
             }
         }
-        Err(failure.unwrap_or(Failure::InTheWay(0.0, "hand and object".into())))
+        Err(failure.unwrap_or(Failure::ArmOutOfReach))
     }
 
     /// The grasp at a given pose of the palm, when it is one.
@@ -205,7 +234,7 @@ impl<'a> Mapper<'a> {
         if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
             return Err(Failure::OutOfReach(held.finger, cost.miss(pose, held.finger)));
         }
-        if let Some(held) = fingers.iter().find(|held| held.pad_angle > LARGEST_PAD_ANGLE + 1e-3) {
+        if let Some(held) = fingers.iter().find(|held| held.pad_angle > cost.largest_pad_angle + 1e-3) {
             return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));
         }
         let idle = cost.idle(pose);

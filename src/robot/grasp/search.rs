@@ -6,11 +6,13 @@
 use super::cost::Cost;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
+/// So many times the contacts are approached from each start, without a look at anything else.
+const FITTED: usize = 4;
 /// This many starts, the cheapest that are apart, are improved by as many steps; then the best by as many more.
-const IMPROVED: usize = 6;
-const FIRST_STEPS: usize = 8;
-const BEST: usize = 2;
-const LAST_STEPS: usize = 25;
+const IMPROVED: usize = 12;
+const FIRST_STEPS: usize = 12;
+const BEST: usize = 3;
+const LAST_STEPS: usize = 60;
 /// m for one rad.
 const TURN_M: f64 = 0.1;
 /// The difference for slopes, m.
@@ -18,11 +20,17 @@ const DIFFERENCE_M: f64 = 2e-6;
 /// A descent ends when a step gains less than this.
 const GAIN: f64 = 2e-5;
 /// Two starts are apart when they differ by more than this, m.
-const APART_M: f64 = 0.015;
+const APART_M: f64 = 0.030;
 
 /// The best poses that were found, best first.
 pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
-    let mut ranked: Vec<(f64, Isometry3<f64>)> = starts.iter().map(|pose| (cost.of(pose), *pose)).collect();
+    let mut ranked: Vec<(f64, Isometry3<f64>)> = starts
+        .iter()
+        .map(|start| {
+            let fitted = (0..FITTED).fold(*start, |pose, _| cost.nearer(&pose));
+            (cost.of(&fitted), fitted)
+        })
+        .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut chosen: Vec<(f64, Isometry3<f64>)> = Vec::new();
     for (value, pose) in ranked {

@@ -24,6 +24,8 @@ const TRIED: usize = 14;
 /// Rolls about the line of opposition, in turns, for contacts whose order tells which way is up, and for others.
 const ROLLS: [f64; 7] = [0.0, -0.06, 0.06, -0.13, 0.13, -0.2, 0.2];
 const ALL_ROUND: usize = 14;
+/// Tilts about the row of fingers, in turns, for fingers that push without an opponent.
+const TILTS: [f64; 4] = [0.0, 0.12, -0.12, -0.22];
 
 /// Tips and pads of all fingers in some posture, palm frame.
 #[derive(Clone, Debug)]
@@ -72,11 +74,16 @@ pub(super) fn starts(mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Vec<Isometry3<
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rolls: Vec<f64> =
         if sided { ROLLS.to_vec() } else { (0..ALL_ROUND).map(|at| at as f64 / ALL_ROUND as f64).collect() };
+    let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
+    let tilts = if opposed { &[0.0][..] } else { &TILTS[..] };
     let mut starts = Vec::new();
     for (_, palm_from_hand) in ranked.iter().take(TRIED) {
         for roll in &rolls {
-            let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll * TAU);
-            starts.push(object.frame * turn * palm_from_hand.inverse());
+            for tilt in tilts {
+                let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll * TAU)
+                    * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt * TAU);
+                starts.push(object.frame * turn * palm_from_hand.inverse());
+            }
         }
     }
     starts

@@ -42,3 +42,38 @@ fn every_number_of_a_shipped_robot_says_where_it_comes_from() {
         }
     }
 }
+
+#[test]
+fn a_hand_in_urdf_needs_only_its_fingertips_named() {
+    let urdf = include_str!("../../fixtures/hand_of_urdf.urdf");
+    let hand = "name: pinch\nurdf: hand.urdf\nhand:\n  side: right\n  palm: palm\n  fingers:\n    \
+                index: {link: f2, tip: [40 mm, 0 mm, 0 mm], radius: 7 mm, pad: [0, 0, 1], force: 3 N, source: a test}\n";
+    let open = |urdf: &'static str| {
+        robot::open("lab/pinch.yaml", &move |file| match file {
+            "lab/pinch.yaml" => Ok(hand.to_string()),
+            other => {
+                assert_eq!(other, "lab/hand.urdf", "the URDF lies beside the file that names it");
+                Ok(urdf.to_string())
+            }
+        })
+    };
+    let robot = open(urdf).unwrap();
+    assert_eq!((robot.n_joints(), robot.dofs.len()), (3, 2), "the third mimics");
+    let finger = &robot.hands[&teachtree::base::hands::Side::Right].fingers[0];
+    // Bent by 0.8 rad, and by half of it more.
+    let mut angles = [0.0; robot::MAX_DOFS];
+    angles[1] = 0.8;
+    let tip = finger.posture(&angles).tip;
+    let (near, far) = (0.8_f64, 1.2_f64);
+    let wanted =
+        nalgebra::Point3::new(0.05 + 0.05 * near.cos() + 0.04 * far.cos(), 0.0, 0.05 * near.sin() + 0.04 * far.sin());
+    assert!((tip - wanted).norm() < 1e-12, "{tip} and {wanted}");
+    let wrong = |from: &str, to: &str| {
+        let text: &'static str = Box::leak(urdf.replace(from, to).into_boxed_str());
+        open(text).unwrap_err().to_string()
+    };
+    assert!(wrong("</robot>", "").starts_with("lab/hand.urdf:"), "{}", wrong("</robot>", ""));
+    assert!(wrong("upper=\"0.4\"", "upper=\"-0.5\"").contains("`spread` goes from -0.4 to -0.5"));
+    assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("`f3`, which is no link"));
+    assert!(wrong("joint=\"bend\"", "joint=\"bent\"").contains("`curl` mimics `bent`"));
+}

@@ -1,0 +1,110 @@
+//! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
+
+use nalgebra::Vector3;
+use std::process::Command;
+use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
+use teachtree::command::{Commands, FRICTION};
+
+#[test]
+fn a_sine_is_passed_as_the_law_says_and_not_moved_in_time() {
+    const RATE: f64 = 100.0;
+    for (frequency, cutoff) in [(1.0, 4.0), (4.0, 4.0), (12.0, 4.0)] {
+        let n = 3000;
+        let sine: Vec<f64> =
+            (0..n).map(|at| (std::f64::consts::TAU * frequency * f64::from(at) / RATE).sin()).collect();
+        let smoothed = smooth(&sine, RATE, cutoff);
+        let power = |f: f64| (2.0 * (std::f64::consts::PI * f / RATE).sin()).powi(6);
+        let passed = 1.0 / (1.0 + power(frequency) / power(cutoff));
+        // Away from the ends, which are held.
+        for at in 500..2500 {
+            assert!((smoothed[at] - passed * sine[at]).abs() < 1e-3, "{frequency} Hz at {at}");
+        }
+    }
+}
+
+#[test]
+fn smoothing_holds_the_ends_and_keeps_parabolas() {
+    let parabola: Vec<f64> = (0..200).map(|at| 1.0 + 0.1 * f64::from(at) - 0.002 * f64::from(at * at)).collect();
+    let smoothed = smooth(&parabola, 100.0, 3.0);
+    for (one, other) in parabola.iter().zip(&smoothed) {
+        assert!((one - other).abs() < 1e-6, "no jerk, nothing to smooth");
+    }
+    let step: Vec<[f64; 1]> = (0..200).map(|at| [if at < 100 { 0.0 } else { 1.0 }]).collect();
+    let smoothed = smooth_within(&step, 100.0, 3.0, 10.0);
+    assert!(smoothed[0][0].abs() < 1e-4 && (smoothed[199][0] - 1.0).abs() < 1e-4);
+    assert!(jerk(&smoothed, 100.0) < 0.02 * jerk(&step, 100.0));
+    // Not farther away than is allowed, whatever it takes.
+    assert!(deviation(&step, &smooth_within(&step, 100.0, 3.0, 0.05)) <= 0.05);
+}
+
+fn teachtree(args: &[&str]) -> std::process::Output {
+    Command::new(env!("CARGO_BIN_EXE_teachtree"))
+        .args(args)
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .env("COLUMNS", "90")
+        .output()
+        .unwrap()
+}
+
+#[test]
+fn the_experiment_becomes_commands_within_the_stated_deviations() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, out, table) = (path("log.csv"), path("commands.json"), path("commands.csv"));
+    assert!(teachtree(&["teach", "paper_box", "paper_box", "-o", &log]).status.success());
+    let output = teachtree(&["command", &log, "--robot", "both_hands", "-o", &out]);
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
+    let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+    let names: Vec<(&str, &str)> =
+        commands.tasks.iter().map(|task| (task.task.as_str(), task.object.as_str())).collect();
+    assert_eq!(names, [("pick_and_follow", "right_cube"), ("push_and_trace", "left_cube")]);
+    let fingers = |task: usize| -> Vec<&str> {
+        commands.tasks[task].grasps[0].contacts.iter().map(|contact| contact.finger.as_str()).collect()
+    };
+    assert_eq!((fingers(0), fingers(1)), (vec!["thumb", "index", "middle"], vec!["index", "middle"]));
+    for task in &commands.tasks {
+        for grasp in &task.grasps {
+            let mapped = grasp.mapped.as_ref().unwrap_or_else(|| panic!("{:?}", grasp.infeasible));
+            assert!(mapped.measure > 0.05, "{}", mapped.measure);
+        }
+        for segment in &task.segments {
+            let quality = &segment.quality;
+            assert!(quality.position_deviation <= 0.002 + 1e-9, "{}: {quality:?}", segment.primitive);
+            assert!(quality.force_deviation <= 0.1 + 1e-9, "{}: {quality:?}", segment.primitive);
+            for tip in &segment.tips {
+                let contact = task.grasps[0].contacts.iter().find(|contact| contact.finger == tip.finger);
+                for force in &tip.force {
+                    let force = Vector3::from(*force);
+                    match contact.filter(|_| segment.touching) {
+                        None => assert_eq!(force, Vector3::zeros(), "{} in {}", tip.finger, segment.primitive),
+                        Some(contact) => {
+                            let normal = Vector3::from(contact.normal);
+                            let pressed = -force.dot(&normal);
+                            let along = (force + normal * pressed).norm();
+                            assert!(pressed >= 0.0 && along <= FRICTION * pressed + 1e-5, "{force} in the cone");
+                        }
+                    }
+                }
+            }
+        }
+        let worst = |of: &dyn Fn(&teachtree::command::Quality) -> f64| {
+            task.segments.iter().map(|segment| of(&segment.quality)).fold(0.0, f64::max)
+        };
+        assert!(worst(&|quality| quality.jerk_after) < 0.7 * worst(&|quality| quality.jerk_before));
+    }
+    // The same as a table: a row a sample.
+    assert!(teachtree(&["command", &log, "--format", "csv", "-o", &table]).status.success());
+    let rows: usize = commands.tasks.iter().flat_map(|task| &task.segments).map(|segment| segment.object.len()).sum();
+    assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), rows + 1);
+}
+
+#[test]
+fn commands_that_are_none_are_refused_at_their_line() {
+    let read = |text: &str| Commands::read(text, "commands.json").unwrap_err().to_string();
+    assert!(read("{").starts_with("commands.json:1:"), "{}", read("{"));
+    let other = r#"{"schema": "teachtree.analysis/1", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
+    assert!(read(other).contains("wanted `teachtree.commands/1`"), "{}", read(other));
+    let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
+    assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
+}
