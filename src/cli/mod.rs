@@ -9,17 +9,20 @@ mod check;
 #[cfg(feature = "world")]
 mod demo;
 mod explain;
+mod fmt;
 mod graph;
 mod inspect;
 mod live;
 mod output;
 mod progress;
+mod prove;
 mod rules;
 mod score;
 mod source;
 #[cfg(feature = "world")]
 mod teach;
 mod tellable;
+mod test;
 
 use crate::base::error::InputError;
 use clap::{Parser, Subcommand};
@@ -46,11 +49,19 @@ enum Command {
     Analyze(analyze::Args),
     /// Say why a recording has its labels at a time, and why not others
     Explain(explain::Args),
+    /// Hold recordings against what is expected of them; coverage and mutation of the rules
+    Test(test::Args),
     /// Compare what is found in recordings with what is true
     Score(score::Args),
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
+    /// Prove that rules only add to others
+    Prove(prove::ProveArgs),
+    /// Show where two rule sets differ: in which cases, and in recordings
+    Diff(prove::DiffArgs),
+    /// Write rule files in one style
+    Fmt(fmt::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
 }
@@ -102,9 +113,13 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Explain(args) => explain::run(args),
+        Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
+        Command::Prove(args) => prove::prove(args),
+        Command::Diff(args) => prove::diff(args),
+        Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {
