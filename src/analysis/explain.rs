@@ -20,6 +20,7 @@ use crate::engine::runs::Leaves;
 use crate::language::rules::{Branch, ExprKind, Label, Rules, Then};
 use crate::stream::frames::Frames;
 use reason::{Reasons, Spot, folded};
+
 use serde::Serialize;
 use std::ops::Range;
 
@@ -190,6 +191,11 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
     Ok(explained)
 }
 
+/// A choice or condition on one line, without comments and without the brace of a branch.
+pub(super) fn written(text: &str) -> String {
+    folded(text).trim_end_matches('{').trim_end().to_string()
+}
+
 /// The explanations as JSON, schema `teachtree.explain/1`: an object with `schema`, `log` and `explanations`, whose fields are those of
 /// [`Explanation`].
 pub fn json(explained: &[Explanation], log: &str) -> String {
@@ -263,7 +269,7 @@ fn block(
             };
             path.push(Step {
                 depth,
-                choice: folded(rules.sources.text(choice.span)).trim_end_matches('{').trim_end().to_string(),
+                choice: written(rules.sources.text(choice.span)),
                 place: rules.sources.place(choice.span),
                 taken: at == *taken,
                 reason,

@@ -8,7 +8,9 @@
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
 //! can be shown as they close; relabelling needs a whole stretch, because its rules look at what comes after.
 
+pub mod coverage;
 pub mod csv;
+pub mod expect;
 pub mod explain;
 pub mod json;
 mod lane;

@@ -48,14 +48,22 @@ impl Sources {
             .unwrap_or("")
     }
 
+    /// Line and column of both ends of a span, counted from 1, columns in characters; the end is one past the last.
+    pub fn lines_and_columns(&self, span: Span) -> ((usize, usize), (usize, usize)) {
+        let text = self.files.get(span.file as usize).map_or("", |source| source.text.as_str());
+        let at = |offset: u32| {
+            let head = text.get(..offset as usize).unwrap_or(text);
+            (head.matches('\n').count() + 1, head.rsplit('\n').next().unwrap_or("").chars().count() + 1)
+        };
+        (at(span.start), at(span.end))
+    }
+
     /// `rules/contact.rules:12:5` for the start of a span (line and column counted from 1, columns in characters).
     pub fn place(&self, span: Span) -> String {
         let Some(source) = self.files.get(span.file as usize) else {
             return String::new();
         };
-        let head = source.text.get(..span.start as usize).unwrap_or(&source.text);
-        let line = head.matches('\n').count() + 1;
-        let column = head.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        let ((line, column), _) = self.lines_and_columns(span);
         format!("{}:{line}:{column}", source.name)
     }
 }

@@ -2,19 +2,21 @@
 
 use super::rules::name_and_value;
 use super::{Failure, output};
-use crate::base::diagnostic::{Severity, render};
+use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
+use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::engine::open::open;
 use crate::graph::lower;
-use crate::language::{self, Request, Rules};
+use crate::language::{self, Request, Rules, codes};
 use crate::stream::frames::{HandLayout, Layout};
+use serde_json::json;
 use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Options of `check`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules"
+    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
 )]
 pub struct Args {
     /// Rule files; the shipped `contact.rules` when left out
@@ -25,12 +27,44 @@ pub struct Args {
     /// Override a param, such as `touch_on=0.1N`; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value)]
     set: Vec<(String, String)>,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Print the page of a code instead
+    #[arg(long, value_name = "CODE", exclusive = true)]
+    explain: Option<String>,
+}
+
+/// Forms of findings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For people, with what the rules cost
+    Text,
+    /// `teachtree.check/1`: a list of findings
+    Json,
+    /// One line a finding, as workflows of GitHub show beside the code
+    Github,
 }
 
 /// Runs `check`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(code) = &args.explain {
+        return page(code);
+    }
     let (files, hand_file, overrides) = (args.files.clone(), args.hand.clone(), args.set.clone());
     let loaded = language::load(&Request { files, hand_file, overrides, needs_tree: false });
+    let answer = |loaded: &language::Loaded| if loaded.rules.is_some() { Ok(()) } else { Err(Failure::No) };
+    match args.format {
+        Format::Text => {}
+        Format::Json => {
+            output::print(&json(&loaded.diagnostics, &loaded.sources))?;
+            return answer(&loaded);
+        }
+        Format::Github => {
+            output::print(&annotations(&loaded.diagnostics, &loaded.sources))?;
+            return answer(&loaded);
+        }
+    }
     if loaded.unread {
         return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
     }
@@ -49,6 +83,63 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     output::print(&out)?;
     if errors > 0 || loaded.rules.is_none() { Err(Failure::No) } else { Ok(()) }
+}
+
+/// Prints the page of a code.
+fn page(code: &str) -> Result<(), Failure> {
+    let upper = code.to_uppercase();
+    match codes::page(&upper) {
+        Some(page) => Ok(output::print(&format!("{upper}\n\n{page}\n"))?),
+        None => {
+            let known: Vec<&str> = codes::ALL.iter().map(|(code, _)| *code).collect();
+            let error = InputError::new("--explain", format!("there is no code `{code}`"));
+            Err(error.help(format!("codes are {}", known.join(", "))).into())
+        }
+    }
+}
+
+/// Findings as JSON: places with lines and columns counted from 1, columns in characters.
+fn json(findings: &[Diagnostic], sources: &Sources) -> String {
+    let place = |span: Span| {
+        let (start, end) = sources.lines_and_columns(span);
+        json!({
+            "file": sources.files.get(span.file as usize).map_or("", |file| file.name.as_str()),
+            "start": { "line": start.0, "column": start.1 },
+            "end": { "line": end.0, "column": end.1 },
+        })
+    };
+    let finding = |found: &Diagnostic| {
+        json!({
+            "code": found.code,
+            "severity": found.severity,
+            "message": found.message,
+            "labels": found.labels.iter().map(|label| json!({ "at": place(label.span), "text": label.text })).collect::<Vec<_>>(),
+            "notes": found.notes,
+            "help": found.help,
+            "fix": found.fix.as_ref().map(|fix| json!({ "at": place(fix.span), "replacement": fix.replacement })),
+        })
+    };
+    let findings: Vec<_> = findings.iter().map(finding).collect();
+    let document = json!({ "schema": "teachtree.check/1", "findings": findings });
+    format!("{document:#}\n")
+}
+
+/// Findings as workflow commands: `::error file=…,line=…,col=…,title=E101::message`.
+fn annotations(findings: &[Diagnostic], sources: &Sources) -> String {
+    let escaped = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
+    let property = |text: &str| escaped(text).replace(':', "%3A").replace(',', "%2C");
+    let mut out = String::new();
+    for found in findings {
+        let kind = if found.severity == Severity::Error { "error" } else { "warning" };
+        let place = found.labels.first().map_or(String::new(), |label| {
+            let ((line, column), (end_line, end_column)) = sources.lines_and_columns(label.span);
+            let file = sources.files.get(label.span.file as usize).map_or("", |file| file.name.as_str());
+            format!("file={},line={line},col={column},endLine={end_line},endColumn={end_column},", property(file))
+        });
+        let text: Vec<&str> = std::iter::once(&found.message).chain(&found.help).map(String::as_str).collect();
+        let _ = writeln!(out, "::{kind} {place}title={}::{}", found.code, escaped(&text.join("\n")));
+    }
+    out
 }
 
 /// The log for which the cost is said.

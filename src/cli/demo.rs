@@ -82,7 +82,6 @@ fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -
     };
     let (taught, performed) = (tasks(&analysed.analysis), tasks(&again.analysis));
     let same = if taught == performed { "the same tasks" } else { "other tasks" };
-    output::print(&format!("its recording has {same} by the same rules: {}
-", performed.join(", ")))?;
+    output::print(&format!("its recording has {same} by the same rules: {}\n", performed.join(", ")))?;
     Ok([commanded, opened.log])
 }

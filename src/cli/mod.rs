@@ -11,11 +11,13 @@ mod command;
 #[cfg(feature = "world")]
 mod demo;
 mod explain;
+mod fmt;
 mod graph;
 mod inspect;
 mod live;
 mod output;
 mod progress;
+mod prove;
 mod rules;
 mod score;
 #[cfg(feature = "world")]
@@ -24,6 +26,7 @@ mod source;
 #[cfg(feature = "world")]
 mod teach;
 mod tellable;
+mod test;
 
 use crate::base::error::InputError;
 use clap::{Parser, Subcommand};
@@ -50,6 +53,8 @@ enum Command {
     Analyze(analyze::Args),
     /// Say why a recording has its labels at a time, and why not others
     Explain(explain::Args),
+    /// Hold recordings against what is expected of them; coverage and mutation of the rules
+    Test(test::Args),
     /// Compare what is found in recordings with what is true
     Score(score::Args),
     #[cfg(feature = "world")]
@@ -61,6 +66,12 @@ enum Command {
     #[cfg(feature = "world")]
     /// Let a robot carry out commands in a scene, and record it
     Simulate(simulate::Args),
+    /// Prove that rules only add to others
+    Prove(prove::ProveArgs),
+    /// Show where two rule sets differ: in which cases, and in recordings
+    Diff(prove::DiffArgs),
+    /// Write rule files in one style
+    Fmt(fmt::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
 }
@@ -112,6 +123,7 @@ pub fn main() -> ExitCode {
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
         Command::Explain(args) => explain::run(args),
+        Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
@@ -119,6 +131,9 @@ pub fn main() -> ExitCode {
         Command::Command(args) => command::run(args),
         #[cfg(feature = "world")]
         Command::Simulate(args) => simulate::run(args),
+        Command::Prove(args) => prove::prove(args),
+        Command::Diff(args) => prove::diff(args),
+        Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
     };
     match outcome {

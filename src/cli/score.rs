@@ -259,7 +259,7 @@ fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
 const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
 /// The logs, a folder replaced by those in it, by name.
-fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut logs = Vec::new();
     for path in paths {
         if !path.is_dir() {

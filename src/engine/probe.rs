@@ -37,6 +37,8 @@ pub struct Probe<'a> {
     frames: &'a Frames,
     leaves: &'a Leaves,
     known: BTreeMap<Declared, Rc<Column>>,
+    /// The conditions of the trees that paths have asked, by where they lie in the rules, which stand still as long as the probe.
+    asked: BTreeMap<(usize, Option<Side>), Rc<Column>>,
     /// The hands whose targets a declaration reads.
     targets: BTreeMap<Declared, BTreeSet<Side>>,
     /// When memory began that reads the targets of these hands, for each frame.
@@ -46,8 +48,8 @@ pub struct Probe<'a> {
 impl<'a> Probe<'a> {
     /// A probe for the stretch that these leaves are of.
     pub fn new(rules: &'a Rules, frames: &'a Frames, leaves: &'a Leaves) -> Self {
-        let (known, targets, begins) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Self { rules, frames, leaves, known, targets, begins }
+        let (known, asked, targets, begins) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Self { rules, frames, leaves, known, asked, targets, begins }
     }
 
     /// The rules.
@@ -135,7 +137,9 @@ impl<'a> Probe<'a> {
             let mut taken = last;
             for (at, choice) in open.choices.iter().enumerate().take(last) {
                 let holds = match &choice.condition {
-                    Some(condition) => self.holds(condition, side, frame)?,
+                    Some(condition) => {
+                        self.asked(condition, side)?.holds(0, frame.saturating_sub(self.leaves.frames.start))
+                    }
                     None => true,
                 };
                 if holds {
@@ -150,6 +154,17 @@ impl<'a> Probe<'a> {
             });
         }
         Ok(path)
+    }
+
+    /// The column of a tree's condition, computed once.
+    fn asked(&mut self, condition: &'a Expr, side: Option<Side>) -> Outcome<Rc<Column>> {
+        let place = (std::ptr::from_ref(condition).addr(), side);
+        if let Some(column) = self.asked.get(&place) {
+            return Ok(Rc::clone(column));
+        }
+        let column = self.column(condition, side)?;
+        self.asked.insert(place, Rc::clone(&column));
+        Ok(column)
     }
 
     /// Whether a single condition holds on a frame of the log.

@@ -7,6 +7,7 @@
 //!
 //! INVARIANT (order): the arguments of a value stand before it; the targets of a test stand before it.
 
+pub mod compare;
 mod decision;
 mod lower;
 mod possible;

@@ -1,6 +1,16 @@
 //! The codes of diagnostics: E1 syntax, E2 names, E3 dimensions, E4 trees and tasks, E7 limits; W the same for warnings.
 //! A code is never reused.
 
+/// The pages, one a code: a heading `## E101`, and what there is to say.
+const PAGES: &str = include_str!("../../docs/codes.md");
+
+/// The page of a code, as Markdown with its heading; `None` for what is no code.
+pub fn page(code: &str) -> Option<&'static str> {
+    ALL.iter().find(|(known, _)| *known == code)?;
+    let (_, rest) = PAGES.split_once(&format!("\n## {code}\n"))?;
+    Some(rest.split("\n## ").next().unwrap_or(rest).trim())
+}
+
 macro_rules! codes {
     ($($(#[doc = $doc:literal])+ $name:ident = $code:literal;)+) => {
         $($(#[doc = $doc])+ pub const $name: &str = $code;)+

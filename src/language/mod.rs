@@ -4,7 +4,9 @@
 //! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns what it made and what it found, and goes on after a mistake.
 
 pub mod codes;
+pub mod format;
 mod lints;
+pub mod mutate;
 mod parse;
 mod relabels;
 mod resolve;

@@ -1,7 +1,11 @@
 //! Explanations for terminals.
 
 use crate::analysis::explain::{Became, Explanation, Obstacle, Reason, Step, TaskReason, WhyNot};
+use std::collections::BTreeSet;
 use std::fmt::Write;
+
+/// Names that were opened before, with the slot that they were about.
+type Told = BTreeSet<(String, String)>;
 
 /// Writes explanations one below the other.
 pub fn explanation(explained: &[Explanation]) -> String {
@@ -21,8 +25,9 @@ fn write_one(text: &mut String, one: &Explanation) {
         "{} at {:.3} s, frame {}: {} (from {:.3} s), by the tree {}",
         one.track, one.time_s, one.frame, one.leaf, one.since_s, one.tree
     );
+    let mut told = Told::new();
     for step in &one.path {
-        write_step(text, step);
+        write_step(text, step, &mut told);
     }
     if !one.latches.is_empty() {
         text.push_str("  latches\n");
@@ -46,11 +51,15 @@ fn write_one(text: &mut String, one: &Explanation) {
         write_task(text, task);
     }
     if let Some(why_not) = &one.why_not {
-        write_why_not(text, why_not);
+        // On another frame names mean something else.
+        if why_not.time_s.to_bits() != one.time_s.to_bits() {
+            told.clear();
+        }
+        write_why_not(text, why_not, &mut told);
     }
 }
 
-fn write_step(text: &mut String, step: &Step) {
+fn write_step(text: &mut String, step: &Step, told: &mut Told) {
     let indent = "  ".repeat(step.depth + 1);
     let taken = if step.taken { "yes" } else { "no " };
     let fact = match &step.reason {
@@ -59,7 +68,7 @@ fn write_step(text: &mut String, step: &Step) {
     };
     let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
     for reason in step.reason.iter().flat_map(|reason| &reason.because) {
-        write_reason(text, reason, step.depth + 3);
+        write_reason(text, reason, step.depth + 3, told);
     }
 }
 
@@ -68,10 +77,17 @@ fn words(reason: &Reason) -> String {
     reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
 }
 
-fn write_reason(text: &mut String, reason: &Reason, depth: usize) {
+fn write_reason(text: &mut String, reason: &Reason, depth: usize, told: &mut Told) {
     let indent = "  ".repeat(depth);
     let holds = if reason.holds { "yes" } else { "no " };
     let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
+    if is_name(&reason.condition)
+        && !reason.because.is_empty()
+        && !told.insert((slot.clone(), reason.condition.clone()))
+    {
+        let _ = writeln!(text, "{indent}{holds} {slot}{}{}, as above", reason.condition, words(reason));
+        return;
+    }
     // A name whose meaning is one measured condition is told on one line with it.
     match reason.because.as_slice() {
         [only]
@@ -82,20 +98,20 @@ fn write_reason(text: &mut String, reason: &Reason, depth: usize) {
         {
             let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
             for below in &only.because {
-                write_reason(text, below, depth + 2);
+                write_reason(text, below, depth + 2, told);
             }
         }
         because => {
             let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
             for below in because {
-                write_reason(text, below, depth + 2);
+                write_reason(text, below, depth + 2, told);
             }
         }
     }
 }
 
 fn is_name(condition: &str) -> bool {
-    condition.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.'))
+    condition.chars().all(|c| c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '[' | ']'))
 }
 
 fn write_became(text: &mut String, word: &str, became: &Became) {
@@ -125,7 +141,7 @@ fn write_task(text: &mut String, task: &TaskReason) {
     }
 }
 
-fn write_why_not(text: &mut String, why_not: &WhyNot) {
+fn write_why_not(text: &mut String, why_not: &WhyNot, told: &mut Told) {
     let WhyNot { primitive, time_s, choice, place, missing } = why_not;
     if missing.is_empty() {
         let _ = writeln!(text, "  {primitive} was given at {time_s:.3} s by {choice}   {place}");
@@ -136,7 +152,7 @@ fn write_why_not(text: &mut String, why_not: &WhyNot) {
         let why = if *wanted { "is not so" } else { "takes it" };
         let _ = writeln!(text, "    {choice} {why}{}   {place}", words(reason));
         for below in &reason.because {
-            write_reason(text, below, 3);
+            write_reason(text, below, 3, told);
         }
     }
 }

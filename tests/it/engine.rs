@@ -1,6 +1,6 @@
 //! Tests of `engine`: the compiled evaluator against the reference, on random rules and random logs.
 
-mod random;
+pub mod random;
 
 use proptest::prelude::*;
 use teachtree::engine::evaluator::{evaluate, evaluate_in_blocks};

@@ -1,6 +1,7 @@
 //! Tests of `language`.
 
 mod diagnostics;
+mod format;
 mod garbage;
 mod reference;
 mod shipped;

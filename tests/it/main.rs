@@ -10,12 +10,18 @@ mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
 mod engine;
+#[cfg(feature = "cli")]
+mod expectations;
+#[cfg(feature = "cli")]
+mod explain;
 mod graph;
 #[cfg(feature = "cli")]
 mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(feature = "cli")]
+mod prove;
 mod recognition;
 #[cfg(feature = "world")]
 mod recordings;

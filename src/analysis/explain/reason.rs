@@ -59,9 +59,9 @@ impl Spot {
 }
 
 impl Reasons<'_, '_> {
-    /// A condition as text: comments gone, blanks folded.
+    /// A condition as text: comments and outer parentheses gone, blanks folded.
     pub fn text(&self, expr: &Expr) -> String {
-        folded(self.probe.rules().sources.text(expr.span))
+        unwrapped(&folded(self.probe.rules().sources.text(expr.span))).to_string()
     }
 
     /// Why a condition holds or does not.
@@ -360,4 +360,20 @@ const fn sign(comparison: Comparison) -> &'static str {
 pub(super) fn folded(text: &str) -> String {
     let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
     code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
+}
+
+/// Text without the parentheses around all of it.
+fn unwrapped(text: &str) -> &str {
+    let Some(inner) = text.strip_prefix('(').and_then(|text| text.strip_suffix(')')) else { return text };
+    let mut open = 0_usize;
+    for c in inner.chars() {
+        match c {
+            '(' => open += 1,
+            // The first parenthesis is closed before the end: they are not one pair.
+            ')' if open == 0 => return text,
+            ')' => open -= 1,
+            _ => {}
+        }
+    }
+    unwrapped(inner)
 }

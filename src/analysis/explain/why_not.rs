@@ -1,6 +1,7 @@
 //! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least.
 
-use super::reason::{Reason, Reasons, Spot, folded};
+use super::reason::{Reason, Reasons, Spot};
+use super::written;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::probe::Probe;
@@ -71,13 +72,16 @@ pub(super) fn why_not(
     let Some((_, frame, way)) = nearest else { return Ok(None) };
     let rules = probe.rules();
     let place = |choice: &Choice| rules.sources.place(choice.span);
-    let written =
-        |choice: &Choice| folded(rules.sources.text(choice.span)).trim_end_matches('{').trim_end().to_string();
     let mut missing = Vec::new();
     for (choice, condition, wanted) in &way.asked {
         if probe.holds(condition, side, frame)? != *wanted {
             let reason = Reasons { probe }.reason(condition, Spot::new(side, frame))?;
-            missing.push(Obstacle { choice: written(choice), place: place(choice), wanted: *wanted, reason });
+            missing.push(Obstacle {
+                choice: written(rules.sources.text(choice.span)),
+                place: place(choice),
+                wanted: *wanted,
+                reason,
+            });
         }
     }
     let label = match way.choice.then {
@@ -87,7 +91,7 @@ pub(super) fn why_not(
     Ok(Some(WhyNot {
         primitive: label,
         time_s: probe.frames().time.get(frame).copied().unwrap_or_default(),
-        choice: written(way.choice),
+        choice: written(rules.sources.text(way.choice.span)),
         place: place(way.choice),
         missing,
     }))

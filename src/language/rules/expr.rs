@@ -225,6 +225,30 @@ impl Expr {
         }
     }
 
+    /// The same expressions, to be changed.
+    pub fn arguments_mut(&mut self) -> Vec<&mut Self> {
+        match &mut self.kind {
+            ExprKind::Bool(_)
+            | ExprKind::Number(_)
+            | ExprKind::Param(_)
+            | ExprKind::Channel(..)
+            | ExprKind::Signal(..)
+            | ExprKind::Latch(..)
+            | ExprKind::From { .. } => Vec::new(),
+            ExprKind::Pick(one, _)
+            | ExprKind::Component(one, _)
+            | ExprKind::Negate(one)
+            | ExprKind::Not(one)
+            | ExprKind::Hysteresis { value: one, .. }
+            | ExprKind::Window(_, one, _)
+            | ExprKind::Rate(one, _)
+            | ExprKind::Rises(one)
+            | ExprKind::Falls(one) => vec![one],
+            ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
+            ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.iter_mut().collect(),
+        }
+    }
+
     /// Calls `visit` for this expression and everything in it.
     pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
         visit(self);

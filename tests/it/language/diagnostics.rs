@@ -176,3 +176,22 @@ fn a_missing_file_is_one_report() {
     assert_eq!(loaded.diagnostics[0].severity, Severity::Error);
     insta::assert_snapshot!(report(&loaded));
 }
+
+/// Every code has its page, and the examples on the pages are what they say.
+#[test]
+fn each_code_has_a_page_whose_example_shows_it() {
+    let mut examples = 0;
+    for (code, _) in codes::ALL {
+        let page = codes::page(code).unwrap_or_else(|| panic!("{code} has no page in docs/codes.md"));
+        assert!(!page.is_empty() && !page.contains("## "), "{code}");
+        let Some(example) = page.split("```rules\n").nth(1).and_then(|rest| rest.split("\n```").next()) else {
+            continue;
+        };
+        examples += 1;
+        let found: BTreeSet<&str> =
+            language::load_text("example.rules", example).diagnostics.iter().map(|finding| finding.code).collect();
+        assert_eq!(found, BTreeSet::from([*code]), "{example}");
+    }
+    assert!(examples >= 40, "only {examples} pages have an example that is loaded");
+    assert_eq!(codes::page("E999"), None);
+}

@@ -1,0 +1,276 @@
+//! Expectations: what rules are to say of a recording, as text that a person reads and reviews; compared with a tolerance at boundaries.
+//!
+//! ```text
+//! log: lift.csv                      settings, each at most once but `rules` and `set`
+//! binding: lab.binding.yaml
+//! tolerance: 20 ms
+//!
+//! track right                        then, for each track, its relabelled segments and its tasks
+//!   task pick_and_place  7.904 .. 11.684
+//!   Approach             7.904 .. 8.234
+//! ```
+//!
+//! `#` begins a comment. Times are s in the recording.
+
+use super::{Analysis, Who};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::units::{self, Dimension};
+use std::fmt::Write;
+
+/// How far a boundary may move when nothing else is said, s.
+pub const TOLERANCE_S: f64 = 0.02;
+
+/// An expectation file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expectation {
+    /// The recording, beside the file.
+    pub log: String,
+    /// Its binding, beside the file.
+    pub binding: Option<String>,
+    /// Its scene, beside the file.
+    pub scene: Option<String>,
+    /// The rule files: beside the file, or shipped ones.
+    pub rules: Vec<String>,
+    /// The hand file.
+    pub hand: Option<String>,
+    /// Params to override.
+    pub set: Vec<(String, String)>,
+    /// How far a boundary may move, s.
+    pub tolerance_s: f64,
+    /// What is expected, in the order of the file.
+    pub lines: Vec<Line>,
+    /// The text up to the first track, to be kept when the rest is written anew.
+    pub head: String,
+}
+
+/// A segment or task that is expected.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// Whose.
+    pub who: Who,
+    /// Whether it is a task.
+    pub is_task: bool,
+    /// The primitive or the task.
+    pub name: String,
+    /// When it starts, s.
+    pub start_s: f64,
+    /// When it ends, s.
+    pub end_s: f64,
+    /// The line of the file, counted from 1.
+    pub line: usize,
+}
+
+impl Expectation {
+    /// Reads a file; `name` is what it is called in errors.
+    ///
+    /// # Errors
+    /// At the first line that says nothing.
+    pub fn read(text: &str, name: &str) -> Result<Self, InputError> {
+        let mut read = Self {
+            log: String::new(),
+            binding: None,
+            scene: None,
+            rules: Vec::new(),
+            hand: None,
+            set: Vec::new(),
+            tolerance_s: TOLERANCE_S,
+            lines: Vec::new(),
+            head: String::new(),
+        };
+        let mut who: Option<Who> = None;
+        for (line, at) in text.lines().zip(1..) {
+            let fail = |message: String, help: &str| InputError::new(format!("{name}:{at}"), message).help(help);
+            let said = line.split('#').next().unwrap_or("").trim();
+            if let Some(track) = said.strip_prefix("track ") {
+                who = Some(match track.trim() {
+                    "both" => Who::Both,
+                    side => Side::from_name(side).map(Who::Hand).ok_or_else(|| {
+                        fail(format!("there is no track `{side}`"), "tracks are left, right and both")
+                    })?,
+                });
+                continue;
+            }
+            let Some(who) = who else {
+                read.head.push_str(line);
+                read.head.push('\n');
+                if !said.is_empty() {
+                    read.setting(said).map_err(|message| {
+                        fail(message, "settings are log, binding, scene, rules, hand, set and tolerance; then comes `track right`")
+                    })?;
+                }
+                continue;
+            };
+            if !said.is_empty() {
+                let line = expected(said, who, at).ok_or_else(|| {
+                    fail(
+                        format!("expected a segment, found `{said}`"),
+                        "such as `Grasp 3.31 .. 4.27` or `task push 0 .. 9.5`",
+                    )
+                })?;
+                read.lines.push(line);
+            }
+        }
+        if read.log.is_empty() {
+            return Err(InputError::new(name, "does not say which log it is about").help("begin it with `log: FILE`"));
+        }
+        Ok(read)
+    }
+
+    fn setting(&mut self, said: &str) -> Result<(), String> {
+        let (key, value) = said.split_once(':').ok_or_else(|| format!("expected a setting, found `{said}`"))?;
+        let value = value.trim().to_string();
+        match key.trim() {
+            "log" => self.log = value,
+            "binding" => self.binding = Some(value),
+            "scene" => self.scene = Some(value),
+            "rules" => self.rules.push(value),
+            "hand" => self.hand = Some(value),
+            "set" => {
+                let (param, value) = value.split_once('=').ok_or("expected `set: NAME = VALUE`")?;
+                self.set.push((param.trim().to_string(), value.trim().to_string()));
+            }
+            "tolerance" => {
+                self.tolerance_s =
+                    tolerance(&value).ok_or_else(|| format!("`{value}` is no tolerance such as `20 ms`"))?
+            }
+            other => return Err(format!("there is no setting `{other}`")),
+        }
+        Ok(())
+    }
+}
+
+fn tolerance(text: &str) -> Option<f64> {
+    let unit = text.find(|c: char| c.is_ascii_alphabetic())?;
+    let (number, unit) = text.split_at_checked(unit)?;
+    let (in_si, dimension) = units::compound(unit).ok()?;
+    let seconds = number.trim().parse::<f64>().ok()? * in_si;
+    (dimension == Dimension::TIME && seconds >= 0.0 && seconds.is_finite()).then_some(seconds)
+}
+
+fn expected(said: &str, who: Who, line: usize) -> Option<Line> {
+    let (is_task, rest) = match said.strip_prefix("task ") {
+        Some(rest) => (true, rest.trim()),
+        None => (false, said),
+    };
+    let (name, times) = rest.split_once(char::is_whitespace)?;
+    let (start, end) = times.split_once("..")?;
+    let (start_s, end_s): (f64, f64) = (start.trim().parse().ok()?, end.trim().parse().ok()?);
+    (start_s.is_finite() && end_s.is_finite()).then(|| Line {
+        who,
+        is_task,
+        name: name.to_string(),
+        start_s,
+        end_s,
+        line,
+    })
+}
+
+/// What an analysis says, as lines of an expectation: for each track its segments, then its tasks. A track that is silent is left out.
+pub fn lines(analysis: &Analysis) -> Vec<Line> {
+    let mut lines = Vec::new();
+    for track in &analysis.tracks {
+        let line = |is_task, name: &str, start_s, end_s| Line {
+            who: track.who,
+            is_task,
+            name: name.to_string(),
+            start_s,
+            end_s,
+            line: 0,
+        };
+        lines.extend(track.relabelled.iter().map(|found| line(false, &found.primitive, found.start_s, found.end_s)));
+        lines.extend(track.tasks.iter().map(|found| line(true, &found.task, found.start_s, found.end_s)));
+    }
+    lines
+}
+
+/// The file of an expectation: its head, and what was found.
+pub fn written(head: &str, found: &[Line]) -> String {
+    let mut text = head.trim_end().to_string();
+    text.push('\n');
+    let mut who = None;
+    for line in found {
+        if who != Some(line.who) {
+            who = Some(line.who);
+            let _ = writeln!(text, "\ntrack {}", line.who);
+        }
+        let name = if line.is_task { format!("task {}", line.name) } else { line.name.clone() };
+        let _ = writeln!(text, "  {name:<26} {:.3} .. {:.3}", line.start_s, line.end_s);
+    }
+    text
+}
+
+/// How what was found differs from what was expected, each with the line of the file that it is about.
+pub fn compare(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usize, String)> {
+    let mut differences = Vec::new();
+    let mut kinds: Vec<(Who, bool)> = expected.iter().chain(found).map(|line| (line.who, line.is_task)).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    for kind in kinds {
+        let of = |lines: &[Line]| -> Vec<Line> {
+            lines.iter().filter(|line| (line.who, line.is_task) == kind).cloned().collect()
+        };
+        differences.extend(compare_one(&of(expected), &of(found), tolerance_s));
+    }
+    differences.sort_by_key(|(line, _)| *line);
+    differences
+}
+
+/// Compares the segments, or the tasks, of one track: aligned by name, then held against each other at their boundaries.
+fn compare_one(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usize, String)> {
+    // common[at][other]: how many names the rests have in common, in order.
+    let mut common = vec![vec![0_usize; found.len() + 1]; expected.len() + 1];
+    for at in (0..expected.len()).rev() {
+        for other in (0..found.len()).rev() {
+            common[at][other] = if expected[at].name == found[other].name {
+                1 + common[at + 1][other + 1]
+            } else {
+                common[at + 1][other].max(common[at][other + 1])
+            };
+        }
+    }
+    let mut differences = Vec::new();
+    let (mut at, mut other) = (0, 0);
+    let mut line = expected.first().map_or(0, |line| line.line);
+    loop {
+        match (expected.get(at), found.get(other)) {
+            (Some(wanted), Some(got)) if wanted.name == got.name => {
+                line = wanted.line;
+                for (word, wanted_s, got_s) in
+                    [("begins", wanted.start_s, got.start_s), ("ends", wanted.end_s, got.end_s)]
+                {
+                    let late = got_s - wanted_s;
+                    // What is written has three decimals.
+                    if late.abs() > tolerance_s + 5e-4 {
+                        let (off, early_or_late) = (late.abs() * 1e3, if late > 0.0 { "late" } else { "early" });
+                        let told = format!(
+                            "{} {word} at {got_s:.3} s, expected {wanted_s:.3} s: {off:.0} ms {early_or_late}, tolerance {:.0} ms",
+                            named(wanted),
+                            tolerance_s * 1e3
+                        );
+                        differences.push((line, told));
+                    }
+                }
+                at += 1;
+                other += 1;
+            }
+            (Some(wanted), got) if got.is_none() || common[at + 1][other] >= common[at][other + 1] => {
+                line = wanted.line;
+                let told = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
+                differences.push((line, told));
+                at += 1;
+            }
+            (_, Some(got)) => {
+                let told = format!("{} from {:.3} to {:.3} s was not expected", named(got), got.start_s, got.end_s);
+                differences.push((line, told));
+                other += 1;
+            }
+            (_, None) => return differences,
+        }
+    }
+}
+
+fn named(line: &Line) -> String {
+    let kind = if line.is_task { "task " } else { "" };
+    format!("{}: {kind}{}", line.who, line.name)
+}

@@ -1,0 +1,209 @@
+//! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
+
+use super::analyze::analyse;
+use super::rules::{RuleArgs, load};
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::analysis::{Analysis, Segment};
+use crate::graph::compare::{Compared, Difference, additive, changed, differences};
+use crate::language::Rules;
+use crate::stream;
+use std::fmt::Write;
+use std::path::PathBuf;
+
+/// Options of `prove`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree prove additive single_hand.rules contact.rules\n  teachtree prove additive contact.rules tap.rules --hand hand_flags.rules\nExit status: 0 proved, 1 not proved, 2 bad input."
+)]
+pub struct ProveArgs {
+    /// What is to be proved
+    #[arg(value_enum)]
+    claim: Claim,
+    /// The rules that are extended
+    base: PathBuf,
+    /// The rules that use and extend them
+    extended: PathBuf,
+    /// The hand file that keeps the promised signals of both
+    #[arg(long, value_name = "FILE")]
+    hand: Option<String>,
+}
+
+/// What can be proved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Claim {
+    /// On every frame, the extended tree gives the base's leaf or a primitive of the extension
+    Additive,
+}
+
+/// Options of `diff`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree diff contact.rules tap.rules\n  teachtree diff old/tap.rules new/tap.rules demonstration.csv"
+)]
+pub struct DiffArgs {
+    /// The first rules
+    one: PathBuf,
+    /// The second rules
+    other: PathBuf,
+    /// Recordings on which both are run
+    #[arg(value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// The hand file that keeps the promised signals of both; overrides the binding's
+    #[arg(long, value_name = "FILE")]
+    hand: Option<String>,
+    #[command(flatten)]
+    source: SourceArgs,
+}
+
+/// Runs `prove`.
+pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
+    let Claim::Additive = args.claim;
+    let read = |file: &PathBuf| {
+        let named = RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
+        load(&named, None, &[])
+    };
+    let proof = additive(&read(&args.base)?, &read(&args.extended)?);
+    let (base, extended) = (args.base.display(), args.extended.display());
+    let mut said = String::new();
+    if proof.is_proved() {
+        let _ = writeln!(said, "proved: {extended} only adds to {base}");
+        let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
+        let _ = writeln!(said, "  new primitives: {new}");
+        for tree in &proof.trees.trees {
+            let _ =
+                writeln!(said, "  {tree}: on every frame and in every state of the base, its leaf or a new primitive");
+        }
+        for tree in &proof.trees.alone {
+            let _ =
+                writeln!(said, "  {tree}: a new tree; where it says anything but `separate`, it speaks for the hands");
+        }
+        said.push_str("  params, signals, latches and settling of the base mean what they meant\n");
+        said.push_str("  new tasks and relabelling rules do nothing where no new primitive occurs\n");
+        said.push_str(
+            "  this is said of each frame: after a new primitive the leaf before is another one, and `from` with it\n",
+        );
+    } else {
+        let _ = writeln!(said, "not proved: {extended} does not only add to {base}");
+        for what in proof.changed.iter().chain(&proof.acts) {
+            let _ = writeln!(said, "  {what}");
+        }
+        tell(&proof.trees, &mut said);
+    }
+    output::print(&said)?;
+    if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
+}
+
+/// Runs `diff`.
+pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
+    let named = |file: &PathBuf| RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
+    let (one, other) = (load(&named(&args.one), None, &[])?, load(&named(&args.other), None, &[])?);
+    let (one_name, other_name) = (args.one.display().to_string(), args.other.display().to_string());
+    let compared = differences(&one, &other);
+    let mut said = String::new();
+    for (rules, against, name) in [(&one, &other, &other_name), (&other, &one, &one_name)] {
+        for what in changed(rules, against) {
+            let _ = writeln!(said, "in {name} {what}");
+        }
+    }
+    for tree in &compared.alone {
+        let _ = writeln!(said, "only one of them has the tree {tree}");
+    }
+    tell(&compared, &mut said);
+    if compared.differences.is_empty() && !compared.is_cut {
+        for tree in &compared.trees {
+            let _ = writeln!(said, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
+        }
+    }
+    for log in &args.logs {
+        let opened = stream::open(&args.source.request(log))?;
+        let run = |file: &PathBuf| -> Result<Analysis, Failure> {
+            let rules: Rules = load(&named(file), opened.hand_file.as_deref(), &opened.params)?;
+            Ok(analyse(&rules, &opened, None, Vec::new())?.analysis)
+        };
+        let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
+        let _ = writeln!(said, "\n{}", log.display());
+        tell_log(&ours, &theirs, &mut said);
+    }
+    output::print(&said)?;
+    Ok(())
+}
+
+/// The cases in which trees differ.
+fn tell(compared: &Compared, said: &mut String) {
+    for Difference { tree, conditions, before, one, other, place } in &compared.differences {
+        let _ = writeln!(said, "  {tree}: {one} becomes {other}   {place}");
+        if let Some(before) = before {
+            let _ = writeln!(said, "    after {before}, when");
+        } else {
+            said.push_str("    when\n");
+        }
+        for (condition, holds) in conditions {
+            let _ = writeln!(said, "      {} {condition}", if *holds { "yes" } else { "no " });
+        }
+    }
+    if compared.is_cut {
+        said.push_str("  there may be more differences: not all pairs of ways were looked through\n");
+    }
+}
+
+/// Where two analyses of a recording differ.
+fn tell_log(one: &Analysis, other: &Analysis, said: &mut String) {
+    let before = said.len();
+    let mut tracks: Vec<_> = one.tracks.iter().chain(&other.tracks).map(|track| track.who).collect();
+    tracks.sort_unstable();
+    tracks.dedup();
+    for who in tracks {
+        let (ours, theirs) = (one.track(who), other.track(who));
+        let segments = [ours, theirs].map(|track| track.map_or(&[][..], |track| &track.relabelled));
+        for (start_s, end_s, ours, theirs) in changes(segments) {
+            let _ = writeln!(said, "  {who} {start_s:.3} – {end_s:.3} s: {ours} becomes {theirs}");
+        }
+        let tasks = [ours, theirs].map(|track| {
+            let tasks = track.map_or(&[][..], |track| &track.tasks);
+            tasks
+                .iter()
+                .map(|task| format!("{} {:.3} – {:.3} s", task.task, task.start_s, task.end_s))
+                .collect::<Vec<_>>()
+        });
+        for gone in tasks[0].iter().filter(|task| !tasks[1].contains(task)) {
+            let _ = writeln!(said, "  {who} task {gone} is gone");
+        }
+        for new in tasks[1].iter().filter(|task| !tasks[0].contains(task)) {
+            let _ = writeln!(said, "  {who} task {new} is new");
+        }
+    }
+    if said.len() == before {
+        said.push_str("  no difference\n");
+    }
+}
+
+/// The intervals in which two lists of segments differ, with what each says.
+fn changes([one, other]: [&[Segment]; 2]) -> Vec<(f64, f64, String, String)> {
+    let mut cuts: Vec<(usize, f64)> = Vec::new();
+    for segment in one.iter().chain(other) {
+        cuts.extend([(segment.frames.start, segment.start_s), (segment.frames.end, segment.end_s)]);
+    }
+    cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    cuts.dedup_by_key(|cut| cut.0);
+    let said = |list: &[Segment], frame: usize| {
+        let at = list.partition_point(|segment| segment.frames.end <= frame);
+        let found = list.get(at).filter(|segment| segment.frames.contains(&frame));
+        found.map_or("nothing".to_string(), |segment| segment.primitive.clone())
+    };
+    let mut changes: Vec<(f64, f64, String, String)> = Vec::new();
+    for pair in cuts.windows(2) {
+        let [(frame, start_s), (_, end_s)] = pair else { continue };
+        let (ours, theirs) = (said(one, *frame), said(other, *frame));
+        if ours == theirs {
+            continue;
+        }
+        match changes.last_mut() {
+            Some(last) if last.1.to_bits() == start_s.to_bits() && last.2 == ours && last.3 == theirs => {
+                last.1 = *end_s
+            }
+            _ => changes.push((*start_s, *end_s, ours, theirs)),
+        }
+    }
+    changes
+}

@@ -1,0 +1,284 @@
+//! `teachtree test`: recordings against what is expected of them.
+
+use super::analyze::{Analysed, analyse};
+use super::progress::Progress;
+use super::rules::{RuleArgs, load};
+use super::score::all_logs;
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::analysis::coverage::Coverage;
+use crate::analysis::expect::{self, Expectation};
+use crate::analysis::{analyse as find, check_rate};
+use crate::base::error::InputError;
+use crate::engine::evaluator::evaluate;
+use crate::graph::lower;
+use crate::language::Rules;
+use crate::language::mutate::mutants;
+use crate::stream;
+use rayon::prelude::*;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// How expectation files end.
+const ENDING: &str = "expect";
+
+/// Options of `test`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               accept what is found, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update    accept one of them\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
+)]
+pub struct Args {
+    /// Folders with expectations, or expectation files; this folder when left out
+    #[arg(value_name = "PATH", default_value = ".")]
+    paths: Vec<PathBuf>,
+    /// Accept what is found; logs in the named folders that have no expectation get one, with the rules and binding given here
+    #[arg(long)]
+    update: bool,
+    /// Say which choices are never taken, and which conditions are never true or never false while they are asked
+    #[arg(long)]
+    coverage: bool,
+    /// Fail when less than this share of them is seen, in percent
+    #[arg(long, value_name = "PERCENT")]
+    min_coverage: Option<f64>,
+    /// Change comparisons, thresholds and times one by one, and say which changes no expectation notices
+    #[arg(long)]
+    mutate: bool,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+}
+
+/// An expectation with what its recording gave.
+struct Case {
+    path: PathBuf,
+    expectation: Expectation,
+    rules: Rules,
+    analysed: Analysed,
+}
+
+/// Runs `test`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let mut said = String::new();
+    let mut failures = Vec::new();
+    let mut cases = Vec::new();
+    let mut expectations = expectations(&args.paths)?;
+    if args.update {
+        for new in new_expectations(args, &expectations)? {
+            let _ = writeln!(said, "new      {}", new.display());
+            expectations.push(new);
+        }
+    }
+    if expectations.is_empty() {
+        let place = args.paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
+        return Err(InputError::new(place, "there are no expectations (`.expect` files) here")
+            .help("`teachtree test FOLDER --update` writes one beside each log")
+            .into());
+    }
+    expectations.sort();
+    let mut unmet = 0;
+    for path in expectations {
+        let case = match read(&path) {
+            Ok(case) => case,
+            // The other expectations are worth knowing all the same.
+            Err(failure) => {
+                failures.push(failure);
+                continue;
+            }
+        };
+        let found = expect::lines(&case.analysed.analysis);
+        let differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
+        let shown = path.display();
+        if differences.is_empty() {
+            let _ = writeln!(said, "ok       {shown}");
+        } else if args.update {
+            output::write(&path, &expect::written(&case.expectation.head, &found), &[])?;
+            let _ = writeln!(said, "accepted {shown}");
+        } else {
+            unmet += 1;
+            let _ = writeln!(said, "FAILED   {shown}");
+            for (line, difference) in differences {
+                let place = if line > 0 { format!("{shown}:{line}") } else { shown.to_string() };
+                let _ = writeln!(said, "  {place}: {difference}");
+            }
+        }
+        cases.push(case);
+    }
+    let plural = if cases.len() == 1 { "" } else { "s" };
+    let _ = writeln!(said, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    let mut enough = true;
+    if args.coverage || args.min_coverage.is_some() {
+        enough = coverage(args, &cases, &mut said)?;
+    }
+    output::print(&said)?;
+    if args.mutate {
+        if unmet > 0 {
+            output::print("no mutation: rules are changed only when all is as expected\n")?;
+        } else {
+            output::print(&mutate(&cases))?;
+        }
+    }
+    Failure::all(failures)?;
+    if unmet > 0 || !enough { Err(Failure::No) } else { Ok(()) }
+}
+
+/// The expectation files that are named, and those in folders and below.
+fn expectations(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    let mut found = Vec::new();
+    let mut open: Vec<PathBuf> = paths.to_vec();
+    while let Some(path) = open.pop() {
+        if !path.is_dir() {
+            found.push(path);
+            continue;
+        }
+        let fail = |error: std::io::Error| {
+            InputError::new(path.display().to_string(), format!("the folder cannot be read: {error}"))
+        };
+        for entry in std::fs::read_dir(&path).map_err(fail)? {
+            let entry = entry.map_err(fail)?;
+            let kind = entry.file_type().map_err(fail)?;
+            let inner = entry.path();
+            // A link may lead round in a circle.
+            if kind.is_dir() {
+                open.push(inner);
+            } else if inner.extension().is_some_and(|ending| ending == ENDING) {
+                found.push(inner);
+            }
+        }
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// Writes an empty expectation beside each log in the named folders that has none.
+fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Failure> {
+    let mut written = Vec::new();
+    for folder in args.paths.iter().filter(|path| path.is_dir()) {
+        let Ok(logs) = all_logs(std::slice::from_ref(folder)) else { continue };
+        for log in logs {
+            let path = log.with_extension(ENDING);
+            if known.contains(&path) || path.exists() {
+                continue;
+            }
+            let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let mut head = format!("log: {}\n", name(&log));
+            let mut setting = |key: &str, path: &Path| {
+                let _ = writeln!(head, "{key}: {}", beside(path, folder));
+            };
+            args.source.binding.iter().for_each(|path| setting("binding", path));
+            args.source.scene.iter().for_each(|path| setting("scene", path));
+            args.rules.rules.iter().for_each(|path| setting("rules", path));
+            args.rules.hand.iter().for_each(|hand| setting("hand", Path::new(hand)));
+            for (param, value) in &args.rules.set {
+                let _ = writeln!(head, "set: {param} = {value}");
+            }
+            let _ = writeln!(head, "tolerance: {} ms", expect::TOLERANCE_S * 1e3);
+            output::write(&path, &head, &[])?;
+            written.push(path);
+        }
+    }
+    Ok(written)
+}
+
+/// A path as it is found from a folder: the bare name of what lies in it, the whole path of what lies elsewhere, and names of shipped
+/// files as they are.
+fn beside(path: &Path, folder: &Path) -> String {
+    let (Ok(whole), Ok(folder)) = (std::fs::canonicalize(path), std::fs::canonicalize(folder)) else {
+        return path.display().to_string();
+    };
+    whole.strip_prefix(folder).map_or_else(|_| whole.display().to_string(), |inner| inner.display().to_string())
+}
+
+/// Reads an expectation and analyses its recording.
+fn read(path: &Path) -> Result<Case, Failure> {
+    let shown = path.display().to_string();
+    let text = std::fs::read_to_string(path)
+        .map_err(|error| InputError::new(&shown, format!("the file cannot be read: {error}")))?;
+    let expectation = Expectation::read(&text, &shown)?;
+    let folder = path.parent().unwrap_or(Path::new("."));
+    let place = |name: &String| folder.join(name);
+    // What does not lie beside the expectation is the name of a shipped file.
+    let found = |name: &String| if place(name).is_file() { place(name) } else { PathBuf::from(name) };
+    let source =
+        SourceArgs { binding: expectation.binding.as_ref().map(place), scene: expectation.scene.as_ref().map(place) };
+    let rules = RuleArgs {
+        rules: expectation.rules.iter().map(found).collect(),
+        hand: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()),
+        set: expectation.set.clone(),
+    };
+    let opened = stream::open(&source.request(&folder.join(&expectation.log)))?;
+    let rules = load(&rules, opened.hand_file.as_deref(), &opened.params)?;
+    let analysed = analyse(&rules, &opened, None, Vec::new())?;
+    Ok(Case { path: path.to_path_buf(), expectation, rules, analysed })
+}
+
+/// Says what the recordings show of the rules; whether that is enough.
+fn coverage(args: &Args, cases: &[Case], said: &mut String) -> Result<bool, Failure> {
+    let mut coverage = Coverage::default();
+    for case in cases {
+        coverage.add(&case.rules, &case.analysed.frames, &case.analysed.leaves)?;
+    }
+    let (seen, of) = coverage.seen();
+    let percent = coverage.percent();
+    let _ = writeln!(said, "coverage: {seen} of {of} outcomes of choices and conditions seen, {percent:.1} %");
+    if args.coverage {
+        for gap in coverage.gaps() {
+            let _ = writeln!(said, "  {:<11} {}   {}", gap.what, gap.text, gap.place);
+        }
+    }
+    let enough = args.min_coverage.is_none_or(|least| percent >= least);
+    if let Some(least) = args.min_coverage.filter(|_| !enough) {
+        let _ = writeln!(said, "FAILED   coverage is {percent:.1} %, wanted {least} %");
+    }
+    Ok(enough)
+}
+
+/// Changes the rules one place at a time, and says which changes no expectation notices.
+fn mutate(cases: &[Case]) -> String {
+    // Expectations of the same rules are tried together.
+    let mut sets: Vec<(String, Vec<&Case>)> = Vec::new();
+    for case in cases {
+        let digest = case.rules.digest();
+        match sets.iter_mut().find(|(known, _)| *known == digest) {
+            Some((_, same)) => same.push(case),
+            None => sets.push((digest, vec![case])),
+        }
+    }
+    let mut said = String::new();
+    for (_, cases) in sets {
+        let Some(rules) = cases.first().map(|case| &case.rules) else { continue };
+        let all: Vec<_> = mutants(rules).collect();
+        let progress = Progress::new("mutating");
+        let done = AtomicUsize::new(0);
+        let noticed: Vec<bool> = all
+            .par_iter()
+            .map(|mutant| {
+                let noticed = cases.iter().any(|case| notices(case, &mutant.rules));
+                progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / all.len().max(1) as f64);
+                noticed
+            })
+            .collect();
+        drop(progress);
+        let count = noticed.iter().filter(|noticed| **noticed).count();
+        let names: Vec<String> = cases.iter().map(|case| case.path.display().to_string()).collect();
+        let _ = writeln!(said, "mutation: {count} of {} changes noticed by {}", all.len(), names.join(", "));
+        for (mutant, _) in all.iter().zip(&noticed).filter(|(_, noticed)| !**noticed) {
+            let text = rules.sources.text(mutant.span).split_whitespace().collect::<Vec<_>>().join(" ");
+            let _ = writeln!(said, "  not noticed: {} in {text}   {}", mutant.what, rules.sources.place(mutant.span));
+        }
+    }
+    said
+}
+
+/// Whether changed rules say something else than is expected, or cannot run.
+fn notices(case: &Case, rules: &Rules) -> bool {
+    let frames = &case.analysed.frames;
+    if check_rate(rules, frames.layout.rate_hz).is_err() {
+        return true;
+    }
+    let Ok(leaves) = evaluate(&lower(rules), frames) else { return true };
+    let found = expect::lines(&find(rules, frames, &leaves));
+    !expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s).is_empty()
+}

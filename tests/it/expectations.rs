@@ -1,0 +1,111 @@
+//! `test`: recordings against what is expected of them, with the program alone, outside the repository.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn teachtree(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(folder).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap() + &String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// A folder with two recordings and a binding, and expectations of what they give.
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    for file in ["SawyerLift_demo_1.csv", "sawyer_lift.binding.yaml"] {
+        std::fs::copy(demos.join(file), folder.path().join(file)).unwrap();
+    }
+    let update = teachtree(folder.path(), &["test", "--update", "--binding", "sawyer_lift.binding.yaml"]);
+    assert!(update.status.success(), "{}", said(&update));
+    folder
+}
+
+const EXPECT: &str = "SawyerLift_demo_1.expect";
+
+#[test]
+fn what_was_accepted_is_expected() {
+    let folder = folder();
+    let text = std::fs::read_to_string(folder.path().join(EXPECT)).unwrap();
+    insta::assert_snapshot!(text);
+    let again = teachtree(folder.path(), &["test"]);
+    assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+    assert!(said(&again).contains("1 recording: 1 as expected, 0 not"), "{}", said(&again));
+}
+
+#[test]
+fn a_difference_is_told_with_line_and_time() {
+    let folder = folder();
+    let path = folder.path().join(EXPECT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let moved = text.replace("10.984 .. 11.684", "10.934 .. 11.684").replace("  Push ", "  Trace ");
+    assert_ne!(moved, text);
+    std::fs::write(&path, &moved).unwrap();
+    let output = teachtree(folder.path(), &["test", "."]);
+    assert_eq!(output.status.code(), Some(1));
+    insta::assert_snapshot!(said(&output));
+    // Wider tolerances, and acceptance.
+    std::fs::write(&path, moved.replace("  Trace ", "  Push ").replace("tolerance: 20 ms", "tolerance: 60 ms"))
+        .unwrap();
+    assert_eq!(teachtree(folder.path(), &["test", EXPECT]).status.code(), Some(0));
+    std::fs::write(&path, format!("# why it is here\n{moved}")).unwrap();
+    let accepted = teachtree(folder.path(), &["test", EXPECT, "--update"]);
+    assert!(accepted.status.success(), "{}", said(&accepted));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("# why it is here\n{text}"));
+}
+
+#[test]
+fn coverage_says_what_no_recording_shows() {
+    let folder = folder();
+    let output = teachtree(folder.path(), &["test", "--coverage", "--min-coverage", "99"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = said(&output);
+    assert!(told.contains("FAILED   coverage is"), "{told}");
+    // The lift is no insertion, and its object is carried.
+    assert!(told.contains("never true  inserted   rules/single_hand.rules:"), "{told}");
+    assert!(told.contains("never taken screwing => Turn   rules/single_hand.rules:"), "{told}");
+    assert!(!told.contains("carried: not supported and not walled => Translate"), "{told}");
+    assert_eq!(teachtree(folder.path(), &["test", "--min-coverage", "10"]).status.code(), Some(0));
+}
+
+#[test]
+fn mutation_says_which_changes_nothing_notices() {
+    let folder = folder();
+    let output = teachtree(folder.path(), &["test", "--mutate"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let told = said(&output);
+    let place = |name: &str| {
+        let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules/single_hand.rules");
+        let text = std::fs::read_to_string(rules).unwrap();
+        1 + text.lines().position(|line| line.contains(name)).unwrap()
+    };
+    let line = |name: &str, change: &str| {
+        let at = format!("rules/single_hand.rules:{}:", place(name));
+        told.lines().any(|line| line.contains(&at) && line.contains(change))
+    };
+    // Nothing is inserted here, so nobody notices another depth; but without `touching` nothing is as it was.
+    assert!(line("signal inserted", "the thresholds halved"), "{told}");
+    assert!(!line("signal touching", "the comparison turned round"), "{told}");
+}
+
+#[test]
+fn broken_expectations_are_bad_input() {
+    let folder = tempfile::tempdir().unwrap();
+    let nothing = teachtree(folder.path(), &["test"]);
+    assert_eq!(nothing.status.code(), Some(2));
+    assert!(said(&nothing).contains("there are no expectations"), "{}", said(&nothing));
+    for (text, wanted) in [
+        ("tolerance: 20 ms\n", "does not say which log it is about"),
+        ("log: a.csv\ntolerance: wide\n", "a.expect:2: `wide` is no tolerance"),
+        ("log: a.csv\ntrack right\n  Grasp 1\n", "a.expect:3: expected a segment"),
+        ("log: a.csv\ntrack upper\n", "a.expect:2: there is no track `upper`"),
+        ("log: a.csv\ncolour: red\n", "a.expect:2: there is no setting `colour`"),
+    ] {
+        std::fs::write(folder.path().join("a.expect"), text).unwrap();
+        let output = teachtree(folder.path(), &["test"]);
+        assert_eq!(output.status.code(), Some(2), "{text}");
+        assert!(said(&output).contains(wanted), "{text}: {}", said(&output));
+    }
+}

@@ -1,0 +1,119 @@
+//! `prove additive` and `diff`: what is proved, and what refutes.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn teachtree(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(folder).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap() + &String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn prove(base: &str, extended: &str) -> (Option<i32>, String) {
+    let output = teachtree(Path::new(env!("CARGO_MANIFEST_DIR")), &["prove", "additive", base, extended]);
+    (output.status.code(), said(&output))
+}
+
+#[test]
+fn the_shipped_extensions_only_add() {
+    for (base, extended, new) in [
+        ("single_hand.rules", "contact.rules", "Press, Follow, Push, Trace"),
+        ("contact.rules", "bimanual.rules", "EqualGrasp, MainGrasp, Pass, Fit"),
+        ("contact.rules", "examples/tap.rules", "Tap"),
+        ("contact.rules", "examples/hold.rules", "Hold"),
+    ] {
+        let (status, told) = prove(base, extended);
+        assert_eq!(status, Some(0), "{told}");
+        assert!(told.contains(&format!("new primitives: {new}")), "{told}");
+    }
+}
+
+/// An extension of the single hand: its text, and what refutes it.
+fn refuted(extension: &str) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("mine.rules"), format!("use \"single_hand.rules\"\n{extension}\n")).unwrap();
+    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    said(&output)
+}
+
+#[test]
+fn a_broken_extension_is_refuted_with_a_case() {
+    insta::assert_snapshot!(refuted("extend single_hand.held first { moving and lifted => Translate }"));
+}
+
+#[test]
+fn tasks_and_rules_that_act_without_a_new_primitive_refute() {
+    let told = refuted(
+        "primitive Wait\nextend single_hand.held first { moving and not moving => Wait }\nrelabel { Slide between Grasp and Place becomes Place }",
+    );
+    assert!(
+        told.contains("the rule `Slide between Grasp and Place becomes Place` may act without a new primitive"),
+        "{told}"
+    );
+    let told = refuted("task slide_far = Move .. Release with Slide travelling 90 mm before slide");
+    assert!(told.contains("the task `slide_far` needs no new primitive"), "{told}");
+}
+
+#[test]
+fn what_can_not_hold_together_is_no_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    // The base gives Insert above 5 mm/s: what is added lies within, or gives what the base gives.
+    let rules =
+        "use \"single_hand.rules\"\nextend single_hand.inside before Pullout { target.sinking > 8 mm/s => Pullout }\n";
+    std::fs::write(folder.path().join("mine.rules"), rules).unwrap();
+    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    std::fs::write(folder.path().join("mine.rules"), rules.replace("8 mm/s", "2 mm/s")).unwrap();
+    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+}
+
+#[test]
+fn diff_tells_cases_and_intervals() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let args = [
+        "diff",
+        "single_hand.rules",
+        "contact.rules",
+        "demos/robosuite/SawyerLift_demo_1.csv",
+        "--binding",
+        "demos/robosuite/sawyer_lift.binding.yaml",
+    ];
+    let told = said(&teachtree(root, &args));
+    assert!(told.contains("becomes Follow   rules/contact.rules:"), "{told}");
+    assert!(
+        told.contains("  right 9.694 – 10.234 s: Release becomes Push") || told.contains("becomes Push\n"),
+        "{told}"
+    );
+    let same = said(&teachtree(root, &["diff", "contact.rules", "contact.rules"]));
+    assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
+}
+
+#[test]
+fn check_tells_programs_and_explains_codes() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let rules = "tests/fixtures/diagnostics/after_else.rules";
+    let json = teachtree(root, &["check", rules, "--format", "json"]);
+    assert_eq!(json.status.code(), Some(1));
+    let document: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    let finding = &document["findings"][0];
+    assert_eq!(
+        (finding["code"].as_str(), finding["labels"][0]["at"]["start"]["line"].as_u64()),
+        (Some("E402"), Some(7))
+    );
+    let github = said(&teachtree(root, &["check", rules, "--format", "github"]));
+    let wanted = format!(
+        "::error file={rules},line=7,col=3,endLine=7,endColumn=24,title=E402::this choice is never reached%0Amove it up\n"
+    );
+    assert_eq!(github, wanted);
+    let page = teachtree(root, &["check", "--explain", "e402"]);
+    assert!(
+        page.status.success() && said(&page).starts_with("E402\n\nA choice stands after `else`."),
+        "{}",
+        said(&page)
+    );
+    assert_eq!(teachtree(root, &["check", "--explain", "E999"]).status.code(), Some(2));
+}
