@@ -14,7 +14,7 @@ pub struct Args {
 
 /// Runs `graph`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let rules = load_files(&args.files)?;
+    let rules = load_files(&args.files, None)?;
     output::print(&text(&lower(&rules)))?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
 
 use super::analyze::analyse;
-use super::rules::{RuleArgs, load};
+use super::rules::{RuleArgs, load, load_files};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::{Analysis, Segment};
@@ -59,10 +59,7 @@ pub struct DiffArgs {
 /// Runs `prove`.
 pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
     let Claim::Additive = args.claim;
-    let read = |file: &PathBuf| {
-        let named = RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
-        load(&named, None, &[])
-    };
+    let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let proof = additive(&read(&args.base)?, &read(&args.extended)?);
     let (base, extended) = (args.base.display(), args.extended.display());
     let mut said = String::new();
@@ -97,7 +94,8 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
 /// Runs `diff`.
 pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     let named = |file: &PathBuf| RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
-    let (one, other) = (load(&named(&args.one), None, &[])?, load(&named(&args.other), None, &[])?);
+    let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
+    let (one, other) = (read(&args.one)?, read(&args.other)?);
     let (one_name, other_name) = (args.one.display().to_string(), args.other.display().to_string());
     let compared = differences(&one, &other);
     let mut said = String::new();
@@ -118,7 +116,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     for log in &args.logs {
         let opened = stream::open(&args.source.request(log))?;
         let run = |file: &PathBuf| -> Result<Analysis, Failure> {
-            let rules: Rules = load(&named(file), opened.hand_file.as_deref(), &opened.params)?;
+            let rules: Rules = load(&named(file), &opened)?;
             Ok(analyse(&rules, &opened, None, Vec::new())?.analysis)
         };
         let (ours, theirs) = (run(&args.one)?, run(&args.other)?);

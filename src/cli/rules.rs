@@ -40,9 +40,10 @@ pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
     })
 }
 
-/// Loads the rules of these files.
-pub fn load_files(files: &[PathBuf]) -> Result<Rules, Failure> {
-    load_request(Request { files: files.to_vec(), needs_tree: true, ..Request::default() })
+/// Loads the rules of these files, without a log; a hand file may be named.
+pub fn load_files(files: &[PathBuf], hand: Option<&str>) -> Result<Rules, Failure> {
+    let hand_file = hand.map(str::to_string);
+    load_request(Request { files: files.to_vec(), hand_file, needs_tree: true, ..Request::default() })
 }
 
 fn load_request(request: Request) -> Result<Rules, Failure> {

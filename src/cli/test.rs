@@ -209,7 +209,7 @@ fn read(path: &Path) -> Result<Case, Failure> {
         set: expectation.set.clone(),
     };
     let opened = stream::open(&source.request(&folder.join(&expectation.log)))?;
-    let rules = load(&rules, opened.hand_file.as_deref(), &opened.params)?;
+    let rules = load(&rules, &opened)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
     Ok(Case { path: path.to_path_buf(), expectation, rules, analysed })
 }
