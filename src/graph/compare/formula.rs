@@ -204,7 +204,7 @@ pub fn possible(wanted: &[(&Formula, bool)], before: BTreeSet<String>) -> Answer
     }
 }
 
-fn search<'f>(mut open: Vec<(&'f Formula, bool)>, mut case: Case, steps: &mut usize) -> Option<Case> {
+fn search(mut open: Vec<(&Formula, bool)>, mut case: Case, steps: &mut usize) -> Option<Case> {
     loop {
         *steps += 1;
         if *steps > MAX_STEPS {
