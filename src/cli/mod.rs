@@ -62,7 +62,8 @@ enum Command {
     Teach(teach::Args),
     #[cfg(feature = "world")]
     /// Turn a recording into commands for a robot: trajectories, forces and grasps
-    Command(command::Args),
+    #[command(name = "command")]
+    Instruct(command::Args),
     #[cfg(feature = "world")]
     /// Let a robot carry out commands in a scene, and record it
     Simulate(simulate::Args),
@@ -128,7 +129,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         #[cfg(feature = "world")]
-        Command::Command(args) => command::run(args),
+        Command::Instruct(args) => command::run(args),
         #[cfg(feature = "world")]
         Command::Simulate(args) => simulate::run(args),
         Command::Prove(args) => prove::prove(args),

@@ -95,7 +95,7 @@ impl Series {
                 touches,
             });
         }
-        (!fingers.is_empty()).then(|| Self { start_s, object, fingers, tip_radius: hand.tip_radius.0 })
+        (!fingers.is_empty()).then_some(Self { start_s, object, fingers, tip_radius: hand.tip_radius.0 })
     }
 
     /// How many samples there are.

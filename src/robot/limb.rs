@@ -21,12 +21,12 @@ impl Robot {
             at = self.links[at].parent;
         }
         kept[0] = true;
-        for index in 0..self.links.len() {
+        for (index, kept) in kept.iter_mut().enumerate() {
             let mut above = index;
             while above != 0 && above != hand.palm {
                 above = self.links[above].parent;
             }
-            kept[index] |= above == hand.palm;
+            *kept |= above == hand.palm;
         }
         let mut place = vec![0; self.links.len()];
         let mut dof_place: Vec<Option<usize>> = vec![None; self.dofs.len()];

@@ -154,8 +154,8 @@ impl<'a> Plan<'a> {
     pub fn touches(&self) -> (f64, f64) {
         let touching = || self.phases.iter().filter(|phase| phase.role != Role::Free);
         let first = touching().next().map_or(0.0, |phase| phase.start);
-        let holding = touching().filter(|phase| phase.role != Role::Leave);
-        let last = holding.last().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
+        let mut holding = touching().filter(|phase| phase.role != Role::Leave);
+        let last = holding.next_back().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
         (self.transfer + first, self.transfer + last)
     }
 

@@ -57,8 +57,17 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
             ("push_and_trace", "Move Approach Push Trace Release".to_string()),
         ]
     );
-    for file in ["demonstration.csv", "demonstration.scene.yaml", "report.html"] {
+    for file in ["demonstration.csv", "demonstration.scene.yaml", "report.html", "commands.json", "robot.csv"] {
         assert!(out.join(file).metadata().unwrap().len() > 1000, "{file}");
+    }
+    // A robot does it: both cubes end where the person left them, and its recording is read as the same tasks.
+    let said = said(&output);
+    for line in [
+        "\ndone     pick_and_follow: ",
+        "\ndone     push_and_trace: ",
+        "\nits recording has the same tasks by the same rules: ",
+    ] {
+        assert!(said.contains(line), "{said}");
     }
 }
 

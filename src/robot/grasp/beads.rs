@@ -14,6 +14,9 @@ const IDLE: [[f64; 2]; 3] = [[0.12, 0.05], [0.45, 0.4], [0.85, 0.9]];
 /// A ball of a finger: the joint that it hangs at, its centre in that joint's frame, m, and its radius, m.
 pub(super) type Bead = (usize, Point3<f64>, f64);
 
+/// Balls in the frame of the palm: centre, m, radius, m.
+pub(super) type Balls = Vec<(Point3<f64>, f64)>;
+
 /// The balls of a hand.
 #[derive(Clone, Debug)]
 pub(super) struct HandBeads {
@@ -24,7 +27,7 @@ pub(super) struct HandBeads {
     /// The boxes of the palm.
     pub(super) palm_boxes: Vec<(Isometry3<f64>, Vector3<f64>)>,
     /// For each finger, the postures that it may have when it does not touch: angles, and balls in the palm's frame.
-    pub(super) idle: Vec<Vec<(Angles, Vec<(Point3<f64>, f64)>)>>,
+    pub(super) idle: Vec<Vec<(Angles, Balls)>>,
 }
 
 impl HandBeads {

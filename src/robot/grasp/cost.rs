@@ -6,7 +6,7 @@
 //!
 //! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
-use super::beads::placed;
+use super::beads::{Balls, placed};
 use super::{Contact, Failure, Held, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Mapper, NO_ANGLES, Wanted};
 use crate::base::geometry::pose;
 use crate::base::hands::Finger;
@@ -26,9 +26,6 @@ const FAR_M: f64 = 0.4;
 
 /// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
 const LIFTED: [f64; 2] = [0.2, 0.45];
-
-/// Balls in the frame of the palm: centre, radius.
-type Balls = Vec<(Point3<f64>, f64)>;
 
 /// A convex part of something that is in the way.
 struct Part {
