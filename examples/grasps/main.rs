@@ -8,6 +8,9 @@
 //! them, until all fingers reach with measures of at least 0.03, pads look at the surface and everything is clear: a solution is known.
 //! The reference is the best of that solution, of it polished, and of long global searches (differential evolution, 48 members).
 
+#![allow(clippy::expect_used, reason = "a measurement that cannot be made ends here")]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is what it is for")]
+
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
@@ -91,10 +94,10 @@ fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
             };
             let (p, n) = at(-1.0, thumb_off[0] * half[b], thumb_off[1] * half[c])?;
             add(Finger::Thumb, p, n);
-            for index in 0..fingers {
+            for (index, finger) in FINGERS.into_iter().enumerate().take(fingers) {
                 let along = row(index) + middle[0] * half[b];
                 let (p, n) = at(1.0, along * f64::cos(tilt), middle[1] * half[c] + along * f64::sin(tilt))?;
-                add(FINGERS[index], p, n);
+                add(finger, p, n);
             }
         }
         1 => {
@@ -107,13 +110,13 @@ fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
             add(Finger::Thumb, p, n);
             // Along the axis, or about it.
             let about = chance.next() < 0.5;
-            for index in 0..fingers {
+            for (index, finger) in FINGERS.into_iter().enumerate().take(fingers) {
                 let (angle, z) = if about { (row(index) / radius, 0.0) } else { (0.0, row(index)) };
                 if angle.abs() > 1.2 {
                     return None;
                 }
                 let (p, n) = at(angle + 0.4 * middle[0], z + middle[1] * height)?;
-                add(FINGERS[index], p, n);
+                add(finger, p, n);
             }
         }
         _ => {
@@ -124,13 +127,13 @@ fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
             };
             let (p, n) = at(std::f64::consts::PI + thumb_off[0], thumb_off[1]);
             add(Finger::Thumb, p, n);
-            for index in 0..fingers {
+            for (index, finger) in FINGERS.into_iter().enumerate().take(fingers) {
                 let angle = row(index) / radius;
                 if angle.abs() > 1.2 {
                     return None;
                 }
                 let (p, n) = at(angle, 0.4 * middle[1]);
-                add(FINGERS[index], p, n);
+                add(finger, p, n);
             }
         }
     }
