@@ -28,6 +28,9 @@ use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 const FRAMES: usize = 1_000_000;
 const ROUNDS: usize = 7;
 
+/// A name and what it does.
+type Contestant<'a> = (&'static str, Box<dyn Fn() -> Runs + 'a>);
+
 fn main() {
     let rows = data::rows(FRAMES, 1);
     let wide: Vec<[f64; data::CHANNELS]> = rows.iter().map(|row| row.map(f64::from)).collect();
@@ -40,7 +43,7 @@ fn main() {
     let frames = frames(&rules, columns.clone());
 
     let truth = by_hand::in_rows(&wide);
-    let contestants: Vec<(&str, Box<dyn Fn() -> Runs>)> = vec![
+    let contestants: Vec<Contestant> = vec![
         ("row loop, f64", Box::new(|| by_hand::in_rows(&wide))),
         ("row loop, f32", Box::new(|| by_hand::in_rows(&rows))),
         ("blocks of columns by an expert, f64", Box::new(|| by_hand::in_blocks(&columns))),
@@ -130,7 +133,7 @@ fn frames(rules: &Rules, columns: Vec<Vec<f64>>) -> Frames {
         columns: named,
         len,
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
-        stretches: vec![0..len],
+        stretches: Vec::from([0..len]),
         objects: vec![],
         issues: vec![],
     }

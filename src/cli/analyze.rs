@@ -1,7 +1,7 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::rules::{RuleArgs, load};
-use super::source::SourceArgs;
+use super::source::{SourceArgs, without_companions};
 use super::{Failure, live, output, tellable};
 use crate::analysis::{self, Analysis, json::Meta};
 use crate::base::error::InputError;
@@ -70,7 +70,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();
     let mut failures = Vec::new();
-    for log in &args.logs {
+    for log in without_companions(&args.logs) {
         match one(args, log, &inputs) {
             // A table has one header.
             Ok(text) if args.format == Format::Csv && !out.is_empty() => {

@@ -3,7 +3,7 @@
 use super::analyze::analyse;
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
-use super::source::SourceArgs;
+use super::source::{LABEL_ENDINGS, SourceArgs, is_beside, without_companions};
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::json::Meta;
@@ -255,13 +255,10 @@ fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
     })
 }
 
-/// How label files end.
-const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
-
 /// The logs, a folder replaced by those in it, by name.
 pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut logs = Vec::new();
-    for path in paths {
+    for path in without_companions(paths) {
         if !path.is_dir() {
             logs.push(path.clone());
             continue;
@@ -272,9 +269,7 @@ pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         let mut found = Vec::new();
         for entry in std::fs::read_dir(path).map_err(fail)? {
             let file = entry.map_err(fail)?.path();
-            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let beside = LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending));
-            if name.ends_with(".csv") && !beside && file.is_file() {
+            if file.extension().is_some_and(|ending| ending == "csv") && !is_beside(&file) && file.is_file() {
                 found.push(file);
             }
         }

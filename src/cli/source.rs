@@ -20,3 +20,17 @@ impl SourceArgs {
         OpenRequest { log: log.into(), binding: self.binding.clone(), scene: self.scene.clone() }
     }
 }
+
+/// How label files end.
+pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
+
+/// Whether a file belongs to a log that stands beside it: its events, its labels.
+pub fn is_beside(file: &Path) -> bool {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending))
+}
+
+/// The logs of a list: with `people/*.csv` a shell also names what stands beside them. A file that is named alone is meant.
+pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
+    paths.iter().filter(|path| paths.len() == 1 || !is_beside(path))
+}

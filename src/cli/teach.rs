@@ -128,7 +128,10 @@ fn seeds(text: &str) -> Result<(u64, u64), String> {
     let (first, last) = text.split_once("..").ok_or_else(wanted)?;
     let (first, last) = (first.parse::<u64>(), last.parse::<u64>());
     let (Ok(first), Ok(last)) = (first, last) else { return Err(wanted()) };
-    if first <= last && last - first < MOST { Ok((first, last)) } else { Err(wanted()) }
+    if first > last {
+        return Err(format!("the first seed, {first}, is after the last one, {last}; wanted {last}..{first}"));
+    }
+    if last - first < MOST { Ok((first, last)) } else { Err(wanted()) }
 }
 
 fn factor(text: &str) -> Result<f64, String> {
