@@ -133,7 +133,7 @@ fn frames(rules: &Rules, columns: Vec<Vec<f64>>) -> Frames {
         columns: named,
         len,
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
-        stretches: Vec::from([0..len]),
+        stretches: std::iter::once(0..len).collect(),
         objects: vec![],
         issues: vec![],
     }
