@@ -7,7 +7,7 @@ mod formula;
 mod written;
 
 use crate::language::rules::{
-    Branch, Expr, Hand, Label, Labels, Relabel, RelabelKind, Rules, Task, Then, Tree, TreeScope,
+    self, Expr, Hand, Label, Labels, Relabel, RelabelKind, Rules, Task, Then, Tree, TreeScope,
 };
 use formula::{Answer, Formula, formula, possible};
 use std::collections::{BTreeMap, BTreeSet};
@@ -170,43 +170,21 @@ struct Half<'a> {
 
 impl<'a> Half<'a> {
     fn new(rules: &'a Rules, tree: &'a Tree, this: Hand) -> Self {
-        let mut ways = Vec::new();
-        collect(&tree.root, rules, this, &mut Vec::new(), &mut ways);
+        let way = |way: rules::Way<'a>| {
+            let (leaf, label) = match &way.choice.then {
+                Then::Primitive(label) => (rules.label_name(*label), Some(*label)),
+                Then::Separate => ("separate".into(), None),
+                Then::Stay | Then::Branch(_) => ("stay".into(), None),
+            };
+            let asked = way
+                .asked
+                .into_iter()
+                .map(|(_, condition, wanted)| (written(condition, rules, this), condition, wanted));
+            Way { asked: asked.collect(), leaf, label, place: rules.sources.place(way.choice.span) }
+        };
+        let ways = tree.root.ways().into_iter().map(way).collect();
         Self { rules, name: &tree.name, this, ways }
     }
-}
-
-fn collect<'a>(
-    branch: &'a Branch,
-    rules: &Rules,
-    this: Hand,
-    asked: &mut Vec<(String, &'a Expr, bool)>,
-    ways: &mut Vec<Way<'a>>,
-) {
-    let before = asked.len();
-    let last = branch.choices.len().saturating_sub(1);
-    for (at, choice) in branch.choices.iter().enumerate() {
-        // The last choice of a branch is taken whenever the others are not.
-        let condition = choice.condition.as_ref().filter(|_| at < last);
-        if let Some(condition) = condition {
-            asked.push((written(condition, rules, this), condition, true));
-        }
-        let mut way = |leaf: String, label| {
-            ways.push(Way { asked: asked.clone(), leaf, label, place: rules.sources.place(choice.span) });
-        };
-        match &choice.then {
-            Then::Primitive(label) => way(rules.label_name(*label), Some(*label)),
-            Then::Stay => way("stay".into(), None),
-            Then::Separate => way("separate".into(), None),
-            Then::Branch(below) => collect(below, rules, this, asked, ways),
-        }
-        if condition.is_some()
-            && let Some((_, _, wanted)) = asked.last_mut()
-        {
-            *wanted = false;
-        }
-    }
-    asked.truncate(before);
 }
 
 fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compared: &mut Compared) {

@@ -6,8 +6,10 @@
 
 mod expr;
 mod lookup;
+mod ways;
 
 pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, Window};
+pub use ways::Way;
 
 use crate::base::channels::{Axis, ChannelSpec, Shape};
 use crate::base::diagnostic::{Sources, Span};

@@ -42,6 +42,22 @@ pub struct Link {
     pub solids: Vec<Solid>,
 }
 
+impl Link {
+    /// A link without mass, joint or place: the first of its robot until it is put on another.
+    pub fn massless(name: &str, solids: Vec<Solid>) -> Self {
+        Self {
+            name: name.into(),
+            parent: 0,
+            parent_from_joint: Isometry3::identity(),
+            joint: None,
+            mass: 0.0,
+            centre: Point3::origin(),
+            inertia: Matrix3::zeros(),
+            solids,
+        }
+    }
+}
+
 /// A joint.
 #[derive(Clone, Debug)]
 pub struct Joint {

@@ -240,16 +240,7 @@ impl<'a> Reader<'a> {
                 }
             }
         }
-        let mut link = Link {
-            name: name.into(),
-            parent: 0,
-            parent_from_joint: Isometry3::identity(),
-            joint: None,
-            mass: 0.0,
-            centre: Point3::origin(),
-            inertia: Matrix3::zeros(),
-            solids,
-        };
+        let mut link = Link::massless(name, solids);
         let Some(inertial) = children(node, "inertial").next() else { return Ok(link) };
         let at = self.origin(inertial)?;
         link.mass = children(inertial, "mass").next().map_or(Ok(0.0), |mass| self.number(mass, "value", 0.0))?;

@@ -1,7 +1,7 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
+use crate::program::teachtree;
 use nalgebra::Vector3;
-use std::process::Command;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION};
 
@@ -35,15 +35,6 @@ fn smoothing_holds_the_ends_and_keeps_parabolas() {
     assert!(jerk(&smoothed, 100.0) < 0.02 * jerk(&step, 100.0));
     // Not farther away than is allowed, whatever it takes.
     assert!(deviation(&step, &smooth_within(&step, 100.0, 3.0, 0.05)) <= 0.05);
-}
-
-fn teachtree(args: &[&str]) -> std::process::Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree"))
-        .args(args)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("COLUMNS", "90")
-        .output()
-        .unwrap()
 }
 
 #[test]

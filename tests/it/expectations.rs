@@ -1,15 +1,7 @@
 //! `test`: recordings against what is expected of them, with the program alone, outside the repository.
 
+use crate::program::{all_said, teachtree_in};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn teachtree(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(folder).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap() + &String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 /// A folder with two recordings and a binding, and expectations of what they give.
 fn folder() -> tempfile::TempDir {
@@ -18,8 +10,8 @@ fn folder() -> tempfile::TempDir {
     for file in ["SawyerLift_demo_1.csv", "sawyer_lift.binding.yaml"] {
         std::fs::copy(demos.join(file), folder.path().join(file)).unwrap();
     }
-    let update = teachtree(folder.path(), &["test", "--update", "--binding", "sawyer_lift.binding.yaml"]);
-    assert!(update.status.success(), "{}", said(&update));
+    let update = teachtree_in(folder.path(), &["test", "--update", "--binding", "sawyer_lift.binding.yaml"]);
+    assert!(update.status.success(), "{}", all_said(&update));
     folder
 }
 
@@ -30,9 +22,9 @@ fn what_was_accepted_is_expected() {
     let folder = folder();
     let text = std::fs::read_to_string(folder.path().join(EXPECT)).unwrap();
     insta::assert_snapshot!(text);
-    let again = teachtree(folder.path(), &["test"]);
-    assert_eq!(again.status.code(), Some(0), "{}", said(&again));
-    assert!(said(&again).contains("1 recording: 1 as expected, 0 not"), "{}", said(&again));
+    let again = teachtree_in(folder.path(), &["test"]);
+    assert_eq!(again.status.code(), Some(0), "{}", all_said(&again));
+    assert!(all_said(&again).contains("1 recording: 1 as expected, 0 not"), "{}", all_said(&again));
 }
 
 #[test]
@@ -43,39 +35,39 @@ fn a_difference_is_told_with_line_and_time() {
     let moved = text.replace("10.984 .. 11.684", "10.934 .. 11.684").replace("  Push ", "  Trace ");
     assert_ne!(moved, text);
     std::fs::write(&path, &moved).unwrap();
-    let output = teachtree(folder.path(), &["test", "."]);
+    let output = teachtree_in(folder.path(), &["test", "."]);
     assert_eq!(output.status.code(), Some(1));
-    insta::assert_snapshot!(said(&output));
+    insta::assert_snapshot!(all_said(&output));
     // Wider tolerances, and acceptance.
     std::fs::write(&path, moved.replace("  Trace ", "  Push ").replace("tolerance: 20 ms", "tolerance: 60 ms"))
         .unwrap();
-    assert_eq!(teachtree(folder.path(), &["test", EXPECT]).status.code(), Some(0));
+    assert_eq!(teachtree_in(folder.path(), &["test", EXPECT]).status.code(), Some(0));
     std::fs::write(&path, format!("# why it is here\n{moved}")).unwrap();
-    let accepted = teachtree(folder.path(), &["test", EXPECT, "--update"]);
-    assert!(accepted.status.success(), "{}", said(&accepted));
+    let accepted = teachtree_in(folder.path(), &["test", EXPECT, "--update"]);
+    assert!(accepted.status.success(), "{}", all_said(&accepted));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("# why it is here\n{text}"));
 }
 
 #[test]
 fn coverage_says_what_no_recording_shows() {
     let folder = folder();
-    let output = teachtree(folder.path(), &["test", "--coverage", "--min-coverage", "99"]);
+    let output = teachtree_in(folder.path(), &["test", "--coverage", "--min-coverage", "99"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = said(&output);
+    let told = all_said(&output);
     assert!(told.contains("FAILED   coverage is"), "{told}");
     // The lift is no insertion, and its object is carried.
     assert!(told.contains("never true  inserted   rules/single_hand.rules:"), "{told}");
     assert!(told.contains("never taken screwing => Turn   rules/single_hand.rules:"), "{told}");
     assert!(!told.contains("carried: not supported and not walled => Translate"), "{told}");
-    assert_eq!(teachtree(folder.path(), &["test", "--min-coverage", "10"]).status.code(), Some(0));
+    assert_eq!(teachtree_in(folder.path(), &["test", "--min-coverage", "10"]).status.code(), Some(0));
 }
 
 #[test]
 fn mutation_says_which_changes_nothing_notices() {
     let folder = folder();
-    let output = teachtree(folder.path(), &["test", "--mutate"]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
-    let told = said(&output);
+    let output = teachtree_in(folder.path(), &["test", "--mutate"]);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let told = all_said(&output);
     let place = |name: &str| {
         let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules/single_hand.rules");
         let text = std::fs::read_to_string(rules).unwrap();
@@ -93,9 +85,9 @@ fn mutation_says_which_changes_nothing_notices() {
 #[test]
 fn broken_expectations_are_bad_input() {
     let folder = tempfile::tempdir().unwrap();
-    let nothing = teachtree(folder.path(), &["test"]);
+    let nothing = teachtree_in(folder.path(), &["test"]);
     assert_eq!(nothing.status.code(), Some(2));
-    assert!(said(&nothing).contains("there are no expectations"), "{}", said(&nothing));
+    assert!(all_said(&nothing).contains("there are no expectations"), "{}", all_said(&nothing));
     for (text, wanted) in [
         ("tolerance: 20 ms\n", "does not say which log it is about"),
         ("log: a.csv\ntolerance: wide\n", "a.expect:2: `wide` is no tolerance"),
@@ -104,8 +96,8 @@ fn broken_expectations_are_bad_input() {
         ("log: a.csv\ncolour: red\n", "a.expect:2: there is no setting `colour`"),
     ] {
         std::fs::write(folder.path().join("a.expect"), text).unwrap();
-        let output = teachtree(folder.path(), &["test"]);
+        let output = teachtree_in(folder.path(), &["test"]);
         assert_eq!(output.status.code(), Some(2), "{text}");
-        assert!(said(&output).contains(wanted), "{text}: {}", said(&output));
+        assert!(all_said(&output).contains(wanted), "{text}: {}", all_said(&output));
     }
 }

@@ -1,9 +1,10 @@
 //! `explain`: the probe against the evaluators, and what a user reads.
 
 use crate::engine::random;
+use crate::program::{self, complained, teachtree};
 use proptest::prelude::*;
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::process::Output;
 use teachtree::base::hands::Side;
 use teachtree::engine::evaluator::evaluate;
 use teachtree::engine::probe::Probe;
@@ -54,19 +55,14 @@ proptest! {
 }
 
 fn explain(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree"))
-        .arg("explain")
-        .args(["demos/robosuite/SawyerLift_demo_1.csv", "--binding", "demos/robosuite/sawyer_lift.binding.yaml"])
-        .args(args)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .output()
-        .unwrap()
+    let log = "demos/robosuite/SawyerLift_demo_1.csv";
+    teachtree(&[&["explain", log, "--binding", "demos/robosuite/sawyer_lift.binding.yaml"], args].concat())
 }
 
 fn said(args: &[&str]) -> String {
     let output = explain(args);
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    assert!(output.status.success(), "{}", complained(&output));
+    program::said(&output)
 }
 
 #[test]

@@ -1,20 +1,8 @@
 //! `teachtree inspect` as a user meets it.
 
+use crate::program::{complained, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-
-fn teachtree(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn complained(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 /// A copy of the fixture log with these columns left out.
 fn log_without(folder: &Path, left_out: &str) -> PathBuf {

@@ -21,6 +21,8 @@ mod language;
 #[cfg(feature = "cli")]
 mod live;
 #[cfg(feature = "cli")]
+mod program;
+#[cfg(feature = "cli")]
 mod prove;
 mod recognition;
 #[cfg(feature = "world")]

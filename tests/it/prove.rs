@@ -1,19 +1,11 @@
 //! `prove additive` and `diff`: what is proved, and what refutes.
 
+use crate::program::{all_said, teachtree_in};
 use std::path::Path;
-use std::process::{Command, Output};
-
-fn teachtree(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(folder).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).unwrap() + &String::from_utf8(output.stderr.clone()).unwrap()
-}
 
 fn prove(base: &str, extended: &str) -> (Option<i32>, String) {
-    let output = teachtree(Path::new(env!("CARGO_MANIFEST_DIR")), &["prove", "additive", base, extended]);
-    (output.status.code(), said(&output))
+    let output = teachtree_in(Path::new(env!("CARGO_MANIFEST_DIR")), &["prove", "additive", base, extended]);
+    (output.status.code(), all_said(&output))
 }
 
 #[test]
@@ -34,9 +26,9 @@ fn the_shipped_extensions_only_add() {
 fn refuted(extension: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("mine.rules"), format!("use \"single_hand.rules\"\n{extension}\n")).unwrap();
-    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
-    said(&output)
+    let output = teachtree_in(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    all_said(&output)
 }
 
 #[test]
@@ -64,11 +56,11 @@ fn what_can_not_hold_together_is_no_difference() {
     let rules =
         "use \"single_hand.rules\"\nextend single_hand.inside before Pullout { target.sinking > 8 mm/s => Pullout }\n";
     std::fs::write(folder.path().join("mine.rules"), rules).unwrap();
-    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let output = teachtree_in(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
     std::fs::write(folder.path().join("mine.rules"), rules.replace("8 mm/s", "2 mm/s")).unwrap();
-    let output = teachtree(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
-    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    let output = teachtree_in(folder.path(), &["prove", "additive", "single_hand.rules", "mine.rules"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
 }
 
 #[test]
@@ -82,10 +74,10 @@ fn diff_tells_cases_and_intervals() {
         "--binding",
         "demos/robosuite/sawyer_lift.binding.yaml",
     ];
-    let told = said(&teachtree(root, &args));
+    let told = all_said(&teachtree_in(root, &args));
     assert!(told.contains("becomes Follow   rules/contact.rules:"), "{told}");
     assert!(told.contains("  right 9.694 – 10.234 s: Release becomes Push\n"), "{told}");
-    let same = said(&teachtree(root, &["diff", "contact.rules", "contact.rules"]));
+    let same = all_said(&teachtree_in(root, &["diff", "contact.rules", "contact.rules"]));
     assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
 }
 
@@ -93,7 +85,7 @@ fn diff_tells_cases_and_intervals() {
 fn check_tells_programs_and_explains_codes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let rules = "tests/fixtures/diagnostics/after_else.rules";
-    let json = teachtree(root, &["check", rules, "--format", "json"]);
+    let json = teachtree_in(root, &["check", rules, "--format", "json"]);
     assert_eq!(json.status.code(), Some(1));
     let document: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     let finding = &document["findings"][0];
@@ -101,16 +93,16 @@ fn check_tells_programs_and_explains_codes() {
         (finding["code"].as_str(), finding["labels"][0]["at"]["start"]["line"].as_u64()),
         (Some("E402"), Some(7))
     );
-    let github = said(&teachtree(root, &["check", rules, "--format", "github"]));
+    let github = all_said(&teachtree_in(root, &["check", rules, "--format", "github"]));
     let wanted = format!(
         "::error file={rules},line=7,col=3,endLine=7,endColumn=24,title=E402::this choice is never reached%0Amove it up\n"
     );
     assert_eq!(github, wanted);
-    let page = teachtree(root, &["check", "--explain", "e402"]);
+    let page = teachtree_in(root, &["check", "--explain", "e402"]);
     assert!(
-        page.status.success() && said(&page).starts_with("E402\n\nA choice stands after `else`."),
+        page.status.success() && all_said(&page).starts_with("E402\n\nA choice stands after `else`."),
         "{}",
-        said(&page)
+        all_said(&page)
     );
-    assert_eq!(teachtree(root, &["check", "--explain", "E999"]).status.code(), Some(2));
+    assert_eq!(teachtree_in(root, &["check", "--explain", "E999"]).status.code(), Some(2));
 }

@@ -5,14 +5,9 @@ mod both_hands;
 #[path = "recordings/given.rs"]
 mod given;
 
+use crate::program::teachtree;
 use serde_json::Value;
 use std::fmt::Write as _;
-use std::process::{Command, Output};
-
-/// Runs the program in the folder of the project.
-fn teachtree(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(env!("CARGO_MANIFEST_DIR")).output().unwrap()
-}
 
 /// What a command prints, as JSON.
 fn json(args: &[&str]) -> Value {

@@ -1,7 +1,7 @@
 //! docs/adding_a_primitive.md is what the program says: its rules are those of the example, and its outputs come from them.
 
+use crate::program::{all_said, teachtree_in};
 use std::path::Path;
-use std::process::Command;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -9,10 +9,7 @@ fn root() -> &'static Path {
 
 /// Runs the program in a folder, and gives all that it says.
 fn said(folder: &Path, args: &[&str]) -> String {
-    let output =
-        Command::new(env!("CARGO_BIN_EXE_teachtree")).args(args).current_dir(folder).env("COLUMNS", "90").output();
-    let output = output.unwrap();
-    [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap()).concat().trim().to_string()
+    all_said(&teachtree_in(folder, args)).trim().to_string()
 }
 
 /// The blocks of a kind in a page.

@@ -5,7 +5,7 @@ use super::written;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::probe::Probe;
-use crate::language::rules::{Branch, Choice, Expr, ExprKind, Label, Then};
+use crate::language::rules::{Choice, Expr, ExprKind, Label, Then, Way};
 use serde::Serialize;
 use std::ops::Range;
 
@@ -39,12 +39,6 @@ pub struct Obstacle {
 
 type Outcome<T> = Result<T, InputError>;
 
-/// A way to a leaf: the conditions on it and how each must come out.
-struct Way<'a> {
-    choice: &'a Choice,
-    asked: Vec<(&'a Choice, &'a Expr, bool)>,
-}
-
 /// The nearest path of a tree to one of `labels` on the frames of `at`; `None` when no leaf gives them.
 pub(super) fn why_not(
     probe: &mut Probe,
@@ -53,8 +47,11 @@ pub(super) fn why_not(
     labels: &[Label],
 ) -> Outcome<Option<WhyNot>> {
     let Some(tree) = probe.tree(side) else { return Ok(None) };
-    let mut ways = Vec::new();
-    collect(&tree.root, labels, &mut Vec::new(), &mut ways);
+    let gives = |choice: &Choice| match choice.then {
+        Then::Primitive(label) => labels.iter().any(|pattern| pattern.covers(label)),
+        _ => false,
+    };
+    let ways: Vec<Way> = tree.root.ways().into_iter().filter(|way| gives(way.choice)).collect();
     let mut nearest: Option<(usize, usize, &Way)> = None;
     for way in &ways {
         let mut lacking = vec![0; at.len()];
@@ -95,36 +92,6 @@ pub(super) fn why_not(
         place: place(way.choice),
         missing,
     }))
-}
-
-fn collect<'a>(
-    branch: &'a Branch,
-    labels: &[Label],
-    asked: &mut Vec<(&'a Choice, &'a Expr, bool)>,
-    ways: &mut Vec<Way<'a>>,
-) {
-    let before = asked.len();
-    let last = branch.choices.len().saturating_sub(1);
-    for (at, choice) in branch.choices.iter().enumerate() {
-        // The last choice of a branch is taken whenever the others are not.
-        let condition = choice.condition.as_ref().filter(|_| at < last);
-        if let Some(condition) = condition {
-            asked.push((choice, condition, true));
-        }
-        match &choice.then {
-            Then::Primitive(label) if labels.iter().any(|pattern| pattern.covers(*label)) => {
-                ways.push(Way { choice, asked: asked.clone() });
-            }
-            Then::Branch(below) => collect(below, labels, asked, ways),
-            _ => {}
-        }
-        if condition.is_some()
-            && let Some((_, _, wanted)) = asked.last_mut()
-        {
-            *wanted = false;
-        }
-    }
-    asked.truncate(before);
 }
 
 /// How many parts of a condition would have to come out differently, on each frame.

@@ -200,10 +200,10 @@ pub enum Function {
     SqueezeOf,
 }
 
-impl Expr {
-    /// The expressions that this one is made of; constants are not among them.
-    pub fn arguments(&self) -> Vec<&Self> {
-        match &self.kind {
+/// The expressions that an expression is made of, shared or to be changed.
+macro_rules! arguments {
+    ($kind:expr, $iter:ident) => {
+        match $kind {
             ExprKind::Bool(_)
             | ExprKind::Number(_)
             | ExprKind::Param(_)
@@ -221,32 +221,20 @@ impl Expr {
             | ExprKind::Rises(one)
             | ExprKind::Falls(one) => vec![one],
             ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
-            ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.iter().collect(),
+            ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.$iter().collect(),
         }
+    };
+}
+
+impl Expr {
+    /// The expressions that this one is made of; constants are not among them.
+    pub fn arguments(&self) -> Vec<&Self> {
+        arguments!(&self.kind, iter)
     }
 
     /// The same expressions, to be changed.
     pub fn arguments_mut(&mut self) -> Vec<&mut Self> {
-        match &mut self.kind {
-            ExprKind::Bool(_)
-            | ExprKind::Number(_)
-            | ExprKind::Param(_)
-            | ExprKind::Channel(..)
-            | ExprKind::Signal(..)
-            | ExprKind::Latch(..)
-            | ExprKind::From { .. } => Vec::new(),
-            ExprKind::Pick(one, _)
-            | ExprKind::Component(one, _)
-            | ExprKind::Negate(one)
-            | ExprKind::Not(one)
-            | ExprKind::Hysteresis { value: one, .. }
-            | ExprKind::Window(_, one, _)
-            | ExprKind::Rate(one, _)
-            | ExprKind::Rises(one)
-            | ExprKind::Falls(one) => vec![one],
-            ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
-            ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.iter_mut().collect(),
-        }
+        arguments!(&mut self.kind, iter_mut)
     }
 
     /// Calls `visit` for this expression and everything in it.

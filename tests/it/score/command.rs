@@ -1,25 +1,18 @@
 //! `teachtree score` as a user meets it.
 
+use crate::program::{complained, program};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
 fn teachtree(args: &[&str], threads: &str) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_teachtree"))
-        .args(args)
-        .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .env("RAYON_NUM_THREADS", threads)
-        .output()
-        .unwrap()
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    program(folder, args).env("RAYON_NUM_THREADS", threads).output().unwrap()
 }
 
 fn said(output: &Output) -> String {
     assert!(output.status.success(), "{}", complained(output));
     String::from_utf8(output.stdout.clone()).unwrap()
-}
-
-fn complained(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
 }
 
 fn recorded(folder: &Path, seeds: &[&str]) {

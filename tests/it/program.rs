@@ -1,0 +1,36 @@
+//! The program as a user runs it.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// A command line, to be run in a folder; lines are as wide as the README shows them.
+pub fn program(folder: &Path, args: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_teachtree"));
+    command.args(args).current_dir(folder).env("COLUMNS", "90");
+    command
+}
+
+/// Runs it in a folder.
+pub fn teachtree_in(folder: &Path, args: &[&str]) -> Output {
+    program(folder, args).output().unwrap()
+}
+
+/// Runs it in the folder of the project.
+pub fn teachtree(args: &[&str]) -> Output {
+    teachtree_in(Path::new(env!("CARGO_MANIFEST_DIR")), args)
+}
+
+/// What went to standard output.
+pub fn said(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+/// What went to standard error.
+pub fn complained(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+/// Both, what it said first.
+pub fn all_said(output: &Output) -> String {
+    said(output) + &complained(output)
+}
