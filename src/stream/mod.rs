@@ -1,7 +1,7 @@
 //! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
 
 pub mod binding;
-mod convex;
+pub mod convex;
 pub mod csv;
 mod dead;
 mod derive;

@@ -134,15 +134,18 @@ pub fn usual_step(time: &[f64]) -> Result<f64, InputError> {
 /// When there are fewer than two rows, or the step is so short or so long that the stamps must be in another unit.
 pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
     let step = usual_step(time)?;
-    let (found, unit) = if step > STEPS.end {
+    let (found, unit) = if step > STEPS.end * (1.0 - 1e-6) {
         (format!("{} s", ms(step) / 1e3), "ms")
     } else if step > 0.0 && step < STEPS.start * (1.0 - 1e-6) {
         (format!("{} ms", ms(step)), "s")
     } else {
         return Ok(step);
     };
-    let message =
-        format!("there is one row every {found}, wanted between {} ms and {} ms", ms(STEPS.start), ms(STEPS.end));
+    let message = format!(
+        "there is one row every {found}, wanted at least {} ms and less than {} ms",
+        ms(STEPS.start),
+        ms(STEPS.end)
+    );
     let help = format!("if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding");
     Err(InputError::new("the log", message).help(help))
 }

@@ -2,6 +2,7 @@
 
 mod bad_logs;
 mod bindings;
+mod convex;
 mod derived;
 mod formats;
 mod never_panics;

@@ -287,6 +287,12 @@ impl Header {
                 }
                 to_si
             }
+            // A number of metres that is one of millimetres makes a flag that never changes, and nobody is told.
+            (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
+                return Err(format!(
+                    "the column `{name}` has no unit to compare with the limit's, wanted `{name} [unit]`"
+                ));
+            }
             (None, None) => 1.0,
         };
         Ok(Some(Term { column, factor: to_si * pattern.sign, threshold: pattern.threshold }))

@@ -112,7 +112,7 @@ pub fn nominal(measured: &Measured, object: usize) -> f64 {
 pub fn gap_at(measured: &Measured, motions: &[Motion], object: usize, other: usize, frame: usize) -> Option<Gap> {
     let placed = |body: usize| Some((measured.scene.bodies.get_index(body)?.1, motions.get(body)?.pose(frame)));
     let ((body, at), (its, there)) = (placed(object)?, placed(other)?);
-    let gaps = gaps((body, &at), (its, &there));
+    let gaps = gaps((body, &at), (its, &there), TOUCH_GAP);
     let nearest = gaps.iter().copied().min_by(|a, b| a.width.total_cmp(&b.width))?;
     let carries = |gap: &&Gap| gap.normal.z > CARRIES && gap.width < TOUCH_GAP;
     Some(gaps.iter().filter(carries).max_by(|a, b| a.normal.z.total_cmp(&b.normal.z)).copied().unwrap_or(nearest))

@@ -15,6 +15,8 @@ const ARRIVING: f64 = 0.015;
 const SLOWING: f64 = 3.0;
 /// A hand eases off when it meets more than this, N, or more than the weight of what it handles; at three times as much it turns back.
 pub(super) const EASING: f64 = 0.5;
+/// The same for what is set down, however heavy it is: the table bears it.
+pub(super) const LANDING: f64 = 0.3;
 /// Speed at which a lost contact is sought, m/s.
 pub(super) const SEEKING: f64 = 0.025;
 /// How fast the hand follows a pressing force that is too large or too small, m/s per N.
@@ -113,7 +115,8 @@ impl Guided {
             (gap, felt.touching(grip.object, until) || within > 0.0 && gap <= 0.0)
         });
         let speed = self.speed.min(ARRIVING + SLOWING * gap.min(left).max(0.0));
-        let met = reflex.total().dot(&self.along) / grip.weight.max(EASING);
+        let eases = if self.along.z < 0.0 { LANDING } else { grip.weight.max(EASING) };
+        let met = reflex.total().dot(&self.along) / eases;
         let mut wanted = self.along * speed * (2.0 - met).clamp(-1.0, 1.0);
         if let Some(press) = &mut self.press {
             let towards = if felt.touching(grip.object, press.against) {

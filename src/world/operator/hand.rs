@@ -3,7 +3,7 @@
 use super::chance::{Chance, Shaking};
 use super::goals::{Goal, Step};
 use super::grips::{Held, tucked};
-use super::guided::{Closing, Guided};
+use super::guided::{Closing, Guided, LANDING};
 use super::incidents::{Incident, with_incidents};
 use super::motion::{Glide, Transport, Turning};
 use super::plugging::Plugging;
@@ -333,11 +333,13 @@ impl<'a> Performer<'a> {
     }
 }
 
-/// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s.
+/// The velocity with which a hand that holds something still gives way to what it feels beyond the weight, m/s. Nobody leans on what is set
+/// down, however heavy it is.
 fn yielding(felt: Option<&Glimpse>, grip: &Held) -> Vector3<f64> {
     let Some((felt, _)) = felt.zip(grip.squeeze) else { return Vector3::zeros() };
     let force = felt.total();
-    -YIELDING * force * (1.0 - grip.weight / force.norm().max(grip.weight))
+    let usual = if force.z < 0.0 { grip.weight.min(LANDING) } else { grip.weight };
+    -YIELDING * force * (1.0 - usual / force.norm().max(usual))
 }
 
 /// This time in steps of the world.

@@ -51,10 +51,14 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
     let parts: Vec<Range<usize>> =
         runs(&labels[span.clone()]).into_iter().map(|run| run.start + span.start..run.end + span.start).collect();
     let way = |of: fn(&Facts) -> f64, part: &Range<usize>| facts[part.clone()].iter().map(of).sum::<f64>() / 1000.0;
-    let has = |name: &str| {
-        parts.iter().filter(|part| primitive(labels[part.start]) == name).any(|part| match name {
+    let named = |name: &'static str| parts.iter().filter(move |part| primitive(labels[part.start]) == name);
+    // What is pushed may leave the wall and meet it again.
+    let pushed = |name| named(name).map(|part| way(|facts| facts.speed, part)).sum::<f64>() >= TRAVEL_M;
+    let has = |name| {
+        named(name).any(|part| match name {
             "Turn" => way(|facts| facts.spin, part) >= TURN_RAD,
-            "Slide" | "Push" | "Trace" => way(|facts| facts.speed, part) >= TRAVEL_M,
+            "Push" | "Trace" => pushed(name),
+            "Slide" => way(|facts| facts.speed, part) >= TRAVEL_M,
             "EqualGrasp" | "MainGrasp" => way(|facts| facts.speed, part) >= TRAVEL_M,
             "Press" => part.len() >= PRESS,
             _ => true,

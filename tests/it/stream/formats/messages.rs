@@ -274,10 +274,11 @@ impl Cdr {
     }
 }
 
-fn transforms(stamp_s: u32, of: &[(&str, f64)]) -> Vec<u8> {
+/// The stamp is in half seconds.
+fn transforms(halves: u32, of: &[(&str, f64)]) -> Vec<u8> {
     let begin = Cdr::default().u32(of.len() as u32);
     let put = |cdr: Cdr, (child, x): &(&str, f64)| {
-        cdr.u32(stamp_s).u32(0).text("world").text(child).f64(*x).f64(0.0).f64(0.5)
+        cdr.u32(halves / 2).u32(halves % 2 * 500_000_000).text("world").text(child).f64(*x).f64(0.0).f64(0.5)
     };
     of.iter().fold(begin, put).message()
 }
@@ -292,15 +293,15 @@ fn elements_are_called_as_the_message_calls_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
     // Two nodes tell of two frames each, in messages that alternate; what never changes is told once.
-    let poses = (10..16).map(|second| {
-        let x = f64::from(second);
-        let told = if second % 2 == 0 { [("cube", x), ("tip", -x)] } else { [("tip", -x), ("cube", x)] };
-        (f64::from(second) + 0.4, transforms(second, &told))
+    let poses = (10..16).map(|half| {
+        let x = f64::from(half);
+        let told = if half % 2 == 0 { [("cube", x), ("tip", -x)] } else { [("tip", -x), ("cube", x)] };
+        (f64::from(half) / 2.0 + 0.2, transforms(half, &told))
     });
-    let states = (10..16).map(|second| {
-        let arm = [("elbow", 1.0), ("finger", f64::from(second))];
-        let hand = [("finger", f64::from(second))];
-        (f64::from(second), joint_state(if second % 2 == 0 { &arm } else { &hand }))
+    let states = (10..16).map(|half| {
+        let arm = [("elbow", 1.0), ("finger", f64::from(half))];
+        let hand = [("finger", f64::from(half))];
+        (f64::from(half) / 2.0, joint_state(if half % 2 == 0 { &arm } else { &hand }))
     });
     write(
         &path,
@@ -315,8 +316,8 @@ fn elements_are_called_as_the_message_calls_them() {
     assert!(titles.contains(&"/tf.transforms.cube.header.frame_id".to_string()), "{titles:?}");
     assert!(!titles.iter().any(|title| title.contains("[0]")), "{titles:?}");
     let binding = "
-resample: 1 Hz
-bridge: 2 s
+resample: 2 Hz
+bridge: 1 s
 channels:
   cube.position: /tf.transforms.cube.translation.<xyz>
   right.thumb.position: /tf.transforms.tip.translation.<xyz>
