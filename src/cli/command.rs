@@ -57,11 +57,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Json => commands.json()?,
         Format::Csv => command::csv::csv(&commands)?,
     };
-    output::write(&args.out, &text, &[&args.log])?;
+    let files = [&args.source.binding, &args.source.scene].into_iter().flatten().chain(&args.rules.rules);
+    let inputs: Vec<&Path> = files.map(PathBuf::as_path).chain([args.log.as_path(), Path::new(&args.robot)]).collect();
+    output::write(&args.out, &text, &inputs)?;
+    if commands.tasks.is_empty() {
+        output::print("no task was found with an object that fingers touch: nothing is commanded\n")?;
+    }
     output::print(&summary(&commands))?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
-    if infeasible { Err(Failure::No) } else { Ok(()) }
+    if infeasible || commands.tasks.is_empty() { Err(Failure::No) } else { Ok(()) }
 }
 
 /// The robot of this name, or in this file.

@@ -1,6 +1,11 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
 use crate::base::error::InputError;
+#[cfg(feature = "world")]
+use crate::base::recording::Recording;
+use crate::stream::csv::beside;
+#[cfg(feature = "world")]
+use crate::stream::formats;
 use crate::stream::whole;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -11,14 +16,38 @@ const USUAL_WIDTH: usize = 100;
 /// Writes a file whole or not at all; never over a file that the command reads.
 ///
 /// # Errors
-/// When the place cannot be written, or is one of `inputs`.
+/// When the place cannot be written, or is one of `inputs` or beside one of them.
 pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
-    let place = std::fs::canonicalize(path).ok();
-    if place.is_some() && inputs.iter().any(|input| std::fs::canonicalize(input).ok() == place) {
+    refuse_inputs(path, inputs)?;
+    whole::write(path, |out| out.write_all(text.as_bytes()))
+}
+
+/// Writes a recording and what stands beside it; never over a file that the command reads.
+///
+/// # Errors
+/// As [`write`].
+#[cfg(feature = "world")]
+pub fn write_recording(recording: &Recording, path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+    refuse_inputs(path, inputs)?;
+    for ending in BESIDE {
+        refuse_inputs(&path.with_extension(ending), inputs)?;
+    }
+    formats::write(recording, path)
+}
+
+/// What stands beside a log and is read with it.
+const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
+
+/// Refuses a place that is one of the inputs, or stands beside one.
+fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+    let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
+    let is_place = |file: &Path| std::fs::canonicalize(file).is_ok_and(|file| file == place);
+    let is_beside = |input: &Path| BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_place(&file));
+    if inputs.iter().any(|input| is_place(input) || is_beside(input)) {
         let message = "is an input of this command and would be lost";
         return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }
-    whole::write(path, |out| out.write_all(text.as_bytes()))
+    Ok(())
 }
 
 #[cfg(feature = "world")]

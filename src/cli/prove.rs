@@ -5,7 +5,7 @@ use super::rules::{RuleArgs, load, load_files};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::{Analysis, Segment};
-use crate::graph::compare::{Compared, Difference, additive, changed, differences};
+use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
 use crate::language::Rules;
 use crate::stream;
 use std::fmt::Write;
@@ -80,6 +80,9 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
         said.push_str(
             "  this is said of each frame: after a new primitive the leaf before is another one, and `from` with it\n",
         );
+    } else if proof.changed.is_empty() && proof.acts.is_empty() && proof.trees.differences.is_empty() {
+        let _ = writeln!(said, "not proved: whether {extended} only adds to {base} is undecided");
+        tell(&proof.trees, &mut said);
     } else {
         let _ = writeln!(said, "not proved: {extended} does not only add to {base}");
         for what in proof.changed.iter().chain(&proof.acts) {
@@ -96,12 +99,15 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     let named = |file: &PathBuf| RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let (one, other) = (read(&args.one)?, read(&args.other)?);
-    let (one_name, other_name) = (args.one.display().to_string(), args.other.display().to_string());
+    let other_name = args.other.display().to_string();
     let compared = differences(&one, &other);
     let mut said = String::new();
-    for (rules, against, name) in [(&one, &other, &other_name), (&other, &one, &one_name)] {
-        for what in changed(rules, against) {
-            let _ = writeln!(said, "in {name} {what}");
+    for what in changed(&one, &other).into_iter().chain(lost(&one, &other)) {
+        let _ = writeln!(said, "in {other_name} {what}");
+    }
+    for what in changed(&other, &one).into_iter().chain(lost(&other, &one)) {
+        if let Some(what) = what.strip_suffix(" is gone") {
+            let _ = writeln!(said, "in {other_name} {what} is new");
         }
     }
     for tree in &compared.alone {

@@ -9,9 +9,9 @@ use crate::base::scene::Scene;
 use crate::command::Commands;
 use crate::robot::Robot;
 use crate::robot::simulate::{Outcome, simulate};
-use crate::stream::formats;
+use crate::robot::trajectory::{JointTrajectory, trajectory};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `simulate`.
 #[derive(clap::Args)]
@@ -30,6 +30,9 @@ pub struct Args {
     /// Where to write the recording, its scene beside it
     #[arg(long, short, value_name = "LOG")]
     out: PathBuf,
+    /// Where to write what the joints are to do, with the fields of trajectory_msgs/JointTrajectory, within the limits of the robot
+    #[arg(long, value_name = "FILE")]
+    trajectory: Option<PathBuf>,
 }
 
 /// Runs `simulate`; the answer is no when an object is not where the person left it.
@@ -38,12 +41,29 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = std::fs::read_to_string(&args.commands).map_err(|error| InputError::unreadable(&file, &error))?;
     let commands = Commands::read(&text, &file)?;
     let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
+    let inputs = [args.commands.as_path(), Path::new(&args.robot), Path::new(&args.scene)];
+    if let Some(place) = &args.trajectory {
+        let made = trajectory(&commands, &robot, &scene)?;
+        output::write(place, &made.json()?, &inputs)?;
+        output::print(&summary(place, &made))?;
+    }
     let (recording, outcomes) = perform(&commands, &robot, &scene)?;
-    formats::write(&recording, &args.out)?;
+    output::write_recording(&recording, &args.out, &inputs)?;
     output::print(&told(&outcomes))?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
+}
+
+/// What the joints are to do, for people.
+fn summary(place: &Path, made: &JointTrajectory) -> String {
+    let last = made.points.last().map_or(0.0, |point| point.time_from_start.seconds());
+    let mut text =
+        format!("{}: {} joints, {} points, {last:.1} s\n", place.display(), made.joint_names.len(), made.points.len());
+    for (number, (slower, joint)) in made.slowed.iter().enumerate().filter(|(_, (slower, _))| *slower > 1.0) {
+        let _ = writeln!(text, "  task {} is {slower:.2} times slower: `{joint}` is at its limit", number + 1);
+    }
+    text
 }
 
 /// Simulates with a progress bar.

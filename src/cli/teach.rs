@@ -3,7 +3,7 @@
 use super::progress::Progress;
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::base::recording::Recording;
+use crate::base::recording::{Event, Recording};
 use crate::base::scene::Scene;
 use crate::stream::csv;
 use crate::stream::formats;
@@ -49,9 +49,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
     }
     let recording = teach(&scene, &operator, args.seed)?;
-    formats::write(&recording, &args.out)?;
+    let inputs = [Path::new(&args.scene), Path::new(&args.operator)];
+    output::write_recording(&recording, &args.out, &inputs)?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
+    let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
+    for event in losses(&recording) {
+        let hand = event.subjects.first().map_or("a", String::as_str);
+        said += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
+    }
+    output::print(&said)?;
     Ok(())
 }
 
@@ -84,12 +90,23 @@ fn many(
         let recording = world::teach(scene, operator, seed)?;
         formats::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-        Ok::<usize, InputError>(recording.time.len())
+        Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some()))
     });
-    let frames: usize = frames.collect::<Result<Vec<_>, _>>()?.iter().sum();
+    let recorded = frames.collect::<Result<Vec<_>, _>>()?;
     drop(progress);
-    output::print(&format!("{}: {count} recordings, {frames} frames\n", folder.display()))?;
+    let frames: usize = recorded.iter().map(|(frames, _)| frames).sum();
+    let mut said = format!("{}: {count} recordings, {frames} frames\n", folder.display());
+    let lost = recorded.iter().filter(|(_, lost)| *lost).count();
+    if lost > 0 {
+        said += &format!("in {lost} of them a hand lost what it held\n");
+    }
+    output::print(&said)?;
     Ok(())
+}
+
+/// When a hand lost what it held: it goes back for it, but not for ever.
+fn losses(recording: &Recording) -> impl Iterator<Item = &Event> {
+    recording.events.iter().filter(|event| event.kind == "object_lost")
 }
 
 /// The scene and the operator of these names, or in these files.

@@ -64,12 +64,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     let mut cases = Vec::new();
     let mut expectations = expectations(&args.paths)?;
-    if args.update {
-        for new in new_expectations(args, &expectations)? {
-            let _ = writeln!(said, "new      {}", new.display());
-            expectations.push(new);
-        }
+    let given = !args.rules.rules.is_empty() || !args.rules.set.is_empty() || args.rules.hand.is_some();
+    if !args.update && (given || args.source.binding.is_some() || args.source.scene.is_some()) {
+        let message = "rules, params, hand file, binding and scene stand in each `.expect` file, those given here would not count";
+        return Err(InputError::new("the command line", message)
+            .help("edit the settings of the files, or write new ones with `--update`")
+            .into());
     }
+    let new = if args.update { new_expectations(args, &expectations)? } else { Vec::new() };
+    expectations.extend_from_slice(&new);
     if expectations.is_empty() {
         let place = args.paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
         return Err(InputError::new(place, "there are no expectations (`.expect` files) here")
@@ -84,9 +87,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             // The other expectations are worth knowing all the same.
             Err(failure) => {
                 failures.push(failure);
+                if new.contains(&path) {
+                    // It expects nothing, and would be met for ever.
+                    let _ = std::fs::remove_file(&path);
+                }
                 continue;
             }
         };
+        if new.contains(&path) {
+            let _ = writeln!(said, "new      {}", path.display());
+        }
         let found = expect::lines(&case.analysed.analysis);
         let differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         let shown = path.display();
@@ -94,7 +104,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let _ = writeln!(said, "ok       {shown}");
         } else if args.update {
             output::write(&path, &expect::written(&case.expectation.head, &found), &[])?;
-            let _ = writeln!(said, "accepted {shown}");
+            if !new.contains(&path) {
+                let _ = writeln!(said, "accepted {shown}");
+            }
         } else {
             unmet += 1;
             let _ = writeln!(said, "FAILED   {shown}");

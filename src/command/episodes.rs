@@ -12,6 +12,8 @@ use crate::analysis::{Segment, TaskSpan};
 /// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
 const PAUSE_M_S: f64 = 0.01;
 const PAUSE_S: f64 = 0.3;
+/// Fingertips stay within this, m, in a pause.
+const PAUSE_M: f64 = 0.005;
 
 /// A try that counts.
 pub(super) struct Episode {
@@ -115,12 +117,18 @@ fn without_pauses(samples: Vec<usize>, segment: &Segment, series: &Series, left_
             way.norm() * RATE_HZ / (after - before).max(1) as f64 <= PAUSE_M_S
         })
     };
+    // Who creeps on is on the way.
+    let stays = |first: usize, last: usize| {
+        series.fingers.iter().all(|finger| (finger.tip_in_world[last] - finger.tip_in_world[first]).norm() <= PAUSE_M)
+    };
     let mut kept = Vec::with_capacity(samples.len());
     let mut still: Vec<usize> = Vec::new();
     let longest = (PAUSE_S * RATE_HZ) as usize;
     let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
     let mut flush = |still: &mut Vec<usize>, kept: &mut Vec<usize>| {
-        if let (true, Some(first), Some(last)) = (still.len() > longest, still.first(), still.last()) {
+        let ends =
+            still.first().zip(still.last()).filter(|(first, last)| still.len() > longest && stays(**first, **last));
+        if let Some((first, last)) = ends {
             left_out.push(LeftOut {
                 primitives: vec![segment.primitive.clone()],
                 start_s: time(*first),

@@ -15,6 +15,8 @@ use written::written;
 
 /// Differences of one pair of trees that are told.
 const MAX_TOLD: usize = 20;
+/// Pairs of ways that may be too much work; the rest is not looked at then.
+const MAX_CUT: usize = 10;
 
 /// A case in which two trees give different leaves on a frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -194,6 +196,7 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
     if one.ways.iter().any(|way| way.leaf == "separate") {
         leaves.insert("separate".into());
     }
+    let mut cut = 0;
     for theirs in &other.ways {
         if theirs.label.is_some_and(is_new) {
             continue;
@@ -219,8 +222,17 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
             let wanted: Vec<(&Formula, bool)> = all.iter().map(|(formula, wanted)| (formula, *wanted)).collect();
             match possible(&wanted, before) {
                 Answer::No => {}
-                Answer::Perhaps => compared.is_cut = true,
-                Answer::Yes(_) if compared.differences.len() >= MAX_TOLD => compared.is_cut = true,
+                Answer::Perhaps => {
+                    compared.is_cut = true;
+                    cut += 1;
+                    if cut >= MAX_CUT {
+                        return;
+                    }
+                }
+                Answer::Yes(_) if compared.differences.len() >= MAX_TOLD => {
+                    compared.is_cut = true;
+                    return;
+                }
                 Answer::Yes(case) => {
                     let conditions = case.conditions().map(|(text, holds)| (text.to_string(), holds)).collect();
                     let before = case.before.iter().next().filter(|_| case.before.len() < leaves.len()).cloned();
@@ -245,8 +257,13 @@ fn opposite(one: &Way, other: &Way) -> bool {
         .any(|(ours, _, wanted)| other.asked.iter().any(|(theirs, _, other)| ours == theirs && wanted != other))
 }
 
-/// Tasks and rules of the extension that may act where no new primitive occurs.
-fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
+/// Tasks and relabelling rules of one rule set that are gone in another one, or ask for something else there.
+pub fn lost(one: &Rules, other: &Rules) -> Vec<String> {
+    lost_but(one, other, &|_| false)
+}
+
+/// The same, without what tasks ask of new primitives.
+fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
     let mut acts = Vec::new();
     let mut last = None;
     for task in &base.tasks {
@@ -263,13 +280,6 @@ fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<S
             }
         }
     }
-    for task in extended.tasks.iter().filter(|task| !base.tasks.iter().any(|known| known.name == task.name)) {
-        let new_keys = task.keys.iter().filter(|key| is_new(key.label)).count();
-        let needs_new = if task.all_keys { new_keys > 0 } else { new_keys == task.keys.len() };
-        if !needs_new && !is_new(task.first) && !is_new(task.last) {
-            acts.push(format!("the task `{}` needs no new primitive", task.name));
-        }
-    }
     for rule in &base.relabels {
         if !extended
             .relabels
@@ -277,6 +287,19 @@ fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<S
             .any(|other| other.text == rule.text && task_of(other, extended) == task_of(rule, base))
         {
             acts.push(format!("the rule `{}` is gone", rule.text));
+        }
+    }
+    acts
+}
+
+/// Tasks and rules of the extension that may act where no new primitive occurs.
+fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
+    let mut acts = lost_but(base, extended, is_new);
+    for task in extended.tasks.iter().filter(|task| !base.tasks.iter().any(|known| known.name == task.name)) {
+        let new_keys = task.keys.iter().filter(|key| is_new(key.label)).count();
+        let needs_new = if task.all_keys { new_keys > 0 } else { new_keys == task.keys.len() };
+        if !needs_new && !is_new(task.first) && !is_new(task.last) {
+            acts.push(format!("the task `{}` needs no new primitive", task.name));
         }
     }
     let known = |rule: &Relabel| {

@@ -14,7 +14,7 @@ use super::urdf;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
-use crate::base::quantity::{Angle, AngularSpeed, Force, Length, Mass, Quantity, Speed};
+use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Mass, Quantity, Speed};
 use crate::base::yaml::{self, Entries};
 use assembly::assembly;
 use indexmap::IndexMap;
@@ -24,8 +24,11 @@ use std::f64::consts::TAU;
 
 type Torque = Quantity<2, 1, -2, 0>;
 type Inertia = Quantity<2, 1, 0, 0>;
+type AngularAcceleration = Quantity<0, 0, -2, 1>;
 type TurningDamping = Quantity<2, 1, -1, -1>;
 
+/// A joint that says nothing of its acceleration comes up to its speed in this time, s.
+pub(super) const SPEEDS_UP_S: f64 = 0.25;
 /// No robot has more links.
 pub const MAX_LINKS: usize = 256;
 /// Assemblies stand at most this deep in each other.
@@ -100,6 +103,10 @@ struct JointFile {
     speed: Option<AngularSpeed>,
     #[serde(default)]
     slide_speed: Option<Speed>,
+    #[serde(default)]
+    acceleration: Option<AngularAcceleration>,
+    #[serde(default)]
+    slide_acceleration: Option<Acceleration>,
     #[serde(default)]
     armature: Inertia,
     #[serde(default)]
@@ -368,6 +375,15 @@ fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Result<Vec<Dof>,
         let (torque_word, speed_word) =
             if joint.range.is_some() { ("torque", "speed") } else { ("force", "slide_speed") };
         let (torque, speed) = (positive(torque_word, torque)?, positive(speed_word, speed)?);
+        let acceleration = match (joint.acceleration, joint.slide_acceleration) {
+            (Some(_), _) if joint.range.is_none() => {
+                return Err(refuse("slides, wanted a `slide_acceleration`".into()));
+            }
+            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, wanted an `acceleration`".into())),
+            (Some(turning), _) => positive("acceleration", Some(turning.0))?,
+            (_, Some(sliding)) => positive("slide_acceleration", Some(sliding.0))?,
+            (None, None) => speed / SPEEDS_UP_S,
+        };
         for (what, value) in
             [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
         {
@@ -376,7 +392,7 @@ fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Result<Vec<Dof>,
             }
         }
         let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
-        dofs.push(Dof { name: name.clone(), range, torque, speed, armature, damping, friction });
+        dofs.push(Dof { name: name.clone(), range, torque, speed, acceleration, armature, damping, friction });
     }
     Ok(dofs)
 }

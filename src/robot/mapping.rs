@@ -124,12 +124,13 @@ fn rename(task: &mut Task, grasp: usize, before: &[Contact], after: &[Contact]) 
 }
 
 /// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, and the other objects where they
-/// stood at the beginning.
+/// stood at the beginning, seen from where it is taken.
 fn obstacles<'a>(task: &Task, grasp: usize, scene: &'a Scene) -> Vec<Obstacle<'a>> {
     let mut obstacles = Vec::new();
     let way = way(task, grasp);
-    for world_from_object in way.first().into_iter().chain(way.last()) {
-        for (_, body) in scene.bodies.iter().filter(|(name, body)| **name != task.object && body.role != Role::Object) {
+    for (at, world_from_object) in way.first().into_iter().chain(way.last()).enumerate() {
+        let others = scene.bodies.iter().filter(|(name, _)| **name != task.object);
+        for (_, body) in others.filter(|(_, body)| at == 0 || body.role != Role::Object) {
             let mut world_from_obstacle = pose(body.position.map(|at| at.0), body.rotation);
             world_from_obstacle.translation.vector.z -= SUNK_M;
             let object_from_obstacle = world_from_object.inverse() * world_from_obstacle;

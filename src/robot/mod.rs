@@ -15,6 +15,7 @@ mod mapping;
 pub mod plan;
 mod shipped;
 pub mod simulate;
+pub mod trajectory;
 pub mod tree;
 mod urdf;
 

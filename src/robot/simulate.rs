@@ -65,16 +65,10 @@ pub fn simulate(
     scene: &Scene,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Recording, Vec<Outcome>), InputError> {
-    let refuse = |message: String| InputError::new("commands", message);
-    let Some(first) = commands.tasks.first() else { return Err(refuse("have no tasks, nothing is to be done".into())) };
-    if commands.tasks.iter().any(|task| task.track != first.track) {
-        return Err(refuse(
-            "are of both hands, wanted those of one: coordination of two arms is not simulated yet".into(),
-        ));
-    }
-    let side = Side::from_name(&first.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", first.track)))?;
+    let side = commanded_side(commands)?;
     let limb = robot.limb(side)?;
-    let hand = limb.hands.get(&side).cloned().ok_or_else(|| refuse("are of no hand of the robot".into()))?;
+    let lacks = || InputError::new("commands", "are of no hand of the robot");
+    let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
     // The scene has the robot's hand in place of the person's.
     let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
     let mut scene = scene.clone();
@@ -157,6 +151,18 @@ pub fn simulate(
     Ok((log.finish(&scene), outcomes))
 }
 
+/// The hand that commands are for.
+pub(super) fn commanded_side(commands: &Commands) -> Result<Side, InputError> {
+    let refuse = |message: String| InputError::new("commands", message);
+    let Some(first) = commands.tasks.first() else { return Err(refuse("have no tasks, nothing is to be done".into())) };
+    if commands.tasks.iter().any(|task| task.track != first.track) {
+        return Err(refuse(
+            "are of both hands, wanted those of one: coordination of two arms is not simulated yet".into(),
+        ));
+    }
+    Side::from_name(&first.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", first.track)))
+}
+
 /// What a hand turns an object by because it is seen to be turned otherwise than it should: fingertips hold it only softly about the line between
 /// them. Integral control of its orientation while thumb and fingers hold it.
 #[derive(Default)]
@@ -196,7 +202,7 @@ impl Righting {
 
 /// A robot at the beginning of a task, and when of the task that is, s: a person may come from where the arm cannot be, so as much of the first free
 /// motion is left out as must be.
-fn beginning(
+pub(super) fn beginning(
     limb: &Robot,
     hand: &HandModel,
     plan: &Plan<'_>,
@@ -386,7 +392,7 @@ impl Mover for Executor {
 }
 
 /// Angles of a finger that does nothing: a little bent.
-fn resting(ranges: &[[f64; 2]]) -> Angles {
+pub(super) fn resting(ranges: &[[f64; 2]]) -> Angles {
     let mut angles = Angles::default();
     for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };

@@ -93,6 +93,8 @@ pub struct Dof {
     pub torque: f64,
     /// The largest speed.
     pub speed: f64,
+    /// The largest acceleration.
+    pub acceleration: f64,
     /// Inertia of its motor at the joint.
     pub armature: f64,
     /// Viscous friction.

@@ -3,7 +3,7 @@
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic` without offset), their limits, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
-use super::file::{MAX_LINKS, inertia_of};
+use super::file::{MAX_LINKS, SPEEDS_UP_S, inertia_of};
 use super::tree::{Dof, Joint, Kind, Link, Robot, Solid};
 use crate::base::error::InputError;
 use indexmap::IndexMap;
@@ -169,11 +169,13 @@ impl<'a> Reader<'a> {
             let some = |value: f64, or: f64| if value > 0.0 { value } else { or };
             let dynamics = children(*node, "dynamics").next();
             let moving = |key: &str| dynamics.map_or(Ok(0.0), |dynamics| self.number(dynamics, key, 0.0));
+            let speed = some(of("velocity", 0.0)?, USUAL_SPEED);
             dofs.push(Dof {
                 name: name.into(),
                 range,
                 torque: some(of("effort", 0.0)?, USUAL_TORQUE),
-                speed: some(of("velocity", 0.0)?, USUAL_SPEED),
+                speed,
+                acceleration: speed / SPEEDS_UP_S,
                 armature: USUAL_ARMATURE,
                 damping: moving("damping")?.max(0.0),
                 friction: moving("friction")?.max(0.0),

@@ -51,10 +51,26 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
                 *taken = true;
             }
         }
+        let unit = if unit.is_empty() { unit_in_name(&name) } else { unit };
         let pattern = if unit.is_empty() { name } else { format!("{name} [{unit}]") };
         groups.push(Group { pattern, width: members.len(), flag: *flag && members.len() == 1 });
     }
     groups
+}
+
+/// The unit that a name ends with, as of `tip_x_mm`; empty without one.
+fn unit_in_name(name: &str) -> &'static str {
+    const UNITS: [(&str, &str); 8] = [
+        ("_um", "um"),
+        ("_mm", "mm"),
+        ("_cm", "cm"),
+        ("_m", "m"),
+        ("_deg", "deg"),
+        ("_rad", "rad"),
+        ("_N", "N"),
+        ("_mN", "mN"),
+    ];
+    UNITS.iter().find(|(ending, _)| name.ends_with(ending)).map_or("", |(_, unit)| unit)
 }
 
 /// A name around the last place where a component stands, which no letter follows: `p` and `` of `px`, `R_f` and `_world` of `R_fx_world`.

@@ -1,9 +1,12 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
-use crate::program::teachtree;
+use crate::program::{complained, teachtree};
 use nalgebra::Vector3;
+use teachtree::base::error::InputError;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION};
+use teachtree::robot::trajectory::trajectory;
+use teachtree::{robot, world};
 
 #[test]
 fn a_sine_is_passed_as_the_law_says_and_not_moved_in_time() {
@@ -47,6 +50,10 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+    // The scene beside the log is an input as well.
+    let lost = teachtree(&["command", &log, "-o", &path("log.scene.yaml")]);
+    assert_eq!(lost.status.code(), Some(2), "{}", complained(&lost));
+    within_the_limits_of_the_robot(&commands);
     let names: Vec<(&str, &str)> =
         commands.tasks.iter().map(|task| (task.task.as_str(), task.object.as_str())).collect();
     assert_eq!(names, [("pick_and_follow", "right_cube"), ("push_and_trace", "left_cube")]);
@@ -99,4 +106,23 @@ fn commands_that_are_none_are_refused_at_their_line() {
     assert!(read(other).contains("wanted `teachtree.commands/1`"), "{}", read(other));
     let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
+}
+
+/// The joint trajectory of commands, checked by differences of its own.
+fn within_the_limits_of_the_robot(commands: &Commands) {
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let made = trajectory(commands, &robot, &world::scene("paper_box").unwrap()).unwrap();
+    assert_eq!(made.slowed.len(), commands.tasks.len());
+    for (joint, name) in made.joint_names.iter().enumerate() {
+        let dof = &robot.dofs[robot.dof(name).unwrap()];
+        for pair in made.points.windows(2) {
+            let [from, to] = [&pair[0], &pair[1]];
+            let step = to.time_from_start.seconds() - from.time_from_start.seconds();
+            let speed = (to.positions[joint] - from.positions[joint]) / step;
+            assert!(speed.abs() <= dof.speed * 1.05, "{name}: {speed} at {:?}", to.time_from_start);
+            assert!(to.accelerations[joint].abs() <= dof.acceleration * 1.001, "{name} at {:?}", to.time_from_start);
+            let [low, high] = dof.range;
+            assert!((low - 1e-6..=high + 1e-6).contains(&to.positions[joint]), "{name}: {}", to.positions[joint]);
+        }
+    }
 }

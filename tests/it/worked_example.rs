@@ -57,6 +57,18 @@ fn the_page_shows_what_the_program_says_before_and_after_a_new_primitive() {
 }
 
 #[test]
+fn the_scene_of_the_page_is_taught_and_told() {
+    let page = std::fs::read_to_string(root().join("docs/scenes.md")).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    for block in blocks(&page, "yaml") {
+        let (name, _) = block.split_once('\n').unwrap();
+        std::fs::write(folder.path().join(name.trim_start_matches("# ")), block).unwrap();
+    }
+    said(folder.path(), &["teach", "cup.yaml", "cup.operator.yaml", "-o", "cup.csv", "--seed", "7"]);
+    assert_eq!(story(&said(folder.path(), &["analyze", "cup.csv"]))[0], "pick_and_place");
+}
+
+#[test]
 fn a_primitive_of_short_contacts_changes_nothing_where_there_are_none() {
     let folder = tempfile::tempdir().unwrap();
     let tap = root().join("examples/tap.rules");

@@ -14,7 +14,7 @@ use super::variation::Variation;
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
 use crate::world::sockets::{Place, places};
-use crate::world::{STEP_S, World};
+use crate::world::{STEP_S, TouchLaw, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A grip that is to carry something squeezes at least this many times as hard as friction needs.
@@ -36,7 +36,7 @@ impl<'a> Performer<'a> {
             }
             Goal::Close(close) => {
                 positive("speed", close.speed.0, 1.0)?;
-                positive("force", close.force.0, 20.0)?;
+                positive("force", close.force.0, TouchLaw::default().ceiling)?;
             }
             Goal::Carry(carry) => {
                 positive("speed", carry.speed.0, 5.0)?;

@@ -1,0 +1,87 @@
+//! `cargo run --release --example robot -- 1..10` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
+//! carries them out in the scene in which they were given.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
+
+#[path = "../recognition/ruleset.rs"]
+#[allow(dead_code, reason = "the other example needs more of it")]
+mod ruleset;
+
+use rayon::prelude::*;
+use ruleset::RuleSet;
+use std::process::ExitCode;
+use teachtree::base::error::InputError;
+use teachtree::robot::simulate::{Outcome, simulate};
+use teachtree::robot::{self, Robot};
+use teachtree::{command, world};
+
+const SCENES: [&str; 13] = [
+    "pick_and_place",
+    "pick_and_follow",
+    "pick_and_press",
+    "stamp",
+    "push",
+    "push_and_trace",
+    "slide",
+    "ball",
+    "peg_in_hole",
+    "peg_in_hole_tight",
+    "peg_pullout_from_hole",
+    "turn_knob",
+    "turn_screw",
+];
+
+fn main() -> ExitCode {
+    match run(std::env::args().nth(1).as_deref().unwrap_or("1..10")) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(seeds: &str) -> Result<(), String> {
+    let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
+    let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: wanted seeds such as 1..10"))?;
+    let rules = RuleSet::load("contact.rules", vec![])?;
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot")))
+        .map_err(|error| error.to_string())?;
+    println!("| scene | people | done | farthest, of those done | not done |\n|---|---|---|---|---|");
+    let (mut people, mut all_done) = (0, 0);
+    for scene in SCENES {
+        let outcomes: Vec<(u64, Result<Vec<Outcome>, InputError>)> =
+            (first..=last).into_par_iter().map(|seed| (seed, carried_out(scene, seed, &rules, &robot))).collect();
+        let (mut done, mut off, mut turned) = (0, 0.0_f64, 0.0_f64);
+        let mut failed = Vec::new();
+        for (seed, outcomes) in &outcomes {
+            match outcomes {
+                Ok(outcomes) if !outcomes.is_empty() && outcomes.iter().all(|outcome| outcome.done) => {
+                    done += 1;
+                    off = outcomes.iter().fold(off, |most, outcome| most.max(outcome.off));
+                    turned = outcomes.iter().fold(turned, |most, outcome| most.max(outcome.turned));
+                }
+                Ok(_) => failed.push(seed.to_string()),
+                Err(error) => {
+                    eprintln!("{scene} {seed}: {error}");
+                    failed.push(format!("{seed} (refused)"));
+                }
+            }
+        }
+        people += outcomes.len();
+        all_done += done;
+        let (off, turned) = (off * 1e3, turned.to_degrees());
+        println!("| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {} |", outcomes.len(), failed.join(", "));
+    }
+    println!("| all | {people} | {all_done} | | |");
+    Ok(())
+}
+
+/// A person's demonstration, from the recording to what the robot made of it.
+fn carried_out(scene: &str, seed: u64, rules: &RuleSet, robot: &Robot) -> Result<Vec<Outcome>, InputError> {
+    let stage = world::scene(scene)?;
+    let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
+    let said = rules.over(&recording)?;
+    let mut commands = command::commands(&recording, &said.analysis, scene)?;
+    robot::map(&mut commands, robot, &recording.scene)?;
+    Ok(simulate(&commands, robot, &stage, &mut |_| {})?.1)
+}
