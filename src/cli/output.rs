@@ -1,11 +1,7 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
 use crate::base::error::InputError;
-#[cfg(feature = "world")]
-use crate::base::recording::Recording;
 use crate::stream::csv::beside;
-#[cfg(feature = "world")]
-use crate::stream::formats;
 use crate::stream::whole;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
@@ -22,17 +18,15 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
     whole::write(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Writes a recording and what stands beside it; never over a file that the command reads.
+/// Refuses a place for a recording where it, or what stands beside it, would replace a file that the command reads. Asked before the work is
+/// done.
 ///
 /// # Errors
-/// As [`write`].
+/// When it would.
 #[cfg(feature = "world")]
-pub fn write_recording(recording: &Recording, path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     refuse_inputs(path, inputs)?;
-    for ending in BESIDE {
-        refuse_inputs(&path.with_extension(ending), inputs)?;
-    }
-    formats::write(recording, path)
+    BESIDE.iter().try_for_each(|ending| refuse_inputs(&path.with_extension(ending), inputs))
 }
 
 /// What stands beside a log and is read with it.

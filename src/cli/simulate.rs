@@ -10,6 +10,7 @@ use crate::command::Commands;
 use crate::robot::Robot;
 use crate::robot::simulate::{Outcome, simulate};
 use crate::robot::trajectory::{JointTrajectory, trajectory};
+use crate::stream::formats;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -42,13 +43,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let commands = Commands::read(&text, &file)?;
     let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let inputs = [args.commands.as_path(), Path::new(&args.robot), Path::new(&args.scene)];
-    if let Some(place) = &args.trajectory {
-        let made = trajectory(&commands, &robot, &scene)?;
-        output::write(place, &made.json()?, &inputs)?;
-        output::print(&summary(place, &made))?;
-    }
+    output::may_record(&args.out, &inputs)?;
+    let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
     let (recording, outcomes) = perform(&commands, &robot, &scene)?;
-    output::write_recording(&recording, &args.out, &inputs)?;
+    formats::write(&recording, &args.out)?;
+    if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
+        output::write(place, &made.json()?, &inputs)?;
+        output::print(&summary(place, made))?;
+    }
     output::print(&told(&outcomes))?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;

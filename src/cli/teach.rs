@@ -48,9 +48,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some((first, last)) = args.seeds {
         return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
     }
+    output::may_record(&args.out, &[Path::new(&args.scene), Path::new(&args.operator)])?;
     let recording = teach(&scene, &operator, args.seed)?;
-    let inputs = [Path::new(&args.scene), Path::new(&args.operator)];
-    output::write_recording(&recording, &args.out, &inputs)?;
+    formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
     for event in losses(&recording) {

@@ -151,7 +151,7 @@ pub fn simulate(
     Ok((log.finish(&scene), outcomes))
 }
 
-/// The hand that commands are for.
+/// The hand that commands are for: one, the same for all tasks.
 pub(super) fn commanded_side(commands: &Commands) -> Result<Side, InputError> {
     let refuse = |message: String| InputError::new("commands", message);
     let Some(first) = commands.tasks.first() else { return Err(refuse("have no tasks, nothing is to be done".into())) };

@@ -107,7 +107,7 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     let joint_names = limb.dofs.iter().map(|dof| dof.name.clone()).collect();
     let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
     let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
-    // Where the joints are, the palm of the first target, and where it is now.
+    // The joints, the root of the limb and the palm at the end of the task before.
     let mut stands: Option<(Vec<f64>, Isometry3<f64>, Isometry3<f64>)> = None;
     for (number, task) in commands.tasks.iter().enumerate() {
         let at_task = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);

@@ -109,11 +109,13 @@ impl Placed {
         best
     }
 
-    /// The same gap looked at closely, near a round shape.
+    /// The same gap looked at closely, where a cylinder has part in it.
     fn refined(&self, other: &Self, rough: Gap) -> Gap {
-        let round = matches!(self.shape, Shape::Cylinder(_)) || matches!(other.shape, Shape::Cylinder(_));
-        let ball = matches!(self.shape, Shape::Ball(_)) || matches!(other.shape, Shape::Ball(_));
-        if !round || ball || rough.width >= NEAR {
+        let refines = matches!(
+            (self.shape, other.shape),
+            (Shape::Cylinder(_), Shape::Cylinder(_) | Shape::Box(_)) | (Shape::Box(_), Shape::Cylinder(_))
+        );
+        if !refines || rough.width >= NEAR {
             return rough;
         }
         let (best, at_most) = self.approached(other, rough);

@@ -101,3 +101,16 @@ fn broken_expectations_are_bad_input() {
         assert!(all_said(&output).contains(wanted), "{text}: {}", all_said(&output));
     }
 }
+
+#[test]
+fn options_that_would_not_count_are_refused() {
+    let folder = folder();
+    let output = teachtree_in(folder.path(), &["test", "--set", "touch_on=0.1N"]);
+    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+    // A new expectation that cannot be made leaves nothing behind.
+    std::fs::remove_file(folder.path().join(EXPECT)).unwrap();
+    std::fs::write(folder.path().join("bad.rules"), "signal a = (").unwrap();
+    let output = teachtree_in(folder.path(), &["test", "--update", "--rules", "bad.rules"]);
+    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+    assert!(!folder.path().join(EXPECT).exists());
+}

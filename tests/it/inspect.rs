@@ -3,6 +3,7 @@
 use crate::program::{complained, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
+use teachtree::stream::skeleton::groups;
 
 /// A copy of the fixture log with these columns left out.
 fn log_without(folder: &Path, left_out: &str) -> PathBuf {
@@ -74,4 +75,12 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
     assert!(said(&output).contains("nothing can be told"), "{}", said(&output));
     assert!(said(&output).contains("the rules need `right.index.position`"), "{}", said(&output));
+}
+
+#[test]
+fn a_unit_at_the_end_of_a_name_is_read() {
+    let columns =
+        ["tip_x_mm", "tip_y_mm", "tip_z_mm", "yaw_deg", "comma"].map(|name| (name.into(), String::new(), false));
+    let patterns: Vec<String> = groups(&columns).into_iter().map(|group| group.pattern).collect();
+    assert_eq!(patterns, ["tip_<xyz>_mm [mm]", "yaw_deg [deg]", "comma"]);
 }

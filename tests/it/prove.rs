@@ -82,6 +82,38 @@ fn diff_tells_cases_and_intervals() {
 }
 
 #[test]
+fn diff_tells_of_rules_and_ends_when_there_is_too_much_to_look_through() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).unwrap();
+    let rule = "Slide shorter than 80 ms between Grasp and Grasp becomes Grasp";
+    write("one.rules", format!("use \"contact.rules\"\nrelabel {{ {rule} }}\n"));
+    write("other.rules", "use \"contact.rules\"\n".into());
+    let diff = |one: &str, other: &str| all_said(&teachtree_in(folder.path(), &["diff", one, other]));
+    assert!(diff("one.rules", "other.rules").starts_with(&format!("in other.rules the rule `{rule}` is gone\n")));
+    assert!(diff("other.rules", "one.rules").starts_with(&format!("in one.rules the rule `{rule}` is new\n")));
+    // Six pigeons in five holes: it never holds, but nothing short of trying says so.
+    let hole = |pigeon: usize, hole: usize| format!("p{}", pigeon * 5 + hole);
+    let signal = |at: usize| format!("  signal p{at} = rate(load, {0} ms) > {0} N/s\n", at + 1);
+    let signals: String = (0..30).map(signal).collect();
+    let all_somewhere = (0..6).map(|pigeon| {
+        let holes: Vec<String> = (0..5).map(|at| hole(pigeon, at)).collect();
+        format!("({})", holes.join(" or "))
+    });
+    let pairs = (0..6).flat_map(|one| (one + 1..6).map(move |other| (one, other)));
+    let none_together =
+        pairs.flat_map(|(one, other)| (0..5).map(move |at| format!("not ({} and {})", hole(one, at), hole(other, at))));
+    let condition = all_somewhere.chain(none_together).collect::<Vec<_>>().join(" and ");
+    let rules = format!(
+        "use \"contact.rules\"\nfor each hand {{\n{signals}}}\nextend single_hand before carried {{ {condition} => Slide }}\n"
+    );
+    write("pigeons.rules", rules);
+    let output = teachtree_in(folder.path(), &["prove", "additive", "contact.rules", "pigeons.rules"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(all_said(&output).contains("undecided"), "{}", all_said(&output));
+    assert!(diff("contact.rules", "pigeons.rules").contains("not all pairs of ways were looked through"));
+}
+
+#[test]
 fn check_tells_programs_and_explains_codes() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let rules = "tests/fixtures/diagnostics/after_else.rules";
