@@ -29,12 +29,16 @@ pub struct Rulesets {
 impl Rulesets {
     /// Of one hand, or of two.
     pub fn load(both_hands: bool) -> Result<Self, String> {
-        let [all, base] =
-            if both_hands { ["bimanual.rules", "contact.rules"] } else { ["contact.rules", "single_hand.rules"] };
+        let [all, base, file, sequences] = if both_hands {
+            let file = "sequences_both_hands.yaml";
+            ["bimanual.rules", "contact.rules", file, include_str!("sequences_both_hands.yaml")]
+        } else {
+            ["contact.rules", "single_hand.rules", "sequences.yaml", include_str!("sequences.yaml")]
+        };
         let shipped = RuleSet::load(all, vec![])?;
         let (less, low_end) = shipped.scaled(0.75);
         let (more, high_end) = shipped.scaled(1.25);
-        let expected = Sequences::read(include_str!("sequences.yaml"), "sequences.yaml", &Known::new(&shipped.rules));
+        let expected = Sequences::read(sequences, file, &Known::new(&shipped.rules));
         Ok(Self {
             base: RuleSet::load(base, vec![])?,
             lower: RuleSet::load(all, less)?,

@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use teachtree::base::error::InputError;
 use teachtree::robot::simulate::{Outcome, simulate};
 use teachtree::robot::{self, Robot};
-use teachtree::{command, world};
+use teachtree::{command, stream, world};
 
 const SCENES: [&str; 13] = [
     "pick_and_place",
@@ -81,7 +81,7 @@ fn carried_out(scene: &str, seed: u64, rules: &RuleSet, robot: &Robot) -> Result
     let stage = world::scene(scene)?;
     let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
     let said = rules.over(&recording)?;
-    let mut commands = command::commands(&recording, &said.analysis, scene)?;
+    let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said.analysis, scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
     Ok(simulate(&commands, robot, &stage, &mut |_| {})?.1)
 }

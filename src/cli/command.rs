@@ -51,7 +51,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let opened = stream::open(&args.source.request(&args.log))?;
     let rules = load(&args.rules, &opened)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
-    let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
+    let mut commands = command::commands(&opened.trusted()?, &analysed.analysis, &analysed.meta.log)?;
     robot::map(&mut commands, &robot, &opened.recording.scene)?;
     let text = match args.format {
         Format::Json => commands.json()?,

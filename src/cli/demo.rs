@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -> Result<[PathBuf; 2], Failure> {
     let robot = open_robot(ROBOT)?;
     let scene = &opened.recording.scene;
-    let mut commands = command::commands(&opened.recording, &analysed.analysis, &analysed.meta.log)?;
+    let mut commands = command::commands(&opened.trusted()?, &analysed.analysis, &analysed.meta.log)?;
     robot::map(&mut commands, &robot, scene)?;
     let commanded = args.out.join("commands.json");
     output::write(&commanded, &commands.json()?, &[])?;

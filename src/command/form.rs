@@ -150,9 +150,12 @@ pub struct Quality {
     pub jerk_before: f64,
     /// The same as commanded.
     pub jerk_after: f64,
-    /// The farthest that a commanded position is from the recorded one, m.
+    /// The farthest that the commanded object, the hand, and fingertips without contact are from where they were recorded, m.
     pub position_deviation: f64,
-    /// The farthest that a commanded force is from the recorded one before it was put into the friction cone, N.
+    /// The farthest that a fingertip in contact is from where it was recorded, m: it stays at its mean contact point, which the person's did not.
+    #[serde(default)]
+    pub contact_deviation: f64,
+    /// The farthest that a commanded force is from the recorded one, N.
     pub force_deviation: f64,
     /// How many samples of force were put into the cone.
     pub into_cone: usize,

@@ -27,7 +27,7 @@ pub const RATE_HZ: f64 = 100.0;
 /// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
-/// Makes the commands of a recording; `log` is its name.
+/// Makes the commands of a recording, which is as the rules see it ([`trusted`](crate::stream::trusted)); `log` is its name.
 ///
 /// # Errors
 /// A recording without a scene.

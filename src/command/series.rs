@@ -182,6 +182,7 @@ impl Series {
                     let share = (on_for / SETTLES_S).min(1.0);
                     *place = (Vector3::from(*place) * (1.0 - share) + rests * share).into();
                 }
+                quality.contact_deviation = quality.contact_deviation.max(deviation(&raw, &position));
                 self.forces(finger, at, &normal, &mut force, &mut quality);
             }
             tips.push(Tip {
@@ -220,12 +221,12 @@ impl Series {
             let end = (start..at.len()).find(|&end| !finger.touches[at[end]]).unwrap_or(at.len());
             let raw: Vec<[f64; 3]> = at[start..end].iter().map(|&at| finger.force[at].into()).collect();
             let smoothed = smooth_within(&raw, RATE_HZ, FORCE_HZ, FORCE_N);
-            quality.force_deviation = quality.force_deviation.max(deviation(&raw, &smoothed));
             for (out, force) in out[start..end].iter_mut().zip(smoothed) {
                 let (inside, was_outside) = into_cone(Vector3::from(force), normal);
                 quality.into_cone += usize::from(was_outside);
                 *out = inside.into();
             }
+            quality.force_deviation = quality.force_deviation.max(deviation(&raw, &out[start..end]));
             start = end;
         }
     }

@@ -12,7 +12,7 @@
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::tree::Robot;
-use nalgebra::{DVector, Isometry3, Matrix3, Point3, Vector3};
+use nalgebra::{DVector, Matrix3, Point3, Vector3};
 
 /// Gains.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -212,102 +212,4 @@ impl Posture {
         }
         *to += whole;
     }
-}
-
-/// Brings a link of an arm to a pose by damped least squares from the present values; what is missing at the end, m and rad.
-pub fn solve_arm(
-    robot: &Robot,
-    hand: &HandModel,
-    root: &Isometry3<f64>,
-    palm: &Isometry3<f64>,
-    q: &mut [f64],
-    iterations: usize,
-) -> (f64, f64) {
-    let mut missing = (f64::INFINITY, f64::INFINITY);
-    for _ in 0..=iterations {
-        let mut pose = *root;
-        let mut columns: Vec<(usize, Vector3<f64>, Vector3<f64>)> = Vec::with_capacity(hand.arm.len());
-        let mut path: Vec<usize> =
-            std::iter::successors(Some(hand.palm), |at| (*at != 0).then(|| robot.links[*at].parent)).collect();
-        path.reverse();
-        for link in path {
-            let link = &robot.links[link];
-            pose *= link.parent_from_joint;
-            if let Some(joint) = &link.joint {
-                columns.push((joint.dof, pose.rotation * joint.axis.into_inner(), pose.translation.vector));
-                pose *= joint.motion(q[joint.dof]);
-            }
-        }
-        let way = palm.translation.vector - pose.translation.vector;
-        let turn = (palm.rotation * pose.rotation.inverse()).scaled_axis();
-        missing = (way.norm(), turn.norm());
-        if missing.0 < 1e-7 && missing.1 < 1e-7 {
-            break;
-        }
-        let mut jacobian = nalgebra::Matrix6xX::<f64>::zeros(columns.len());
-        for (index, (_, axis, origin)) in columns.iter().enumerate() {
-            let linear = axis.cross(&(pose.translation.vector - origin));
-            jacobian.fixed_view_mut::<3, 1>(0, index).copy_from(&linear);
-            jacobian.fixed_view_mut::<3, 1>(3, index).copy_from(axis);
-        }
-        let square = &jacobian * jacobian.transpose() + nalgebra::Matrix6::identity() * 1e-5;
-        let Some(inverse) = square.try_inverse() else { break };
-        let error = nalgebra::Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
-        let step = jacobian.transpose() * (inverse * error);
-        for ((dof, ..), change) in columns.iter().zip(step.iter()) {
-            q[*dof] = robot.dofs[*dof].clamp(q[*dof] + change.clamp(-0.2, 0.2));
-        }
-    }
-    missing
-}
-
-/// Values of the arm with which it can bring the palm along a whole way, from several starts that are the same ones each time; of those that can,
-/// the ones that stay farthest from the limits. Whether there are any.
-pub fn solve_arm_along(
-    robot: &Robot,
-    hand: &HandModel,
-    root: &Isometry3<f64>,
-    way: &[Isometry3<f64>],
-    q: &mut [f64],
-    starts: usize,
-    iterations: usize,
-) -> bool {
-    /// What may be missing, m and rad.
-    const REACHED: (f64, f64) = (1e-4, 1e-3);
-    /// Irrational steps spread the starts evenly.
-    const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
-    /// From one pose of the way to the next, so many iterations.
-    const FOLLOWING: usize = 12;
-    let mut best: Option<(f64, Vec<f64>)> = None;
-    for index in 0..starts {
-        let mut tried = q.to_vec();
-        for (place, &dof) in hand.arm.iter().enumerate() {
-            let [low, high] = robot.dofs[dof].range;
-            let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
-            tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
-        }
-        let off_middle = |tried: &[f64]| {
-            let off = hand.arm.iter().map(|&dof| {
-                let [low, high] = robot.dofs[dof].range;
-                ((2.0 * tried[dof] - low - high) / (high - low)).abs()
-            });
-            off.fold(0.0, f64::max)
-        };
-        let (mut worst, mut first) = (0.0_f64, None);
-        let reaches = way.iter().enumerate().all(|(at, palm)| {
-            let steps = if at == 0 { iterations } else { FOLLOWING };
-            let missing = solve_arm(robot, hand, root, palm, &mut tried, steps);
-            worst = worst.max(off_middle(&tried));
-            first.get_or_insert_with(|| tried.clone());
-            missing.0 <= REACHED.0 && missing.1 <= REACHED.1
-        });
-        if let (true, Some(first)) = (reaches, first)
-            && best.as_ref().is_none_or(|(other, _)| worst < *other)
-        {
-            best = Some((worst, first));
-        }
-    }
-    let Some((_, found)) = best else { return false };
-    q.copy_from_slice(&found);
-    true
 }

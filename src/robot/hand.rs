@@ -8,6 +8,7 @@ use super::closed::Closed;
 use super::tree::{Dof, Kind, Robot, Solid};
 use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use std::collections::BTreeSet;
 
 /// No finger has more degrees of freedom.
 pub const MAX_DOFS: usize = 8;
@@ -121,7 +122,8 @@ pub(super) fn build(robot: &Robot, palm: usize, specs: &[FingerSpec]) -> Result<
     let mut arm: Vec<usize> =
         robot.joints_above(palm).filter_map(|link| robot.links[link].joint.as_ref().map(|joint| joint.dof)).collect();
     arm.reverse();
-    arm.dedup();
+    let mut seen = BTreeSet::new();
+    arm.retain(|dof| seen.insert(*dof));
     let mut fingers = Vec::new();
     for spec in specs {
         let finger = FingerModel::new(robot, palm, spec).map_err(|message| (Some(spec.finger), message))?;

@@ -3,7 +3,7 @@
 //! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
 //! in the way.
 
-use super::control::solve_arm_along;
+use super::arm::solve_arm_along;
 use super::grasp::{Contact, Mapper, Obstacle, Wanted};
 use super::hand::HandModel;
 use super::tree::Robot;

@@ -3,6 +3,7 @@
 //! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
 //! whoever reads robots hands their texts in.
 
+pub mod arm;
 mod closed;
 pub mod control;
 pub mod dynamics;

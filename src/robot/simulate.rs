@@ -3,7 +3,8 @@
 //! Every millisecond the plan gives targets, the arm's inverse kinematics follows the palm, the controllers give torques, the robot's
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 
-use super::control::{Controller, FingerTarget, Gains, TipTarget, solve_arm, solve_arm_along};
+use super::arm::{solve_arm, solve_arm_along};
+use super::control::{Controller, FingerTarget, Gains, TipTarget};
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::log::Log;

@@ -4,7 +4,7 @@
 //! task is slowed down, in one measure, until no joint is faster or speeds up more than it may. Forces are in the commands, not here.
 
 use super::Robot;
-use super::control::solve_arm;
+use super::arm::solve_arm;
 use super::hand::HandModel;
 use super::plan::{Plan, minimum_jerk};
 use super::simulate::{beginning, commanded_side, resting};

@@ -11,7 +11,7 @@ use super::names;
 use super::strangers::{self, Stranger};
 use super::timebase::{Timebase, timebase};
 use crate::base::error::InputError;
-use crate::base::recording::Recording;
+use crate::base::recording::{Column, Recording};
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
 use std::borrow::Cow;
@@ -130,6 +130,19 @@ impl<'a> Measured<'a> {
     /// An issue over the whole log.
     pub fn over_all(&self, kind: &str, channel: &str, message: String) -> Issue {
         over_all(&self.time, kind, channel, message)
+    }
+
+    /// The same as a recording, without what is true of it besides.
+    pub fn recording(&self) -> Recording {
+        let column = |(name, (dimension, values)): (&&str, &(Dimension, Cow<[f64]>))| {
+            (name.to_string(), Column { dimension: *dimension, values: values.to_vec() })
+        };
+        Recording {
+            time: self.time.clone(),
+            columns: self.columns.iter().map(column).collect(),
+            scene: self.scene.clone(),
+            ..Recording::default()
+        }
     }
 
     /// The names of the channels, without components, in order.

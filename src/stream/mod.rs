@@ -20,5 +20,5 @@ pub mod table;
 mod timebase;
 pub mod whole;
 
-pub use derive::frames;
+pub use derive::{frames, trusted};
 pub use open::{OpenRequest, Opened, open, open_source};

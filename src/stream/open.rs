@@ -103,6 +103,14 @@ impl Opened {
         frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         Ok(frames)
     }
+
+    /// The recording as the rules see it.
+    ///
+    /// # Errors
+    /// As [`trusted`](super::trusted), with the name of the log.
+    pub fn trusted(&self) -> Result<Recording, InputError> {
+        derive::trusted(&self.recording, &self.trust).map_err(|error| in_log(&self.log, error))
+    }
 }
 
 /// A hand file of one's own lies beside the binding that names it; others come with the program, or are found from where it runs.

@@ -1,11 +1,13 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
 use crate::program::{complained, teachtree};
-use nalgebra::Vector3;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use teachtree::base::error::InputError;
+use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
-use teachtree::command::{Commands, FRICTION};
+use teachtree::command::{Commands, FRICTION, Segment, Task};
 use teachtree::robot::trajectory::trajectory;
+use teachtree::stream::{self, OpenRequest};
 use teachtree::{robot, world};
 
 #[test]
@@ -50,6 +52,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
     let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+    let recording = trusted(&log);
     // The scene beside the log is an input as well.
     let lost = teachtree(&["command", &log, "-o", &path("log.scene.yaml")]);
     assert_eq!(lost.status.code(), Some(2), "{}", complained(&lost));
@@ -70,7 +73,8 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
         for segment in &task.segments {
             let quality = &segment.quality;
             assert!(quality.position_deviation <= 0.002 + 1e-9, "{}: {quality:?}", segment.primitive);
-            assert!(quality.force_deviation <= 0.1 + 1e-9, "{}: {quality:?}", segment.primitive);
+            assert!(quality.force_deviation <= 0.1 + 1e-9 || quality.into_cone > 0, "{quality:?}");
+            as_far_from_the_person_as_told(&recording, task, segment);
             for tip in &segment.tips {
                 let contact = task.grasps[0].contacts.iter().find(|contact| contact.finger == tip.finger);
                 for force in &tip.force {
@@ -106,6 +110,83 @@ fn commands_that_are_none_are_refused_at_their_line() {
     assert!(read(other).contains("wanted `teachtree.commands/1`"), "{}", read(other));
     let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
+}
+
+/// A recording as the rules see it.
+fn trusted(log: &str) -> Recording {
+    let request = OpenRequest { log: log.into(), ..OpenRequest::default() };
+    stream::open(&request).unwrap().trusted().unwrap()
+}
+
+/// The largest distances to what was recorded, computed here from the recording, are those that the segment tells.
+fn as_far_from_the_person_as_told(recording: &Recording, task: &Task, segment: &Segment) {
+    // Pauses of a free hand are left out, so its samples have other times; a hand that only pushes takes the points the other way round.
+    if !segment.touching || task.task == "push_and_trace" {
+        return;
+    }
+    let vector = |name: &str, row: usize| {
+        Vector3::from(["x", "y", "z"].map(|part| recording.columns[&format!("{name}.{part}")].values[row]))
+    };
+    let (mut place, mut fingers, mut forces) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for at in 0..segment.object.len() {
+        let row = ((segment.taught_start_s + at as f64 / 100.0) * 1000.0).round() as usize;
+        let object = vector(&format!("{}.position", task.object), row);
+        let [w, x, y, z] =
+            ["w", "x", "y", "z"].map(|part| recording.columns[&format!("{}.rotation.{part}", task.object)].values[row]);
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+        let commanded = segment.object[at];
+        place = place.max((Vector3::new(commanded[0], commanded[1], commanded[2]) - object).norm());
+        let grasp = &task.grasps[segment.grasp.unwrap()];
+        for tip in segment.tips.iter().filter(|tip| grasp.contacts.iter().any(|it| it.finger == tip.finger)) {
+            let own = |what: &str| vector(&format!("{}.{}.{what}", task.track, tip.finger), row);
+            let tip_in_object = turn.inverse() * (own("position") - object);
+            fingers = fingers.max((tip_in_object - Vector3::from(tip.position[at])).norm());
+            if tip.force[at] != [0.0; 3] {
+                forces = forces.max((turn.inverse() * own("force") - Vector3::from(tip.force[at])).norm());
+            }
+        }
+    }
+    let quality = &segment.quality;
+    let name = &segment.primitive;
+    assert!(place <= quality.position_deviation + 1e-6, "{name}: the object is {place} m off, {quality:?}");
+    assert!((fingers - quality.contact_deviation).abs() < 1e-6, "{name}: a fingertip is {fingers} m off, {quality:?}");
+    assert!((forces - quality.force_deviation).abs() < 1e-6, "{name}: a force is {forces} N off, {quality:?}");
+}
+
+#[test]
+fn the_bias_of_a_sensor_is_not_commanded() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, plain, biased) = (path("log.csv"), path("plain.json"), path("biased.json"));
+    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    teachtree(&["command", &log, "-o", &plain]);
+    // The same, with sensors that are off by 0.15 N.
+    let text = std::fs::read_to_string(&log).unwrap();
+    let (header, _) = text.lines().enumerate().find(|(_, line)| line.contains("right.thumb.force.x")).unwrap();
+    let names: Vec<&str> = text.lines().nth(header).unwrap().split(',').collect();
+    let off: Vec<bool> = names.iter().map(|name| name.starts_with("right.") && name.contains(".force.z")).collect();
+    let shifted = text.lines().enumerate().map(|(number, line)| {
+        let shift = |(value, off): (&str, &bool)| match value.parse::<f64>() {
+            Ok(number) if *off => format!("{:.6}", number + 0.15),
+            _ => value.to_string(),
+        };
+        let cells = line.split(',').zip(&off).map(shift).collect::<Vec<_>>().join(",");
+        if number <= header { line.to_string() } else { cells }
+    });
+    std::fs::write(&log, shifted.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+    teachtree(&["command", &log, "-o", &biased]);
+    let read = |file: &str| Commands::read(&std::fs::read_to_string(file).unwrap(), file).unwrap();
+    let (plain, biased) = (read(&plain), read(&biased));
+    let mut compared = 0;
+    for (one, other) in plain.tasks.iter().zip(&biased.tasks).flat_map(|(a, b)| a.segments.iter().zip(&b.segments)) {
+        assert_eq!(one.primitive, other.primitive);
+        for (one, other) in one.tips.iter().zip(&other.tips).flat_map(|(a, b)| a.force.iter().zip(&b.force)) {
+            let off = (Vector3::from(*one) - Vector3::from(*other)).norm();
+            assert!(off < 0.01, "{one:?} without, {other:?} with a bias");
+            compared += 1;
+        }
+    }
+    assert!(compared > 1000, "{compared}");
 }
 
 /// The joint trajectory of commands, checked by differences of its own.

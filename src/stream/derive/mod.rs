@@ -115,6 +115,16 @@ pub fn frames_trusting(
     Ok(frames)
 }
 
+/// A recording as the rules see it: bridged, on an even time base, without what is dead, forces without the bias of their sensors.
+///
+/// # Errors
+/// As [`frames`].
+pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, InputError> {
+    let mut measured = Measured::new(recording, trust, |_| false)?;
+    tare::tare(&mut measured);
+    Ok(measured.recording())
+}
+
 /// Tells of an object whose position the log lacks.
 fn unseen(measured: &Measured, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);

@@ -6,10 +6,12 @@ use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
 use teachtree::command::{Commands, Contact, Grasp, Segment, Task, Tip};
-use teachtree::robot::control::{limited, solve_arm};
+use teachtree::robot::arm::solve_arm;
+use teachtree::robot::control::limited;
 use teachtree::robot::dynamics::Motion;
 use teachtree::robot::plan::Target;
 use teachtree::robot::simulate::{Executor, simulate};
+use teachtree::robot::{Kind, Robot};
 use teachtree::world::{Fingertips, World};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -72,7 +74,22 @@ fn what_leaves_a_controller_is_finite_and_within_the_motors() {
 
 #[test]
 fn the_arm_finds_poses_again() {
-    let robot = shipped("both_hands");
+    finds_poses_again(&shipped("both_hands"));
+}
+
+#[test]
+fn an_arm_on_a_rail_with_a_gear_finds_poses_again() {
+    let mut robot = shipped("both_hands");
+    let arm = robot.hands[&Side::Right].arm.clone();
+    let mut joints = robot.links.iter_mut().filter_map(|link| link.joint.as_mut());
+    let rail = joints.find(|joint| joint.dof == arm[0]).unwrap();
+    rail.kind = Kind::Slides;
+    let geared = joints.find(|joint| joint.dof == arm[3]).unwrap();
+    geared.ratio = -0.5;
+    finds_poses_again(&robot);
+}
+
+fn finds_poses_again(robot: &Robot) {
     let hand = &robot.hands[&Side::Right];
     let mut q: Vec<f64> = robot.middle().iter().copied().collect();
     for (&dof, value) in hand.arm.iter().zip([0.4, 0.6, 0.9, -0.5, 0.8, 0.3]) {
@@ -83,7 +100,7 @@ fn the_arm_finds_poses_again() {
     for &dof in &hand.arm {
         found[dof] += 0.25;
     }
-    let missing = solve_arm(&robot, hand, &Isometry3::identity(), &palm, &mut found, 100);
+    let missing = solve_arm(robot, hand, &Isometry3::identity(), &palm, &mut found, 100);
     assert!(missing.0 < 1e-6 && missing.1 < 1e-6, "{missing:?}");
     assert!((robot.forward(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6);
 }
