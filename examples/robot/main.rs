@@ -1,5 +1,5 @@
 //! `cargo run --release --example robot -- 1..10` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
-//! carries them out in the scene in which they were given.
+//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
 #[path = "../recognition/ruleset.rs"]
@@ -31,7 +31,9 @@ const SCENES: [&str; 13] = [
 ];
 
 fn main() -> ExitCode {
-    match run(std::env::args().nth(1).as_deref().unwrap_or("1..10")) {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let (seeds, wanted) = args.split_first().map_or(("1..10", &[][..]), |(seeds, wanted)| (seeds.as_str(), wanted));
+    match run(seeds, wanted) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{error}");
@@ -40,7 +42,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(seeds: &str) -> Result<(), String> {
+fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: wanted seeds such as 1..10"))?;
     let rules = RuleSet::load("contact.rules", vec![])?;
@@ -48,7 +50,8 @@ fn run(seeds: &str) -> Result<(), String> {
         .map_err(|error| error.to_string())?;
     println!("| scene | people | done | farthest, of those done | not done |\n|---|---|---|---|---|");
     let (mut people, mut all_done) = (0, 0);
-    for scene in SCENES {
+    let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|part| scene.contains(part.as_str()));
+    for scene in SCENES.into_iter().filter(is_wanted) {
         let outcomes: Vec<(u64, Result<Vec<Outcome>, InputError>)> =
             (first..=last).into_par_iter().map(|seed| (seed, carried_out(scene, seed, &rules, &robot))).collect();
         let (mut done, mut off, mut turned) = (0, 0.0_f64, 0.0_f64);

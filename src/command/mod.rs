@@ -7,23 +7,29 @@
 pub mod csv;
 mod episodes;
 mod form;
+mod insertion;
 mod series;
 pub mod smooth;
 mod touching;
 
 pub use form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip};
+pub use insertion::axis_of_its_hole;
 
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
 use crate::base::error::InputError;
+use crate::base::geometry::unit;
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
-use crate::base::scene::{Body, Role};
+use crate::base::scene::{Role, Scene};
 use episodes::episodes;
+use nalgebra::UnitQuaternion;
 use series::Series;
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
+/// An object still stands as it stood when it is turned by less, rad.
+const STANDS_RAD: f64 = 0.35;
 /// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
@@ -47,21 +53,54 @@ pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result
             let handled = objects
                 .filter_map(|(name, body)| {
                     let series = Series::new(recording, side, hand, name, times)?;
-                    Some((series.nearness(body), name, body, series))
+                    Some((series.nearness(body), name, series))
                 })
                 .max_by_key(|(near, ..)| *near);
-            if let Some((1.., name, body, series)) = handled {
-                tasks.push(task(span, side, name, body, &series));
+            if let Some((1.., name, series)) = handled {
+                tasks.push(task(span, side, scene, name, series));
             }
         }
     }
     tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    let tasks = without_drops(tasks);
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
 }
 
-fn task(span: &TaskSpan, side: Side, object: &str, body: &Body, series: &Series) -> Task {
-    let (episodes, left_out) = episodes(span, series);
+/// Leaves out what was only carried and dropped, when the same hand takes it up again and it still stands as it stood.
+fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
+    let mut kept: Vec<Task> = Vec::new();
+    for mut task in tasks {
+        let dropped = |before: &mut Task| {
+            let ends = before.segments.iter().rev().map(|segment| segment.primitive.as_str());
+            let dropped = ends.take(2).eq(["Release", "Translate"]) && before.grasps.len() == 1;
+            dropped
+                && (&before.track, &before.object) == (&task.track, &task.object)
+                && first_turn(before).angle_to(&first_turn(&task)) < STANDS_RAD
+        };
+        if let Some(before) = kept.pop_if(dropped) {
+            let primitives = before.segments.iter().map(|segment| segment.primitive.clone()).collect();
+            let why = String::from("dropped");
+            let left = LeftOut { primitives, start_s: before.start_s, end_s: before.end_s, why };
+            task.left_out = before.left_out.into_iter().chain([left]).chain(task.left_out).collect();
+        }
+        kept.push(task);
+    }
+    kept
+}
+
+/// How the object is turned at the beginning of a task.
+fn first_turn(task: &Task) -> UnitQuaternion<f64> {
+    let first = task.segments.first().and_then(|segment| segment.object.first());
+    first.map_or_else(UnitQuaternion::identity, |[.., w, x, y, z]| unit([*w, *x, *y, *z]))
+}
+
+fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Series) -> Task {
+    let (episodes, left_out) = episodes(span, &series);
+    let body = scene.bodies.get(object);
+    if let Some(body) = body {
+        insertion::along_the_axis(&mut series, scene, object, body, &episodes);
+    }
     let mut task = Task {
         track: side.name().into(),
         task: span.task.clone(),
@@ -74,7 +113,7 @@ fn task(span: &TaskSpan, side: Side, object: &str, body: &Body, series: &Series)
     let mut clock = 0.0;
     for episode in &episodes {
         // One set of contact points for as long as the hand keeps them.
-        let grasp = series.contacts(body, episode);
+        let grasp = body.map(|body| series.contacts(body, episode)).unwrap_or_default();
         let index = task.grasps.len();
         if !grasp.contacts.is_empty() {
             task.grasps.push(grasp);

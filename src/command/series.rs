@@ -26,7 +26,10 @@ const SETTLES_S: f64 = 0.1;
 /// Samples of one task.
 pub(super) struct Series {
     pub(super) start_s: f64,
+    /// Where the object was.
     pub(super) object: Vec<Isometry3<f64>>,
+    /// Where it is to be, before smoothing.
+    pub(super) wanted: Vec<Isometry3<f64>>,
     pub(super) fingers: Vec<FingerSeries>,
     tip_radius: f64,
 }
@@ -38,8 +41,9 @@ pub(super) struct FingerSeries {
     tip: Vec<Vector3<f64>>,
     /// The same in the reference frame.
     pub(super) tip_in_world: Vec<Vector3<f64>>,
-    /// Force on the object, frame of the object, N.
-    force: Vec<Vector3<f64>>,
+    /// Force on the object, frame of the object, N; and as it is to be, before smoothing.
+    pub(super) force: Vec<Vector3<f64>>,
+    pub(super) wanted_force: Vec<Vector3<f64>>,
     pub(super) touches: Vec<bool>,
 }
 
@@ -78,24 +82,21 @@ impl Series {
             let touches = touching(recording, side, finger, &rows);
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
+            let on_object = |((force, object), on): ((&Vector3<f64>, &Isometry3<f64>), &bool)| {
+                if *on { object.inverse_transform_vector(force) } else { Vector3::zeros() }
+            };
+            let force: Vec<Vector3<f64>> = forces.iter().zip(&object).zip(&touches).map(on_object).collect();
             fingers.push(FingerSeries {
                 finger,
                 tip: tips.iter().enumerate().map(local).collect(),
-                force: forces
-                    .iter()
-                    .zip(&object)
-                    .zip(&touches)
-                    .map(
-                        |((force, object), on)| {
-                            if *on { object.inverse_transform_vector(force) } else { Vector3::zeros() }
-                        },
-                    )
-                    .collect(),
+                wanted_force: force.clone(),
+                force,
                 tip_in_world: tips,
                 touches,
             });
         }
-        (!fingers.is_empty()).then_some(Self { start_s, object, fingers, tip_radius: hand.tip_radius.0 })
+        let wanted = object.clone();
+        (!fingers.is_empty()).then_some(Self { start_s, object, wanted, fingers, tip_radius: hand.tip_radius.0 })
     }
 
     /// How many samples there are.
@@ -144,9 +145,10 @@ impl Series {
     pub(super) fn segment(&self, piece: &Piece, grasp: Option<&Grasp>) -> Segment {
         let mut quality = Quality::default();
         let at = &piece.samples;
-        let raw_object: Vec<[f64; 6]> = self.flattened(at);
-        let object = smooth_within(&raw_object, RATE_HZ, POSITION_HZ, POSITION_M);
-        note(&mut quality, &raw_object, &object);
+        let first = self.wanted[at[0]].rotation;
+        let flat = |poses: &[Isometry3<f64>]| at.iter().map(|&at| flattened(&poses[at], &first)).collect::<Vec<_>>();
+        let object = smooth_within(&flat(&self.wanted), RATE_HZ, POSITION_HZ, POSITION_M);
+        note(&mut quality, &flat(&self.object), &object);
         let contact_of = |finger: Finger| grasp?.contacts.iter().find(|contact| contact.finger == finger.name());
         let taking_part: Vec<&FingerSeries> = match grasp {
             Some(grasp) if !grasp.contacts.is_empty() => {
@@ -195,7 +197,7 @@ impl Series {
             primitive: piece.primitive.clone(),
             duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
             taught_start_s: self.start_s + at[0] as f64 / RATE_HZ,
-            object: object.iter().map(|flat| self.unflattened(at[0], flat)).collect(),
+            object: object.iter().map(|flat| unflattened(flat, &first)).collect(),
             hand: smooth_hand.into_iter().map(|it| rounded(it.into())).collect(),
             tips,
             quality,
@@ -219,8 +221,9 @@ impl Series {
                 continue;
             }
             let end = (start..at.len()).find(|&end| !finger.touches[at[end]]).unwrap_or(at.len());
-            let raw: Vec<[f64; 3]> = at[start..end].iter().map(|&at| finger.force[at].into()).collect();
-            let smoothed = smooth_within(&raw, RATE_HZ, FORCE_HZ, FORCE_N);
+            let of = |forces: &[Vector3<f64>]| at[start..end].iter().map(|&at| forces[at].into()).collect::<Vec<_>>();
+            let raw: Vec<[f64; 3]> = of(&finger.force);
+            let smoothed = smooth_within(&of(&finger.wanted_force), RATE_HZ, FORCE_HZ, FORCE_N);
             for (out, force) in out[start..end].iter_mut().zip(smoothed) {
                 let (inside, was_outside) = into_cone(Vector3::from(force), normal);
                 quality.into_cone += usize::from(was_outside);
@@ -230,24 +233,18 @@ impl Series {
             start = end;
         }
     }
+}
 
-    /// Poses of the object as position and turn since the first sample, the turn as way.
-    fn flattened(&self, at: &[usize]) -> Vec<[f64; 6]> {
-        let first = at.first().map_or_else(UnitQuaternion::identity, |&at| self.object[at].rotation);
-        at.iter()
-            .map(|&at| {
-                let (place, turn) = (self.object[at].translation.vector, self.object[at].rotation);
-                let turned = (turn * first.inverse()).scaled_axis() * TURN_M;
-                [place.x, place.y, place.z, turned.x, turned.y, turned.z]
-            })
-            .collect()
-    }
+/// A pose of the object as position and turn since `first`, the turn as way, m.
+fn flattened(pose: &Isometry3<f64>, first: &UnitQuaternion<f64>) -> [f64; 6] {
+    let (place, turned) = (pose.translation.vector, (pose.rotation * first.inverse()).scaled_axis() * TURN_M);
+    [place.x, place.y, place.z, turned.x, turned.y, turned.z]
+}
 
-    fn unflattened(&self, first: usize, flat: &[f64; 6]) -> [f64; 7] {
-        let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
-        let turn = UnitQuaternion::from_scaled_axis(turned) * self.object[first].rotation;
-        [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
-    }
+fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> [f64; 7] {
+    let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
+    let turn = UnitQuaternion::from_scaled_axis(turned) * first;
+    [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
 /// The force nearest to this one within the friction cone about `-normal`, and whether it lay outside.

@@ -14,6 +14,7 @@ mod limb;
 mod log;
 mod mapping;
 pub mod plan;
+mod righting;
 mod shipped;
 pub mod simulate;
 pub mod trajectory;

@@ -18,6 +18,12 @@ const OPENING_S: f64 = 0.4;
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
 const LEAVING_S: f64 = 1.0;
+/// Before it goes into a socket, an object comes to rest, s.
+const STEADIES_S: f64 = 1.0;
+/// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
+const INSERTS_M_S: f64 = 0.04;
+/// A palm that would jump farther from one phase to the next, m and rad, goes over.
+const JUMP: (f64, f64) = (0.003, 0.05);
 /// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
 const TRANSFER_M_S: f64 = 0.25;
 const TRANSFER_RAD_S: f64 = 1.0;
@@ -32,6 +38,8 @@ pub struct Target {
     pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
     /// Where the object is to be.
     pub object: Isometry3<f64>,
+    /// Whether nothing but the hand touches the object.
+    pub carried: bool,
 }
 
 /// A task as it is performed.
@@ -43,6 +51,7 @@ pub struct Plan<'a> {
     transfer: f64,
 }
 
+#[derive(Clone, Copy)]
 struct Phase<'a> {
     segment: &'a Segment,
     grip: usize,
@@ -59,7 +68,11 @@ enum Role {
     Free,
     Close,
     Hold,
+    /// The object stays where the segment begins.
+    Steady,
     Leave,
+    /// From how the hand left to how it takes hold next, which no one showed.
+    Over,
 }
 
 /// A mapped grasp, palm frame.
@@ -118,10 +131,17 @@ impl<'a> Plan<'a> {
             let least = match role {
                 Role::Close => CLOSING_S,
                 Role::Leave => LEAVING_S,
-                Role::Free | Role::Hold => 0.05,
+                _ => 0.05,
             };
-            let duration = segment.duration_s.max(least);
             let (grip, fades) = (segment.grasp.unwrap_or(0), role == Role::Hold);
+            let inserts = role == Role::Hold && segment.primitive == "Insert";
+            if inserts {
+                let (role, duration) = (Role::Steady, STEADIES_S);
+                plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades: false });
+                clock += duration;
+            }
+            let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
+            let duration = segment.duration_s.max(least).max(slow);
             plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades });
             clock += duration;
             match role {
@@ -132,17 +152,41 @@ impl<'a> Plan<'a> {
                         anchor = anchor * from_seven(first) * from_seven(last).inverse();
                     }
                 }
-                Role::Free | Role::Leave => {}
+                _ => {}
             }
         }
+        plan.go_over();
         let first = plan.shown(0.0).palm;
         plan.from = palm.copied().unwrap_or(first);
         if palm.is_some() {
             let way = (first.translation.vector - plan.from.translation.vector).norm();
             let turn = first.rotation.angle_to(&plan.from.rotation);
-            plan.transfer = (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S);
+            plan.transfer = transfer_time(way, turn);
         }
         Ok(plan)
+    }
+
+    /// Puts a way between phases of a free hand where the palm would jump: from one grasp to the next.
+    fn go_over(&mut self) {
+        let free = |role: Role| matches!(role, Role::Free | Role::Leave);
+        let mut index = 1;
+        while index < self.phases.len() {
+            let [before, after] = [index - 1, index];
+            let may = free(self.phases[before].role) && matches!(self.phases[after].role, Role::Free | Role::Close);
+            let from = self.in_phase(before, self.phases[before].duration).palm;
+            let to = self.in_phase(after, 0.0).palm;
+            let way = (to.translation.vector - from.translation.vector).norm();
+            let turn = to.rotation.angle_to(&from.rotation);
+            if may && (way > JUMP.0 || turn > JUMP.1) {
+                let duration = transfer_time(way, turn);
+                let Phase { segment, grip, start, anchor, .. } = self.phases[after];
+                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, fades: false };
+                self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
+                self.phases.insert(after, over);
+                index += 1;
+            }
+            index += 1;
+        }
     }
 
     /// How long it takes, s.
@@ -152,16 +196,11 @@ impl<'a> Plan<'a> {
 
     /// When something is touched first, and when it is let go last, s.
     pub fn touches(&self) -> (f64, f64) {
-        let touching = || self.phases.iter().filter(|phase| phase.role != Role::Free);
+        let touching = || self.phases.iter().filter(|phase| !matches!(phase.role, Role::Free | Role::Over));
         let first = touching().next().map_or(0.0, |phase| phase.start);
         let mut holding = touching().filter(|phase| phase.role != Role::Leave);
         let last = holding.next_back().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
         (self.transfer + first, self.transfer + last)
-    }
-
-    /// The primitive at a time, s.
-    pub fn primitive(&self, time: f64) -> &str {
-        if time < self.transfer { "Move" } else { &self.phase(time - self.transfer).segment.primitive }
     }
 
     /// Where the person left the object.
@@ -183,23 +222,46 @@ impl<'a> Plan<'a> {
         );
         let back = palm * first.palm.inverse();
         let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
-        Target { palm, tips, object: first.object }
-    }
-
-    fn phase(&self, time: f64) -> &Phase<'a> {
-        let index = self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1);
-        &self.phases[index]
+        Target { palm, tips, object: first.object, carried: false }
     }
 
     /// What the commands want at a time after their beginning.
     fn shown(&self, time: f64) -> Target {
-        let phase = self.phase(time);
+        let index = self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1);
+        self.in_phase(index, time - self.phases[index].start)
+    }
+
+    /// Between the phases before and after: a screw motion of the palm about the object, so that a hand goes about what it turned.
+    fn over(&self, index: usize, share: f64) -> Target {
+        let before = self.in_phase(index - 1, self.phases[index - 1].duration);
+        let after = self.in_phase(index + 1, 0.0);
+        let share = minimum_jerk(share);
+        let palm = before.palm * screw_motion(&(before.palm.inverse() * after.palm), share);
+        let tips = after.tips.iter().map(|(finger, to, _)| {
+            let to = after.palm.inverse_transform_point(to);
+            let from = before.tips.iter().find(|(other, ..)| other == finger);
+            let from = from.map_or(to, |(_, from, _)| before.palm.inverse_transform_point(from));
+            (*finger, palm * (from + (to - from) * share), Vector3::zeros())
+        });
+        Target { palm, tips: tips.collect(), object: after.object, carried: false }
+    }
+
+    /// What the commands want at a time after the beginning of a phase.
+    fn in_phase(&self, index: usize, local: f64) -> Target {
+        let phase = &self.phases[index];
+        if phase.role == Role::Over {
+            return self.over(index, local / phase.duration);
+        }
         let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
-        let local = (time - phase.start).clamp(0.0, phase.duration);
-        let share = local / phase.duration;
+        let local = local.clamp(0.0, phase.duration);
+        let mut share = local / phase.duration;
+        if phase.role == Role::Hold && segment.primitive == "Insert" {
+            // From rest to rest.
+            share -= (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
+        }
         // A closing before a push stands at the beginning of what is pushed.
         let waits = phase.role == Role::Close && segment.primitive != "Grasp";
-        let at = if phase.role == Role::Close { 0.0 } else { share };
+        let at = if matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let anchor = share_of(&phase.anchor, if phase.fades { 1.0 - minimum_jerk(share) } else { 1.0 });
         let object = anchor * pose_at(&segment.object, at);
         let closing = phase.duration / 2.0;
@@ -214,7 +276,7 @@ impl<'a> Plan<'a> {
             Role::Close => {
                 (Vector3::zeros(), 1.0 - minimum_jerk(local / closing), minimum_jerk((local - closing) / closing))
             }
-            Role::Hold => (Vector3::zeros(), 0.0, 1.0),
+            Role::Hold | Role::Steady | Role::Over => (Vector3::zeros(), 0.0, 1.0),
             Role::Leave => {
                 let away = ((local - OPENING_S) / (phase.duration - OPENING_S)).clamp(0.0, 1.0);
                 let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
@@ -230,24 +292,30 @@ impl<'a> Plan<'a> {
             let wanted = match phase.role {
                 Role::Close if waits => force_at(segment, *finger, 0.0),
                 Role::Close => force_at(segment, *finger, 1.0),
-                Role::Hold => force_at(segment, *finger, share),
+                Role::Hold | Role::Steady => force_at(segment, *finger, at),
                 Role::Leave => self.last_force(phase, *finger),
-                Role::Free => Vector3::zeros(),
+                Role::Free | Role::Over => Vector3::zeros(),
             };
             (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
         });
-        Target { palm, tips: tips.collect(), object }
+        let carried = match phase.role {
+            Role::Steady => true,
+            Role::Hold => segment.primitive == "Translate",
+            _ => false,
+        };
+        Target { palm, tips: tips.collect(), object, carried }
     }
 
     /// Whether the hand touches after this phase.
     fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
-        let next = self.phases.iter().find(|other| other.start > phase.start);
+        let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
         next.is_some_and(|next| next.segment.touching)
     }
 
     /// The force at the end of what comes before a release.
     fn last_force(&self, phase: &Phase<'_>, finger: Finger) -> Vector3<f64> {
-        let before = self.phases.iter().rfind(|other| other.start < phase.start && other.role != Role::Free);
+        let holds = |other: &&Phase| other.start < phase.start && !matches!(other.role, Role::Free | Role::Over);
+        let before = self.phases.iter().rfind(holds);
         before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
     }
 }
@@ -284,6 +352,35 @@ impl Grip {
 pub fn minimum_jerk(share: f64) -> f64 {
     let t = share.clamp(0.0, 1.0);
     t * t * t * (10.0 + t * (6.0 * t - 15.0))
+}
+
+/// How far an object goes, m.
+fn way_of(object: &[[f64; 7]]) -> f64 {
+    let step = |pair: &[[f64; 7]]| {
+        let place = |at: usize| from_seven(&pair[at]).translation.vector;
+        (place(1) - place(0)).norm()
+    };
+    object.windows(2).map(step).sum()
+}
+
+/// How long a palm takes over a way and a turn, s.
+fn transfer_time(way: f64, turn: f64) -> f64 {
+    // The peak speed of minimum jerk is 1.9 times its mean.
+    (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
+}
+
+/// A share of a motion, as a screw: a turn about an axis in space, and along it.
+fn screw_motion(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
+    let Some((axis, angle)) = whole.rotation.axis_angle().filter(|(_, angle)| *angle > 1e-6) else {
+        return share_of(whole, share);
+    };
+    let (moved, along) = (whole.translation.vector, axis.dot(&whole.translation.vector));
+    let across = moved - axis.into_inner() * along;
+    // The point that stays: (1 - R) c = across.
+    let centre = (across + axis.cross(&across) / (angle / 2.0).tan()) / 2.0;
+    let turn = UnitQuaternion::from_axis_angle(&axis, angle * share);
+    let translation = centre - turn * centre + axis.into_inner() * (along * share);
+    Isometry3::from_parts(Translation3::from(translation), turn)
 }
 
 /// A part of a displacement.

@@ -9,15 +9,16 @@ use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::log::Log;
 use super::plan::{Plan, Target};
+use super::righting::Righting;
 use super::tree::Robot;
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::Quantity;
 use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
-use crate::command::{Commands, Task};
+use crate::command::{Commands, Task, axis_of_its_hole};
 use crate::world::{Fingertips, MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw, World};
-use nalgebra::{DVector, Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
@@ -44,7 +45,7 @@ pub struct Outcome {
     pub object: String,
     /// How far the object is from where the person left it, m.
     pub off: f64,
-    /// How far it is turned from there, rad.
+    /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
     pub turned: f64,
     /// The largest distance of the palm from where it was to be, m.
     pub palm_error: f64,
@@ -114,7 +115,7 @@ pub fn simulate(
         for step in 0..=steps + SETTLING {
             let time = (begins_s + step as f64 * STEP_S).min(plan.duration());
             let mut target = plan.at(time);
-            righting.turn(&mut target, &world.observation().bodies[body].pose);
+            righting.apply(&mut target, &world.observation().bodies[body].pose, STEP_S);
             runs.step(&target, &mut world);
             if step.is_multiple_of(RECORDED) {
                 log.record(world.observation());
@@ -137,7 +138,15 @@ pub fn simulate(
         let end = world.observation().bodies[body].pose;
         let wanted = plan.taught_end();
         let off = (end.translation.vector - wanted.translation.vector).norm();
-        let turned = end.rotation.angle_to(&wanted.rotation);
+        // What is in a hole may have turned about its axis.
+        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(&scene, &task.object, &scene.bodies[body], pose);
+        let turned = match (axis(&end), axis(&wanted)) {
+            (Some(axis), Some(_)) => {
+                let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
+                own(&end).angle(&own(&wanted))
+            }
+            _ => end.rotation.angle_to(&wanted.rotation),
+        };
         outcomes.push(Outcome {
             task: task.task.clone(),
             object: task.object.clone(),
@@ -162,43 +171,6 @@ pub(super) fn commanded_side(commands: &Commands) -> Result<Side, InputError> {
         ));
     }
     Side::from_name(&first.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", first.track)))
-}
-
-/// What a hand turns an object by because it is seen to be turned otherwise than it should: fingertips hold it only softly about the line between
-/// them. Integral control of its orientation while thumb and fingers hold it.
-#[derive(Default)]
-struct Righting {
-    turned: Vector3<f64>,
-}
-
-impl Righting {
-    /// How fast, 1/s, how far at most, rad, and how fast it is forgotten after letting go, 1/s.
-    const RATE: f64 = 2.0;
-    const MOST: f64 = 0.35;
-    const FORGOTTEN: f64 = 4.0;
-
-    /// Turns palm and fingertips of a target about the middle of the grasp; `object` is where the object is.
-    fn turn(&mut self, target: &mut Target, object: &Isometry3<f64>) {
-        let presses = |thumb: bool| {
-            let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
-            those.any(|(.., force)| force.norm() > 0.1)
-        };
-        if presses(true) && presses(false) {
-            let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
-            self.turned += error * (Self::RATE * STEP_S);
-            self.turned *= (Self::MOST / self.turned.norm().max(1e-9)).min(1.0);
-        } else {
-            self.turned *= 1.0 - Self::FORGOTTEN * STEP_S;
-        }
-        let middle =
-            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64;
-        let turn = UnitQuaternion::from_scaled_axis(self.turned);
-        let about = Translation3::from(middle) * turn * Translation3::from(-middle);
-        target.palm = about * target.palm;
-        for (_, tip, _) in &mut target.tips {
-            *tip = about * *tip;
-        }
-    }
 }
 
 /// A robot at the beginning of a task, and when of the task that is, s: a person may come from where the arm cannot be, so as much of the first free

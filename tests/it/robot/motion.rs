@@ -128,6 +128,7 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
         palm,
         tips: vec![(Finger::Index, above(height), Vector3::new(0.0, 0.0, -force))],
         object: Isometry3::identity(),
+        carried: false,
     };
     let mut runs = Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap();
     for step in 0..300 {

@@ -1,0 +1,53 @@
+//! Righting: a hand makes up for how an object hangs otherwise than it should, since fingertips hold it only softly about the line between them, and it
+//! may have slipped. Integral control of the object's pose, as it is seen.
+
+use super::plan::Target;
+use crate::base::hands::Finger;
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+/// How fast, 1/s, how far at most, rad and m, and how fast it is forgotten after letting go, 1/s.
+const RATE: f64 = 2.0;
+const MOST_RAD: f64 = 0.35;
+const MOST_M: f64 = 0.020;
+const FORGOTTEN: f64 = 4.0;
+/// A finger takes part in holding from this force on, N.
+const HOLDS_N: f64 = 0.1;
+
+/// What the hand is turned and moved by.
+#[derive(Default)]
+pub(super) struct Righting {
+    turned: Vector3<f64>,
+    moved: Vector3<f64>,
+}
+
+impl Righting {
+    /// Turns and moves palm and fingertips of a target, the turn about the middle of the grasp; `object` is where the object is, `dt` the step, s.
+    /// It moves only what nothing but the hand touches: elsewhere the object is where it is for a reason.
+    pub(super) fn apply(&mut self, target: &mut Target, object: &Isometry3<f64>, dt: f64) {
+        let presses = |thumb: bool| {
+            let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
+            those.any(|(.., force)| force.norm() > HOLDS_N)
+        };
+        if presses(true) && presses(false) {
+            let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
+            self.turned += error * (RATE * dt);
+            self.turned *= (MOST_RAD / self.turned.norm().max(1e-9)).min(1.0);
+            if target.carried {
+                let error = target.object.translation.vector - object.translation.vector;
+                self.moved += error * (RATE * dt);
+                self.moved *= (MOST_M / self.moved.norm().max(1e-9)).min(1.0);
+            }
+        } else {
+            self.turned *= 1.0 - FORGOTTEN * dt;
+            self.moved *= 1.0 - FORGOTTEN * dt;
+        }
+        let middle =
+            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64;
+        let turn = UnitQuaternion::from_scaled_axis(self.turned);
+        let about = Translation3::from(middle + self.moved) * turn * Translation3::from(-middle);
+        target.palm = about * target.palm;
+        for (_, tip, _) in &mut target.tips {
+            *tip = about * *tip;
+        }
+    }
+}
