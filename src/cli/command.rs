@@ -9,6 +9,7 @@ use crate::base::scene::Scene;
 use crate::command::{self, Commands};
 use crate::robot::{self, Robot};
 use crate::stream;
+use crate::stream::text;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -71,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// The robot of this name, or in this file.
 pub fn open_robot(name: &str) -> Result<Robot, InputError> {
-    robot::open(name, &|file| std::fs::read_to_string(file).map_err(|error| InputError::unreadable(file, &error)))
+    robot::open(name, &|file| text::read(Path::new(file), robot::MAX_BYTES))
 }
 
 /// The scene of this name, or in this file.

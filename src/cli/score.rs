@@ -12,6 +12,7 @@ use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage,
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
+use crate::stream::text;
 use crate::stream::{self, Opened, labels};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -234,9 +235,11 @@ fn read_map(map: &str) -> Result<NameMap, InputError> {
     NameMap::read(&read(path)?, map)
 }
 
+/// The largest map, sequences or labels that are read, bytes.
+const MAX_TEXT: u64 = 256 << 20;
+
 fn read(path: &Path) -> Result<String, InputError> {
-    std::fs::read_to_string(path)
-        .map_err(|error| InputError::new(path.display().to_string(), format!("the file cannot be read: {error}")))
+    text::read(path, MAX_TEXT)
 }
 
 /// The label file of a log: the one that is named, or the log's own in the folder that is named.

@@ -11,6 +11,7 @@ use crate::robot::Robot;
 use crate::robot::simulate::{Outcome, simulate};
 use crate::robot::trajectory::{JointTrajectory, trajectory};
 use crate::stream::formats;
+use crate::stream::text;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -36,10 +37,13 @@ pub struct Args {
     trajectory: Option<PathBuf>,
 }
 
+/// The largest file of commands that is read, bytes.
+const MAX_COMMANDS: u64 = 256 << 20;
+
 /// Runs `simulate`; the answer is no when an object is not where the person left it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
-    let text = std::fs::read_to_string(&args.commands).map_err(|error| InputError::unreadable(&file, &error))?;
+    let text = text::read(&args.commands, MAX_COMMANDS)?;
     let commands = Commands::read(&text, &file)?;
     let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let inputs = [args.commands.as_path(), Path::new(&args.robot), Path::new(&args.scene)];

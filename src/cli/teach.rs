@@ -5,8 +5,10 @@ use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::{Event, Recording};
 use crate::base::scene::Scene;
+use crate::base::yaml;
 use crate::stream::csv;
 use crate::stream::formats;
+use crate::stream::text;
 use crate::world::{self, Operator};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
@@ -124,8 +126,7 @@ fn read(name: &str) -> Result<Option<String>, InputError> {
     if !is_file(name) {
         return Ok(None);
     }
-    let text = std::fs::read_to_string(name);
-    text.map(Some).map_err(|error| InputError::new(name, format!("the file cannot be read: {error}")))
+    text::read(Path::new(name), yaml::MAX_BYTES as u64).map(Some)
 }
 
 /// Whether a name is a path rather than the name of something shipped.

@@ -15,6 +15,7 @@ use crate::graph::lower;
 use crate::language::Rules;
 use crate::language::mutate::mutants;
 use crate::stream;
+use crate::stream::text;
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -203,11 +204,13 @@ fn beside(path: &Path, folder: &Path) -> String {
     whole.strip_prefix(folder).map_or_else(|_| whole.display().to_string(), |inner| inner.display().to_string())
 }
 
+/// The largest expectation that is read, bytes.
+const MAX_EXPECTATION: u64 = 16 << 20;
+
 /// Reads an expectation and analyses its recording.
 fn read(path: &Path) -> Result<Case, Failure> {
     let shown = path.display().to_string();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| InputError::new(&shown, format!("the file cannot be read: {error}")))?;
+    let text = text::read(path, MAX_EXPECTATION)?;
     let expectation = Expectation::read(&text, &shown)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     let place = |name: &String| folder.join(name);

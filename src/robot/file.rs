@@ -6,31 +6,31 @@
 //! their line.
 
 mod assembly;
+mod joints;
 
 use super::hand::{self, FingerSpec, HandModel};
 use super::shipped;
-use super::tree::{Dof, Joint, Kind, Link, Robot, Solid};
+use super::tree::{Link, Robot, Solid};
 use super::urdf;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
-use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Mass, Quantity, Speed};
+use crate::base::quantity::{Force, Length, Mass};
 use crate::base::yaml::{self, Entries};
 use assembly::assembly;
 use indexmap::IndexMap;
+use joints::{JointFile, dofs, made_joint};
 use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
 use serde::Deserialize;
-use std::f64::consts::TAU;
-
-type Torque = Quantity<2, 1, -2, 0>;
-type Inertia = Quantity<2, 1, 0, 0>;
-type AngularAcceleration = Quantity<0, 0, -2, 1>;
-type TurningDamping = Quantity<2, 1, -1, -1>;
 
 /// A joint that says nothing of its acceleration comes up to its speed in this time, s.
 pub(super) const SPEEDS_UP_S: f64 = 0.25;
 /// No robot has more links.
 pub const MAX_LINKS: usize = 256;
+/// No link has more shapes.
+pub(super) const MAX_SOLIDS: usize = 64;
+/// The largest robot file that is read, bytes.
+pub const MAX_BYTES: u64 = 4 << 20;
 /// Assemblies stand at most this deep in each other.
 const MAX_DEPTH: usize = 4;
 
@@ -82,55 +82,10 @@ struct SolidFile {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct JointFile {
-    parent: String,
-    child: String,
-    #[serde(default)]
-    at: [Length; 3],
-    #[serde(default = "no_turn")]
-    turned: [f64; 4],
-    #[serde(default)]
-    axis: Option<[f64; 3]>,
-    #[serde(default)]
-    range: Option<[Angle; 2]>,
-    #[serde(default)]
-    travel: Option<[Length; 2]>,
-    #[serde(default)]
-    torque: Option<Torque>,
-    #[serde(default)]
-    force: Option<Force>,
-    #[serde(default)]
-    speed: Option<AngularSpeed>,
-    #[serde(default)]
-    slide_speed: Option<Speed>,
-    #[serde(default)]
-    acceleration: Option<AngularAcceleration>,
-    #[serde(default)]
-    slide_acceleration: Option<Acceleration>,
-    #[serde(default)]
-    armature: Inertia,
-    #[serde(default)]
-    damping: TurningDamping,
-    #[serde(default)]
-    friction: Torque,
-    #[serde(default)]
-    coupled: Option<CoupledFile>,
-    source: String,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CoupledFile {
-    to: String,
-    ratio: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct HandFile {
     side: Side,
     palm: String,
-    fingers: IndexMap<Finger, FingerFile>,
+    fingers: Entries<Finger, FingerFile>,
 }
 
 #[derive(Deserialize)]
@@ -175,8 +130,13 @@ fn nested(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>, dept
     }
     if !(name.ends_with(".yaml") || name.ends_with(".yml")) {
         let known: Vec<_> = shipped::names().map(|name| format!("`{name}`")).collect();
-        return Err(InputError::new(name, "is no shipped robot, and no file that ends in .yaml or .urdf")
-            .help(format!("shipped are {}", known.join(", "))));
+        return Err(InputError::new(name, "is no shipped robot, and no file that ends in .yaml").help(
+            if name.ends_with(".urdf") {
+                "name the URDF and its fingertips in a YAML file: docs/robot.md".into()
+            } else {
+                format!("shipped are {}", known.join(", "))
+            },
+        ));
     }
     from_text(&text_of(name)?, name, text_of, depth)
 }
@@ -198,15 +158,11 @@ fn from_text(
     let parsed: RobotFile = yaml::read(text, file)?;
     let places = Places { text, file };
     let built = if let Some(urdf) = &parsed.urdf {
-        if parsed.root.is_some() || !parsed.links.0.is_empty() || !parsed.joints.0.is_empty() {
-            return Err(places.error(
-                "urdf",
-                "",
-                "stands beside `root`, `links` or `joints`, wanted one of the two".into(),
-            ));
+        if parsed.root.is_some() || parsed.links.0.len() + parsed.joints.0.len() + parsed.parts.0.len() > 0 {
+            let message = "stands beside `root`, `links`, `joints` or `parts`, wanted one of them";
+            return Err(places.error("urdf", "", message.into()));
         }
-        let beside = std::path::Path::new(file).parent().map_or_else(|| urdf.into(), |folder| folder.join(urdf));
-        let beside = beside.display().to_string();
+        let beside = beside(file, urdf);
         let mut built = urdf::read(&text_of(&beside)?, &beside)?;
         built.name = parsed.name;
         if let Some(hand) = parsed.hand {
@@ -218,10 +174,13 @@ fn from_text(
     } else if parsed.parts.0.is_empty() {
         single(parsed, &places)?
     } else {
-        if let Some((key, _)) = [("links", parsed.links.0.len()), ("joints", parsed.joints.0.len())]
-            .into_iter()
-            .find(|(_, count)| *count > 0)
-        {
+        let beside = [
+            ("root", parsed.root.is_some()),
+            ("links", !parsed.links.0.is_empty()),
+            ("joints", !parsed.joints.0.is_empty()),
+            ("hand", parsed.hand.is_some()),
+        ];
+        if let Some((key, _)) = beside.iter().find(|(_, there)| *there) {
             return Err(places.error(key, "", "stands beside `parts`, wanted one of the two".into()));
         }
         assembly(parsed, &places, text_of, depth)?
@@ -230,6 +189,12 @@ fn from_text(
         return Err(InputError::new(file, format!("has {} links, at most {MAX_LINKS} are read", built.links.len())));
     }
     Ok(built)
+}
+
+/// A file that another one names: it lies beside it.
+fn beside(file: &str, name: &str) -> String {
+    let folder = std::path::Path::new(file).parent();
+    folder.map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
 }
 
 /// Where things stand in a text: what is wrong between entries has no place of its own in the YAML crate.
@@ -276,6 +241,9 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
                 return Err(places.error(section, name, "is there twice".into()));
             }
         }
+    }
+    if links.len() > MAX_LINKS {
+        return Err(places.error("links", "", format!("there are {}, at most {MAX_LINKS} are read", links.len())));
     }
     if !links.iter().any(|(name, _)| *name == root) {
         return Err(places.error("root", "", format!("found `{root}`, wanted the name of a link")));
@@ -326,95 +294,6 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
     Ok(built)
 }
 
-/// What can be driven: the joints that are not coupled.
-fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Result<Vec<Dof>, InputError> {
-    let mut dofs = Vec::new();
-    for (name, joint) in joints {
-        let refuse = |message: String| places.error("joints", name, message);
-        if joint.source.trim().is_empty() {
-            return Err(refuse("has an empty `source`, wanted where its numbers come from, such as `ours`".into()));
-        }
-        if let Some(coupled) = &joint.coupled {
-            let own = [joint.range.is_some(), joint.travel.is_some(), joint.torque.is_some(), joint.force.is_some()];
-            if own.contains(&true) {
-                return Err(refuse("is coupled, and has limits of its own".into()));
-            }
-            match joints.iter().find(|(other, _)| *other == coupled.to) {
-                None => return Err(refuse(format!("is coupled to `{}`, which is no joint", coupled.to))),
-                Some((_, other)) if other.coupled.is_some() => {
-                    return Err(refuse(format!("is coupled to `{}`, which is coupled itself", coupled.to)));
-                }
-                Some(_) => {}
-            }
-            if !(coupled.ratio.is_finite() && coupled.ratio != 0.0 && coupled.ratio.abs() <= 100.0) {
-                return Err(refuse(format!("is coupled with the ratio {}, wanted up to 100, not 0", coupled.ratio)));
-            }
-            continue;
-        }
-        let (range, largest, torque, speed) = match (joint.range, joint.travel) {
-            (Some(range), None) => {
-                (range.map(|angle| angle.0), TAU, joint.torque.map(|it| it.0), joint.speed.map(|it| it.0))
-            }
-            (None, Some(travel)) => {
-                (travel.map(|length| length.0), 10.0, joint.force.map(|it| it.0), joint.slide_speed.map(|it| it.0))
-            }
-            _ => return Err(refuse("wants one of `range` (it turns), `travel` (it slides) and `coupled`".into())),
-        };
-        if !(range[0] < range[1] && range.iter().all(|end| end.abs() <= largest)) {
-            let unit = if joint.range.is_some() { "rad" } else { "m" };
-            return Err(refuse(format!(
-                "goes from {} to {} {unit}, wanted the smaller end first, within {largest:.4} {unit}",
-                range[0], range[1]
-            )));
-        }
-        let positive = |what: &str, value: Option<f64>| match value {
-            Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
-            Some(value) => Err(refuse(format!("has the {what} {value}, wanted more than 0"))),
-            None => Err(refuse(format!("has no `{what}`"))),
-        };
-        let (torque_word, speed_word) =
-            if joint.range.is_some() { ("torque", "speed") } else { ("force", "slide_speed") };
-        let (torque, speed) = (positive(torque_word, torque)?, positive(speed_word, speed)?);
-        let acceleration = match (joint.acceleration, joint.slide_acceleration) {
-            (Some(_), _) if joint.range.is_none() => {
-                return Err(refuse("slides, wanted a `slide_acceleration`".into()));
-            }
-            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, wanted an `acceleration`".into())),
-            (Some(turning), _) => positive("acceleration", Some(turning.0))?,
-            (_, Some(sliding)) => positive("slide_acceleration", Some(sliding.0))?,
-            (None, None) => speed / SPEEDS_UP_S,
-        };
-        for (what, value) in
-            [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
-        {
-            if !(0.0..=1e4).contains(&value) {
-                return Err(refuse(format!("has the {what} {value}, wanted 0 or more")));
-            }
-        }
-        let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
-        dofs.push(Dof { name: name.clone(), range, torque, speed, acceleration, armature, damping, friction });
-    }
-    Ok(dofs)
-}
-
-fn made_joint(
-    name: &str,
-    joint: &JointFile,
-    joints: &[(String, JointFile)],
-    dofs: &[Dof],
-    places: &Places<'_>,
-) -> Result<Joint, InputError> {
-    let refuse = |message: String| places.error("joints", name, message);
-    let (driver, ratio) = joint.coupled.as_ref().map_or((name, 1.0), |coupled| (coupled.to.as_str(), coupled.ratio));
-    let dof = dofs.iter().position(|dof| dof.name == driver).ok_or_else(|| refuse("is driven by nothing".into()))?;
-    let slides = joints.iter().any(|(other, file)| other == driver && file.travel.is_some());
-    let axis = joint.axis.ok_or_else(|| refuse("has no `axis`".into()))?;
-    let axis = Unit::try_new(Vector3::from(axis), 1e-6)
-        .filter(|axis| axis.iter().all(|part| part.is_finite()))
-        .ok_or_else(|| refuse(format!("has the axis {axis:?}, wanted a direction")))?;
-    Ok(Joint { name: name.into(), kind: if slides { Kind::Slides } else { Kind::Turns }, axis, dof, ratio })
-}
-
 fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, InputError> {
     let refuse = |message: String| places.error("links", name, message);
     if link.source.trim().is_empty() {
@@ -431,6 +310,9 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
         }
     };
     let mut solids = Vec::new();
+    if link.parts.len() > MAX_SOLIDS {
+        return Err(refuse(format!("has {} parts, at most {MAX_SOLIDS} are read", link.parts.len())));
+    }
     for part in &link.parts {
         let at = placed(part.at, part.turned, places, "links", name)?;
         solids.push(match (part.capsule, part.cuboid) {
@@ -493,8 +375,11 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
         .link(&file.palm)
         .ok_or_else(|| refuse("palm", format!("found `{}`, wanted the name of a link", file.palm)))?;
     let mut specs = Vec::new();
-    for (finger, file) in &file.fingers {
+    for (finger, file) in &file.fingers.0 {
         let name = finger.name();
+        if specs.iter().any(|spec: &FingerSpec| spec.finger == *finger) {
+            return Err(refuse(name, "is there twice".into()));
+        }
         let link = robot
             .link(&file.link)
             .ok_or_else(|| refuse(name, format!("ends at the link `{}`, which is not there", file.link)))?;

@@ -21,7 +21,7 @@ pub mod trajectory;
 pub mod tree;
 mod urdf;
 
-pub use file::{open, read};
+pub use file::{MAX_BYTES, open, read};
 pub use grasp::{Grasp, Mapper};
 pub use hand::{Angles, FingerModel, HandModel, MAX_DOFS, Posture, REACHED_M, Reached};
 pub use mapping::map;

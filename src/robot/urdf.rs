@@ -3,7 +3,7 @@
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic` without offset), their limits, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
-use super::file::{MAX_LINKS, SPEEDS_UP_S, inertia_of};
+use super::file::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S, inertia_of};
 use super::tree::{Dof, Joint, Kind, Link, Robot, Solid};
 use crate::base::error::InputError;
 use indexmap::IndexMap;
@@ -40,6 +40,13 @@ pub(super) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     reader.robot(root)
 }
 
+/// Whether a body can have this inertia. Files round: a thousandth is let through.
+fn is_inertia(own: &Matrix3<f64>) -> bool {
+    let moments = own.symmetric_eigenvalues();
+    let whole = moments.sum();
+    moments.iter().all(|moment| *moment >= -1e-3 * whole.abs() && *moment <= whole / 2.0 + 1e-3 * whole.abs())
+}
+
 struct Reader<'a> {
     document: &'a Document<'a>,
     file: &'a str,
@@ -70,9 +77,10 @@ impl<'a> Reader<'a> {
 
     fn three(&self, node: Node<'a, 'a>, key: &str, or: [f64; 3]) -> Result<[f64; 3], InputError> {
         let Some(text) = node.attribute(key) else { return Ok(or) };
-        let parts: Vec<f64> = text.split_whitespace().filter_map(|part| part.parse().ok()).collect();
-        <[f64; 3]>::try_from(parts)
+        let parts: Result<Vec<f64>, _> = text.split_whitespace().map(str::parse).collect();
+        parts
             .ok()
+            .and_then(|parts| <[f64; 3]>::try_from(parts).ok())
             .filter(|parts| parts.iter().all(|part| part.is_finite() && part.abs() < 1e3))
             .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, wanted three numbers")))
     }
@@ -109,6 +117,10 @@ impl<'a> Reader<'a> {
                 if !links.iter().any(|(_, known)| *known == link) {
                     return Err(self.error(node, format!("the joint names `{link}`, which is no link")));
                 }
+            }
+            let name = self.name(node, "name")?;
+            if joints.iter().any(|(other, ..): &(Node, _, _)| other.attribute("name") == Some(name)) {
+                return Err(self.error(node, format!("the joint `{name}` is there twice")));
             }
             if joints.iter().any(|(_, _, other)| *other == child) {
                 return Err(self.error(node, format!("the link `{child}` hangs at two joints")));
@@ -242,6 +254,10 @@ impl<'a> Reader<'a> {
                 }
             }
         }
+        if solids.len() > MAX_SOLIDS {
+            let message = format!("`{name}` has {} shapes, at most {MAX_SOLIDS} are read", solids.len());
+            return Err(self.error(node, message));
+        }
         let mut link = Link::massless(name, solids);
         let Some(inertial) = children(node, "inertial").next() else { return Ok(link) };
         let at = self.origin(inertial)?;
@@ -255,6 +271,10 @@ impl<'a> Reader<'a> {
                 let of = |key: &str| self.number(node, key, 0.0);
                 let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
                 let own = Matrix3::new(of("ixx")?, xy, xz, xy, of("iyy")?, yz, xz, yz, of("izz")?);
+                if !is_inertia(&own) {
+                    let wanted = "wanted three moments of which none is negative or more than the other two together";
+                    return Err(self.error(node, format!("`{name}` has an inertia that no body has, {wanted}")));
+                }
                 let turn = at.rotation.to_rotation_matrix();
                 turn * own * turn.transpose()
             }

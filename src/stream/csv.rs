@@ -13,6 +13,7 @@ use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::Scene;
 use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
+use crate::stream::text;
 use indexmap::IndexMap;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -74,7 +75,7 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
 /// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(path).map_err(|error| InputError::unreadable(&name, &error))?;
+    let text = text::read(path, yaml::MAX_BYTES as u64)?;
     let scene: Scene = yaml::read(&text, &name)?;
     check_scene(&scene).map_err(|message| InputError::new(&name, message))?;
     Ok(scene)

@@ -17,6 +17,7 @@ pub mod sheet;
 pub mod skeleton;
 mod strangers;
 pub mod table;
+pub mod text;
 mod timebase;
 pub mod whole;
 

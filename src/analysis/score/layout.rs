@@ -7,7 +7,7 @@
 use super::map::SEPARATE;
 use super::truth::Span;
 use crate::analysis::{Segment, Track, Who};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Times that differ by less are the same, s: stamps are written with a few digits and added up.
 pub(super) const SAME_S: f64 = 1e-6;
@@ -66,13 +66,15 @@ impl Layout {
     /// Lays truth and result out.
     ///
     /// Where the truth has alternatives, `Move|Approach`, that is one class: a resulting segment whose name is among the alternatives of true
-    /// segments is told as the class with which it shares most time, and neighbours of one class are one segment.
+    /// segments is told as the class with which it shares most time, else as the only class that has its name, and neighbours of one class are one
+    /// segment.
     pub fn new(truth: &[Span], result: &[(&str, f64, f64)]) -> Self {
         let moments = moments(truth, result);
         let truths: Vec<&[Moment]> = moments.chunk_by(|one, next| one.names == next.names).collect();
         let results: Vec<&[Moment]> = moments.chunk_by(|one, next| one.label == next.label).collect();
         let truth: Vec<Piece> = truths.iter().filter_map(|part| piece(part, part.first()?.names.join("|"))).collect();
-        let classes: Vec<String> = results.iter().map(|part| class(part)).collect();
+        let known: BTreeSet<&[String]> = moments.iter().map(|moment| moment.names).collect();
+        let classes: Vec<String> = results.iter().map(|part| class(part, &known)).collect();
         let mut result: Vec<Piece> = Vec::new();
         let mut position = Vec::new();
         for (part, name) in results.iter().zip(classes) {
@@ -156,17 +158,21 @@ fn piece(part: &[Moment], name: String) -> Option<Piece> {
     })
 }
 
-/// What a resulting segment is called: the true class with which it shares most time, of those that it may belong to; else its own name.
-fn class(part: &[Moment]) -> String {
+/// What a resulting segment is called: the true class with which it shares most time, of those that it may belong to; when it shares none, the only
+/// one; else its own name.
+fn class(part: &[Moment], known: &BTreeSet<&[String]>) -> String {
     let mut shared: BTreeMap<&[String], f64> = BTreeMap::new();
     for moment in part.iter().filter(|moment| moment.names.iter().any(|name| name == moment.label)) {
         *shared.entry(moment.names).or_default() += moment.end_s - moment.start_s;
     }
     let best = shared.into_iter().reduce(|best, next| if next.1 > best.1 { next } else { best });
-    best.map_or_else(
-        || part.first().map_or_else(String::new, |moment| moment.label.to_string()),
-        |best| best.0.join("|"),
-    )
+    let label = part.first().map_or("", |moment| moment.label);
+    let mut may_be = known.iter().filter(|names| names.iter().any(|name| name == label));
+    match (best, may_be.next(), may_be.next()) {
+        (Some((names, _)), ..) => names.join("|"),
+        (None, Some(only), None) => only.join("|"),
+        _ => label.to_string(),
+    }
 }
 
 /// For every moment the number of the part that it is in, as `number` has it.

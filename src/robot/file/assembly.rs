@@ -2,7 +2,7 @@
 
 use super::super::hand::{self, FingerSpec};
 use super::super::tree::{Dof, Link, Robot};
-use super::{MAX_DEPTH, MAX_LINKS, PartFile, Places, RobotFile, nested, placed};
+use super::{MAX_DEPTH, MAX_LINKS, PartFile, Places, RobotFile, beside, nested, placed, shipped};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use indexmap::IndexMap;
@@ -30,7 +30,8 @@ pub(super) fn assembly(
         if source.trim().is_empty() {
             return Err(refuse(part, "has an empty `source`".into()));
         }
-        let model = nested(robot, text_of, depth + 1)?;
+        let robot = if shipped::text(robot).is_some() { robot.clone() } else { beside(places.file, robot) };
+        let model = nested(&robot, text_of, depth + 1)?;
         let parent = match on {
             None => 0,
             Some(on) => links.iter().position(|link| link.name == *on).ok_or_else(|| {

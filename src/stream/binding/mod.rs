@@ -16,6 +16,7 @@ use crate::base::error::InputError;
 use crate::base::quantity::{Frequency, Mass, Time};
 use crate::base::scene::Scene;
 use crate::base::yaml;
+use crate::stream::text;
 use indexmap::IndexMap;
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
@@ -127,7 +128,7 @@ impl BindingFile {
     /// What it says that a binding cannot say, at `file:line:column`.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         let name = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| InputError::unreadable(&name, &error))?;
+        let text = text::read(path, yaml::MAX_BYTES as u64)?;
         Self::parse(text, name)
     }
 

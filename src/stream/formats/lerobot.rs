@@ -7,6 +7,7 @@ use super::super::sheet::{Cells, Memory};
 use super::super::table::Source;
 use super::parquet;
 use crate::base::error::InputError;
+use crate::stream::text;
 use serde_json::Value;
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
@@ -59,12 +60,7 @@ impl Set {
     fn read(folder: &Path) -> Result<Self, InputError> {
         let path = info(folder);
         let place = path.display().to_string();
-        let failed = |error: std::io::Error| InputError::unreadable(&place, &error);
-        let length = std::fs::metadata(&path).map_err(failed)?.len();
-        if length > MAX_INFO {
-            return Err(InputError::new(&place, format!("the file has {length} bytes, at most {MAX_INFO} are read")));
-        }
-        let text = std::fs::read_to_string(&path).map_err(failed)?;
+        let text = text::read(&path, MAX_INFO)?;
         let info: Value = serde_json::from_str(&text).map_err(|error| {
             InputError::new(
                 format!("{place}:{}:{}", error.line(), error.column()),

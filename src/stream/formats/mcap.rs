@@ -9,6 +9,7 @@ use super::topics::{Reading, Topics};
 use super::truncated;
 use crate::base::error::InputError;
 use crate::base::yaml;
+use crate::stream::text;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -47,7 +48,7 @@ struct Information {
 pub fn folder(folder: &Path) -> Result<Source, InputError> {
     let path = folder.join("metadata.yaml");
     let name = path.display().to_string();
-    let text = std::fs::read_to_string(&path).map_err(|error| InputError::unreadable(&name, &error))?;
+    let text = text::read(&path, yaml::MAX_BYTES as u64)?;
     let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
     if information.storage_identifier != "mcap" {
         let found = information.storage_identifier;

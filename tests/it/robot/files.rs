@@ -76,4 +76,46 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     assert!(wrong("upper=\"0.4\"", "upper=\"-0.5\"").contains("`spread` goes from -0.4 to -0.5"));
     assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("`f3`, which is no link"));
     assert!(wrong("joint=\"bend\"", "joint=\"bent\"").contains("`curl` mimics `bent`"));
+    assert!(wrong("name=\"curl\"", "name=\"bend\"").contains("the joint `bend` is there twice"));
+    assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, wanted three numbers"));
+    assert!(wrong("ixx=\"1e-3\"", "ixx=\"3e-3\"").contains("`palm` has an inertia that no body has"));
+    assert!(wrong("ixx=\"1e-3\"", "ixx=\"-1e-3\"").contains("`palm` has an inertia that no body has"));
+    let boxes = "<collision><geometry><box size=\"0.06 0.06 0.02\"/></geometry></collision>".repeat(65);
+    assert!(
+        wrong("<link name=\"f0\"/>", &format!("<link name=\"f0\">{boxes}</link>"))
+            .contains("`f0` has 65 shapes, at most 64")
+    );
+}
+
+#[test]
+fn the_parts_of_a_robot_lie_beside_the_file_that_names_them() {
+    let cell = "name: cell\nparts:\n  arm: {robot: my_arm.yaml, source: ours}\n  hand: {robot: gifu_hand_iii_left, on: arm/flange, source: ours}\n";
+    let arm = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/robots/arm_6dof.yaml")).unwrap();
+    let robot = robot::open("lab/cell.yaml", &|file| match file {
+        "lab/cell.yaml" => Ok(cell.to_string()),
+        other => {
+            assert_eq!(other, "lab/my_arm.yaml");
+            Ok(arm.clone())
+        }
+    });
+    assert_eq!(robot.unwrap().n_joints(), 6 + 20);
+    let error = robot::open("lab/hand.urdf", &|_| unreachable!()).unwrap_err().to_string();
+    assert!(error.contains("name the URDF and its fingertips in a YAML file"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_never_ends_is_refused() {
+    use crate::program::{complained, teachtree};
+    let link = tempfile::tempdir().unwrap();
+    for (name, args) in [
+        ("zero.yaml", ["command", "demos/none.csv", "--out", "x.json", "--robot"]),
+        ("zero.json", ["simulate", "--scene", "paper_box", "--out", "x.csv"]),
+    ] {
+        let path = link.path().join(name);
+        std::os::unix::fs::symlink("/dev/zero", &path).unwrap();
+        let output = teachtree(&[&args[..], &[path.to_str().unwrap()]].concat());
+        assert_eq!(output.status.code(), Some(2));
+        assert!(complained(&output).contains("which are the most that are read"), "{}", complained(&output));
+    }
 }

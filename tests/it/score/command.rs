@@ -115,7 +115,7 @@ fn what_cannot_be_scored_is_said() {
         (with(&[]), "the log does not say what is true"),
         (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
         (with(&["--labels", "docs"]), "the log has no label file"),
-        (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: the file cannot be read"),
+        (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: there is no such file"),
         (with(&["--labels", "nowhere.csv", "--map", "S1"]), "wanted FOREIGN=OURS"),
         (vec!["score", "a.csv", "b.csv", "--labels", labels.to_str().unwrap()], "one label file for 2 recordings"),
     ] {

@@ -209,6 +209,15 @@ fn a_segment_over_the_end_of_its_alternatives_is_still_one() {
 }
 
 #[test]
+fn a_segment_of_a_merged_class_is_of_it_where_the_truth_has_another() {
+    // Move and Approach are one class, also where neither is right: one false segment, not two.
+    let tally = tally("Move|Approach 2 Grasp 4", "Move 2 Grasp 2 Move 1 Approach 1");
+    let class = tally.segments["Move|Approach"];
+    assert_eq!((class.truths, class.results, class.found[2]), (1, 2, 1));
+    assert!(!tally.segments.contains_key("Approach"), "{:?}", tally.segments);
+}
+
+#[test]
 fn coordination_is_scored_where_the_hands_are() {
     use teachtree::analysis::score::{Span, TrackTruth, Truth};
     use teachtree::analysis::{Track, Who};

@@ -1,0 +1,26 @@
+//! Reading the text of a file, whole and up to a limit: a device that never ends is no file.
+
+use crate::base::error::InputError;
+use std::io::Read;
+use std::path::Path;
+
+/// Reads a text of at most `most` bytes.
+///
+/// # Errors
+/// What cannot be read, is longer, or is no UTF-8.
+pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
+    let name = path.display().to_string();
+    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
+    let mut text = String::new();
+    let read = std::fs::File::open(path).map_err(failed)?.take(most + 1).read_to_string(&mut text);
+    // A limit may cut a character in two.
+    if text.len() as u64 > most || read.as_ref().is_err_and(|_| std::fs::metadata(path).is_ok_and(|it| it.len() > most))
+    {
+        return Err(InputError::new(
+            &name,
+            format!("the file has more than {most} bytes, which are the most that are read"),
+        ));
+    }
+    read.map_err(failed)?;
+    Ok(text)
+}
