@@ -1,15 +1,19 @@
 //! `cargo run --release --example robot -- 1..10` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
-//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`.
+//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`. With
+//! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
 #[path = "../recognition/ruleset.rs"]
 #[allow(dead_code, reason = "the other example needs more of it")]
 mod ruleset;
 
+use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use ruleset::RuleSet;
 use std::process::ExitCode;
 use teachtree::base::error::InputError;
+use teachtree::base::geometry::unit;
+use teachtree::base::scene::{Role, Scene};
 use teachtree::robot::simulate::{Outcome, simulate};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
@@ -50,10 +54,14 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
         .map_err(|error| error.to_string())?;
     println!("| scene | people | done | farthest, of those done | not done |\n|---|---|---|---|---|");
     let (mut people, mut all_done) = (0, 0);
+    let displaced = wanted.iter().any(|word| word == "displaced");
+    let wanted: Vec<&String> = wanted.iter().filter(|word| *word != "displaced").collect();
     let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|part| scene.contains(part.as_str()));
     for scene in SCENES.into_iter().filter(is_wanted) {
-        let outcomes: Vec<(u64, Result<Vec<Outcome>, InputError>)> =
-            (first..=last).into_par_iter().map(|seed| (seed, carried_out(scene, seed, &rules, &robot))).collect();
+        let outcomes: Vec<(u64, Result<Vec<Outcome>, InputError>)> = (first..=last)
+            .into_par_iter()
+            .map(|seed| (seed, carried_out(scene, seed, displaced, &rules, &robot)))
+            .collect();
         let (mut done, mut off, mut turned) = (0, 0.0_f64, 0.0_f64);
         let mut failed = Vec::new();
         for (seed, outcomes) in &outcomes {
@@ -80,11 +88,32 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
 }
 
 /// A person's demonstration, from the recording to what the robot made of it.
-fn carried_out(scene: &str, seed: u64, rules: &RuleSet, robot: &Robot) -> Result<Vec<Outcome>, InputError> {
+fn carried_out(
+    scene: &str,
+    seed: u64,
+    displaced: bool,
+    rules: &RuleSet,
+    robot: &Robot,
+) -> Result<Vec<Outcome>, InputError> {
     let stage = world::scene(scene)?;
     let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
     let said = rules.over(&recording)?;
     let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said.analysis, scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
+    let stage = if displaced { with_objects_elsewhere(stage, seed) } else { stage };
     Ok(simulate(&commands, robot, &stage, &mut |_| {})?.1)
+}
+
+/// Every object that stands by itself up to 20 mm to either side and up to 10° turned, the same way for the same seed.
+fn with_objects_elsewhere(mut scene: Scene, seed: u64) -> Scene {
+    // The golden ratio spreads seeds evenly.
+    let share = |step: u64| 2.0 * (((3 * seed + step) as f64 * 0.618_033_988_749_895).fract()) - 1.0;
+    for body in scene.bodies.values_mut().filter(|body| body.role == Role::Object) {
+        body.position[0].0 += 0.020 * share(0);
+        body.position[1].0 += 0.020 * share(1);
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 10.0_f64.to_radians() * share(2));
+        let turned = turn * unit(body.rotation);
+        body.rotation = [turned.w, turned.i, turned.j, turned.k];
+    }
+    scene
 }
