@@ -101,7 +101,7 @@ fn carried_out(
     let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said.analysis, scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
     let stage = if displaced { with_objects_elsewhere(stage, seed) } else { stage };
-    Ok(simulate(&commands, robot, &stage, &mut |_| {})?.1)
+    Ok(simulate(&commands, robot, &stage, &mut |_| {})?.outcomes)
 }
 
 /// Every object that stands by itself up to 20 mm to either side and up to 10° turned, the same way for the same seed.

@@ -4,6 +4,8 @@ mod explain;
 mod figure;
 pub mod html;
 pub mod palette;
+#[cfg(feature = "world")]
+pub mod robot;
 pub mod score;
 mod signals;
 mod svg;

@@ -203,6 +203,12 @@ impl<'a> Plan<'a> {
         (self.transfer + first, self.transfer + last)
     }
 
+    /// The primitive at a time, s.
+    pub fn primitive(&self, time: f64) -> &str {
+        let phase = self.phases.partition_point(|phase| phase.start <= time - self.transfer).saturating_sub(1);
+        if time < self.transfer { "Move" } else { &self.phases[phase].segment.primitive }
+    }
+
     /// Where the person left the object.
     pub fn taught_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());

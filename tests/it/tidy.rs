@@ -13,7 +13,7 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("robot", &["command", "world"]),
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),
-    ("report", &["language", "stream", "engine", "analysis"]),
+    ("report", &["language", "stream", "engine", "analysis", "command", "robot"]),
     ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report"]),
 ];
 
