@@ -12,6 +12,9 @@ use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 /// The way of the palm is looked at this often, s, from so many starts of the arm.
 const WAY_S: f64 = 0.1;
 const STARTS: usize = 48;
+/// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
+const FOLLOWING: usize = 12;
+const UNHURRIED: f64 = 0.7;
 /// The first free motion is left out in so many parts.
 const LEFT_OUT: u32 = 4;
 
@@ -93,6 +96,20 @@ impl Executor {
         let torques = DVector::zeros(q.len());
         let palm = target.palm;
         Ok(Self { robot, hand, motion, posture, controller, wanted: q, palm, before: None, torques, idle })
+    }
+
+    /// Stretches a plan from a time on until the arm can follow it from where it is to be now; where that time is then, s.
+    pub fn slow_down(&self, plan: &mut Plan<'_>, from_s: f64) -> f64 {
+        if self.hand.arm.is_empty() {
+            return from_s;
+        }
+        let mut q = self.wanted.clone();
+        plan.slow_down(from_s, &mut |palm, dt| {
+            let before = q.clone();
+            solve_arm(&self.robot, &self.hand, &self.motion.root, palm, &mut q, FOLLOWING);
+            let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * self.robot.dofs[*dof].speed);
+            self.hand.arm.iter().map(speed).fold(0.0, f64::max)
+        })
     }
 
     /// Where the palm is.

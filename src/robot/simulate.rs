@@ -100,7 +100,7 @@ pub fn simulate(
             .ok_or_else(|| at_task(format!("is about `{}`, which is no body of the scene", task.object)))?;
         let found = world.observation().bodies[body].pose;
         let palm = executor.as_ref().map(Executor::wanted_palm);
-        let plan = Plan::new(task, &hand, &found, palm.as_ref(), taught_radius).map_err(at_task)?;
+        let mut plan = Plan::new(task, &hand, &found, palm.as_ref(), taught_radius).map_err(at_task)?;
         if plan.duration() > LONGEST_S {
             return Err(at_task(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", plan.duration())));
         }
@@ -117,6 +117,7 @@ pub fn simulate(
                 runs
             }
         };
+        begins_s = runs.slow_down(&mut plan, begins_s);
         let mut righting = Righting::default();
         let (mut palm_error, mut largest_force, mut force_errors) = (0.0_f64, 0.0_f64, (0.0, 0.0));
         let steps = ((plan.duration() - begins_s) / STEP_S).round() as usize;
