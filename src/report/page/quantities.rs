@@ -1,7 +1,7 @@
 //! What can be drawn over time: the curves of the figures, whatever the rules compare with a threshold, their signals and latches, and the
 //! channels of the log.
 
-use super::thin::{Thinning, curve, rounded, toggles};
+use super::thin::{Thinning, curve, toggles};
 use crate::analysis::explain::{quantities, slots, text};
 use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
@@ -279,7 +279,7 @@ fn evaluated<'a>(
     if !thresholds.is_empty() {
         let told = thresholds.iter().map(|Threshold { value, name }| {
             let [quantity] = quantities([*value], &ty.1.si_unit());
-            json!([rounded(value * scale), if name.is_empty() { quantity } else { format!("{name} {quantity}") }])
+            json!([value * scale, if name.is_empty() { quantity } else { format!("{name} {quantity}") }])
         });
         fields.insert("thresholds".into(), told.collect());
     }

@@ -5,7 +5,7 @@
 //! and the greatest sample of even steps are taken instead.
 //!
 //! As text: for each gap-free piece the number of its knots, then for each knot the frames since the last one and the change of the value in
-//! steps, as numbers of seven bits a byte (the changes in zigzag), all in base64. `work.js` reads it.
+//! steps, as numbers of seven bits a byte (the changes in zigzag), all in base64. `curves.js` reads it.
 
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -37,11 +37,11 @@ pub(super) fn curve(values: &[f64], stretches: &[Range<usize>], thinning: Thinni
     let (least, greatest) = samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let whole = pieces.iter().map(Range::len).sum::<usize>() == stretches.iter().map(Range::len).sum::<usize>();
     if whole && least >= greatest && !pieces.is_empty() {
-        return json!({ "v": rounded(least) });
+        return json!({ "v": least + 0.0 });
     }
-    let range = if greatest > least { greatest - least } else { 1.0 };
+    let range = if greatest > least { (greatest - least).min(f64::MAX) } else { 1.0 };
     let lines: Vec<Vec<Knot>> = thin(values, &pieces, range, thinning);
-    let (base, step) = (rounded(if least.is_finite() { least } else { 0.0 }), range / LEVELS);
+    let (base, step) = (if least.is_finite() { least } else { 0.0 }, range / LEVELS);
     json!({ "a": base, "s": step, "k": base64(&packed(&lines, base, step)) })
 }
 
@@ -159,7 +159,7 @@ fn packed(lines: &[Vec<Knot>], base: f64, step: f64) -> Vec<u8> {
     for line in lines {
         number(&mut bytes, line.len());
         for (at, value) in line {
-            let now = ((value - base) / step).round() as i64;
+            let now = ((value - base) / step).round().clamp(0.0, LEVELS) as i64;
             let change = now - level;
             number(&mut bytes, at - frame);
             number(&mut bytes, ((change << 1) ^ (change >> 63)).unsigned_abs() as usize);
