@@ -78,6 +78,16 @@ pub enum Who {
     Both,
 }
 
+impl Who {
+    /// The hand, if it is one hand's.
+    pub const fn side(self) -> Option<Side> {
+        match self {
+            Self::Hand(side) => Some(side),
+            Self::Both => None,
+        }
+    }
+}
+
 impl fmt::Display for Who {
     /// `left`, `right`, `both`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

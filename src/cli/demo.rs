@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let analysis = args.out.join("analysis.json");
     output::write(&analysis, &json(&analysed.analysis, &analysed.meta), &[])?;
     let report = args.out.join("report.html");
-    let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
+    let page = report::html(&analysed.explained(&rules), &opened.recording, &analysed.meta)?;
     output::write(&report, &page, &[])?;
     output::print(&timeline(&analysed, true))?;
 

@@ -77,8 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = load(&args.rules, &opened)?;
     let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let found = analyse(&rules, &opened, binding, Vec::new())?;
-    let analysed =
-        explain::Analysed { rules: &rules, frames: &found.frames, leaves: &found.leaves, analysis: &found.analysis };
+    let analysed = found.explained(&rules);
     let tracks = match args.track {
         Some(track) => vec![track.into()],
         None => found.analysis.tracks.iter().map(|track| track.who).collect(),

@@ -3,6 +3,7 @@
 mod explain;
 mod figure;
 pub mod html;
+mod page;
 pub mod palette;
 #[cfg(feature = "world")]
 pub mod robot;

@@ -5,6 +5,8 @@
 mod analysis;
 #[cfg(feature = "world")]
 mod both_hands;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod browser;
 #[cfg(feature = "world")]
 mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
