@@ -2,11 +2,13 @@
 //! its task came to its name. Nothing here is computed unless it is asked for.
 
 mod fact;
+mod moment;
 mod reason;
 mod task;
 mod why_not;
 
 pub use fact::{Fact, Wait};
+pub use moment::{Moment, moment};
 pub use reason::Reason;
 pub use task::{Asked, TaskReason, Tried};
 pub use why_not::{Obstacle, WhyNot};
@@ -192,7 +194,7 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
 }
 
 /// A choice or condition on one line, without comments and without the brace of a branch.
-pub(super) fn written(text: &str) -> String {
+pub fn written(text: &str) -> String {
     folded(text).trim_end_matches('{').trim_end().to_string()
 }
 
