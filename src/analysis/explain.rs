@@ -3,12 +3,14 @@
 
 mod change;
 mod fact;
+mod moment;
 mod reason;
 mod task;
 mod why_not;
 
 pub use change::{Change, Changed, Decided, State, change, task};
 pub use fact::{Fact, Wait, quantities};
+pub use moment::{Moment, moment};
 pub use reason::{Reason, slots, text};
 pub use task::{Asked, TaskReason, Tried};
 pub use why_not::{Obstacle, WhyNot};
@@ -193,7 +195,7 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
 }
 
 /// A choice or condition on one line, without comments and without the brace of a branch.
-pub(super) fn written(text: &str) -> String {
+pub fn written(text: &str) -> String {
     folded(text).trim_end_matches('{').trim_end().to_string()
 }
 

@@ -12,6 +12,7 @@ pub mod coverage;
 pub mod csv;
 pub mod expect;
 pub mod explain;
+pub mod fit;
 pub mod json;
 mod lane;
 mod measures;

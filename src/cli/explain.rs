@@ -60,7 +60,7 @@ fn times(text: &str) -> Result<(f64, f64), String> {
 }
 
 /// Reads a time, s; without a unit it is in seconds.
-fn time(text: &str) -> Result<f64, String> {
+pub fn time(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at_checked(end).unwrap_or((text, ""));

@@ -11,6 +11,7 @@ mod command;
 #[cfg(feature = "world")]
 mod demo;
 mod explain;
+mod fit;
 mod fmt;
 mod graph;
 mod inspect;
@@ -27,6 +28,7 @@ mod source;
 mod teach;
 mod tellable;
 mod test;
+mod truth;
 
 use crate::base::error::InputError;
 use clap::{Parser, Subcommand};
@@ -57,6 +59,8 @@ enum Command {
     Test(test::Args),
     /// Compare what is found in recordings with what is true
     Score(score::Args),
+    /// Learn params from labelled recordings, and see whether others bear them out; print a patch
+    Fit(fit::Args),
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
@@ -73,7 +77,7 @@ enum Command {
     Diff(prove::DiffArgs),
     /// Write rule files in one style
     Fmt(fmt::Args),
-    /// Print the decision graph of rule files
+    /// Draw the trees of rule files, and what can follow what; mark what a recording took
     Graph(graph::Args),
 }
 
@@ -126,6 +130,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
+        Command::Fit(args) => fit::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         #[cfg(feature = "world")]

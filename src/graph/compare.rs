@@ -3,7 +3,7 @@
 //! Every way through one tree is paired with every way through the other. A pair with different leaves counts only if its conditions can
 //! hold together (`formula`), so a proof holds for every log; a difference comes with the case that shows it.
 
-mod formula;
+pub(super) mod formula;
 mod written;
 
 use crate::language::rules::{

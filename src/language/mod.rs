@@ -16,6 +16,7 @@ pub mod syntax;
 mod tasks;
 mod tree;
 mod types;
+pub mod written;
 
 pub use rules::Rules;
 pub use source::SHIPPED;

@@ -11,11 +11,15 @@ mod browser;
 mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod diagram;
 mod engine;
 #[cfg(feature = "cli")]
 mod expectations;
 #[cfg(feature = "cli")]
 mod explain;
+#[cfg(feature = "cli")]
+mod fit;
 mod graph;
 #[cfg(feature = "cli")]
 mod inspect;

@@ -13,7 +13,7 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("robot", &["command", "world"]),
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),
-    ("report", &["language", "stream", "engine", "analysis", "command", "robot"]),
+    ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
     ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report"]),
 ];
 
@@ -29,6 +29,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/"]),
+    ("similar", &["src/cli/fit/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
