@@ -4,11 +4,13 @@
 mod fact;
 mod reason;
 mod task;
+mod value;
 mod why_not;
 
-pub use fact::{Fact, Wait};
+pub use fact::{Fact, Wait, quantities};
 pub use reason::Reason;
 pub use task::{Asked, TaskReason, Tried};
+pub use value::{frame_at, value};
 pub use why_not::{Obstacle, WhyNot};
 
 use super::json::printed;

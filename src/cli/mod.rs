@@ -15,6 +15,8 @@ mod fmt;
 mod graph;
 mod inspect;
 mod live;
+#[cfg(feature = "lsp")]
+mod lsp;
 mod output;
 mod progress;
 mod prove;
@@ -75,6 +77,9 @@ enum Command {
     Fmt(fmt::Args),
     /// Print the decision graph of rule files
     Graph(graph::Args),
+    #[cfg(feature = "lsp")]
+    /// Serve an editor: diagnostics, hover, names, completion, over the Language Server Protocol
+    Lsp(lsp::Args),
 }
 
 /// How a command ended.
@@ -136,6 +141,8 @@ pub fn main() -> ExitCode {
         Command::Diff(args) => prove::diff(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
+        #[cfg(feature = "lsp")]
+        Command::Lsp(args) => lsp::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

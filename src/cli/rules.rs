@@ -37,6 +37,7 @@ pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
         hand_file: args.hand.clone().or_else(|| opened.hand_file.clone()),
         overrides: opened.params.iter().chain(&args.set).cloned().collect(),
         needs_tree: true,
+        ..Request::default()
     })
 }
 

@@ -9,6 +9,7 @@ mod both_hands;
 mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
+mod editors;
 mod engine;
 #[cfg(feature = "cli")]
 mod expectations;
@@ -20,6 +21,8 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(all(feature = "lsp", feature = "cli"))]
+mod lsp;
 #[cfg(feature = "cli")]
 mod program;
 #[cfg(feature = "cli")]
