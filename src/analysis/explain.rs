@@ -6,6 +6,7 @@ mod fact;
 mod moment;
 mod reason;
 mod task;
+mod value;
 mod why_not;
 
 pub use change::{Change, Changed, Decided, State, change, task};
@@ -13,6 +14,7 @@ pub use fact::{Fact, Wait, quantities};
 pub use moment::{Moment, moment};
 pub use reason::{Reason, slots, text};
 pub use task::{Asked, TaskReason, Tried};
+pub use value::{frame_at, value};
 pub use why_not::{Obstacle, WhyNot};
 
 use super::json::printed;

@@ -1,7 +1,6 @@
 //! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
 use super::analyze::{Analysed, analyse};
-use super::explain::time;
 use super::rules::{RuleArgs, load, load_files, name_and_value};
 use super::score::TrackArg;
 use super::source::SourceArgs;
@@ -9,6 +8,7 @@ use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::explain::{self, Moment, moment};
 use crate::base::error::InputError;
+use crate::base::units::time;
 use crate::graph::transitions::{NONE, SEPARATE, transitions};
 use crate::graph::{lower, text};
 use crate::language::Rules;

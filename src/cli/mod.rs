@@ -16,6 +16,8 @@ mod fmt;
 mod graph;
 mod inspect;
 mod live;
+#[cfg(feature = "lsp")]
+mod lsp;
 mod output;
 mod progress;
 mod prove;
@@ -79,6 +81,9 @@ enum Command {
     Fmt(fmt::Args),
     /// Draw the trees of rule files, and what can follow what; mark what a recording took
     Graph(graph::Args),
+    #[cfg(feature = "lsp")]
+    /// Serve an editor: diagnostics, hover, names, completion, over the Language Server Protocol
+    Lsp(lsp::Args),
 }
 
 /// How a command ended.
@@ -141,6 +146,8 @@ pub fn main() -> ExitCode {
         Command::Diff(args) => prove::diff(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
+        #[cfg(feature = "lsp")]
+        Command::Lsp(args) => lsp::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

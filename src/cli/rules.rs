@@ -42,6 +42,7 @@ pub fn request(args: &RuleArgs, opened: &Opened) -> Request {
         hand_file: args.hand.clone().or_else(|| opened.hand_file.clone()),
         overrides: opened.params.iter().chain(&args.set).cloned().collect(),
         needs_tree: true,
+        ..Request::default()
     }
 }
 

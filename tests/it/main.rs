@@ -13,6 +13,7 @@ mod cli;
 mod command;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod diagram;
+mod editors;
 mod engine;
 #[cfg(feature = "cli")]
 mod expectations;
@@ -26,6 +27,8 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(all(feature = "lsp", feature = "cli"))]
+mod lsp;
 #[cfg(feature = "cli")]
 mod program;
 #[cfg(feature = "cli")]

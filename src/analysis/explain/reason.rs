@@ -219,7 +219,7 @@ impl<'a> Reasons<'_, 'a> {
         Ok((Some(fact), because))
     }
 
-    fn slot_name(&self, array: &'a Expr, slot: usize, spot: Spot) -> String {
+    pub fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
         let Some((axis, hand)) = array.ty.axis else { return String::new() };
         let side = match hand {
             Hand::This => spot.this,
