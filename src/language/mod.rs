@@ -5,6 +5,7 @@
 
 pub mod codes;
 pub mod format;
+pub mod formula;
 mod lints;
 pub mod mutate;
 mod parse;

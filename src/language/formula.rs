@@ -1,12 +1,14 @@
 //! Conditions as formulas, and whether some of them can hold together: decided on intervals of quantities, on states of hystereses and on
 //! the leaf before. Different quantities are free, so what is found impossible is impossible on every log.
 
-use super::written::{label, written};
-use crate::language::rules::{Comparison, Expr, ExprKind, Hand, Rules, Type};
+mod read;
+mod written;
+
+pub use read::Reader;
+pub use written::{label, written};
+
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Signals that are opened one within the other; deeper ones are taken as they are.
-const MAX_DEPTH: usize = 6;
 /// Steps of one search; beyond them the answer is "perhaps".
 const MAX_STEPS: usize = 100_000;
 
@@ -34,8 +36,39 @@ pub struct Atom {
     key: String,
     /// As its author wrote it.
     text: String,
-    /// The quantity that it bounds, with its interval when it holds and when it does not.
-    bound: Option<(String, [Interval; 2])>,
+    /// The quantity that it bounds, with where that lies when it holds and when it does not; `None` for nowhere.
+    bound: Option<(String, [Option<Interval>; 2])>,
+}
+
+impl Formula {
+    /// What has to come out how, so that this comes out as wanted: as many single things as it can be taken apart into.
+    pub fn parts(&self, wanted: bool) -> Vec<(&Self, bool)> {
+        match (self, wanted) {
+            (Self::Not(inner), _) => inner.parts(!wanted),
+            (Self::All(parts), true) | (Self::Any(parts), false) => {
+                parts.iter().flat_map(|part| part.parts(wanted)).collect()
+            }
+            _ => vec![(self, wanted)],
+        }
+    }
+
+    /// A single thing as its author wrote it.
+    pub fn text(&self) -> Option<String> {
+        match self {
+            Self::Atom(atom) => Some(atom.text.clone()),
+            Self::From(leaves) => Some(format!("from({})", leaves.join(", "))),
+            Self::Known(_) | Self::Not(_) | Self::All(_) | Self::Any(_) => None,
+        }
+    }
+
+    /// How many pieces it has.
+    pub fn size(&self) -> usize {
+        match self {
+            Self::Known(_) | Self::Atom(_) | Self::From(_) => 1,
+            Self::Not(inner) => 1 + inner.size(),
+            Self::All(parts) | Self::Any(parts) => 1 + parts.iter().map(Self::size).sum::<usize>(),
+        }
+    }
 }
 
 /// Where a quantity lies: the ends, and whether each is left out.
@@ -56,6 +89,15 @@ impl Interval {
         Self { high: (high, open), ..Self::ALL }
     }
 
+    const fn at(value: f64) -> Self {
+        Self { low: (value, false), high: (value, false) }
+    }
+
+    /// Of the number with the other sign.
+    fn mirrored(self) -> Self {
+        Self { low: (-self.high.0, self.high.1), high: (-self.low.0, self.low.1) }
+    }
+
     fn with(self, other: Self) -> Option<Self> {
         let low = match self.low.0.total_cmp(&other.low.0) {
             std::cmp::Ordering::Less => other.low,
@@ -69,84 +111,6 @@ impl Interval {
         };
         let empty = low.0 > high.0 || low.0 >= high.0 && (low.1 || high.1);
         (!empty).then_some(Self { low, high })
-    }
-}
-
-/// A condition of a rule set as a formula.
-pub fn formula(expr: &Expr, rules: &Rules, this: Hand) -> Formula {
-    opened(expr, rules, this, 0)
-}
-
-fn opened(expr: &Expr, rules: &Rules, this: Hand, depth: usize) -> Formula {
-    let all = |parts: &[Expr]| parts.iter().map(|part| opened(part, rules, this, depth)).collect();
-    match &expr.kind {
-        ExprKind::Bool(value) => Formula::Known(*value),
-        ExprKind::Not(inner) => Formula::Not(Box::new(opened(inner, rules, this, depth))),
-        ExprKind::And(parts) => Formula::All(all(parts)),
-        ExprKind::Or(parts) => Formula::Any(all(parts)),
-        ExprKind::From { labels, none } => {
-            let names = labels.iter().map(|one| label(*one, rules));
-            Formula::From(names.chain(none.then(|| "none".to_string())).collect())
-        }
-        ExprKind::Signal(id, hand) if depth < MAX_DEPTH && expr.ty == Type::BOOL => {
-            let this = if *hand == Hand::This { this } else { *hand };
-            opened(&rules.signals[id.index()].expr, rules, this, depth + 1)
-        }
-        _ => Formula::Atom(Atom {
-            key: written(expr, rules, this),
-            text: rules.sources.text(expr.span).split_whitespace().collect::<Vec<_>>().join(" "),
-            bound: bound(expr, rules, this),
-        }),
-    }
-}
-
-/// The quantity that a single condition bounds. A quotient may be undefined, and then lies nowhere.
-fn bound(expr: &Expr, rules: &Rules, this: Hand) -> Option<(String, [Interval; 2])> {
-    if expr.ty.axis.is_some() {
-        return None;
-    }
-    let (quantity, intervals) = match &expr.kind {
-        ExprKind::Compare(comparison, a, b) => match (constant(a, rules), constant(b, rules)) {
-            (None, Some(limit)) => (a, compared(*comparison, limit)?),
-            (Some(limit), None) => (b, compared(comparison.swapped(), limit)?),
-            _ => return None,
-        },
-        ExprKind::Hysteresis { value, on, off, rising: true } => {
-            (value, [Interval::above(off.value, false), Interval::below(on.value, false)])
-        }
-        ExprKind::Hysteresis { value, on, off, rising: false } => {
-            (value, [Interval::below(off.value, false), Interval::above(on.value, false)])
-        }
-        _ => return None,
-    };
-    let key = written(quantity, rules, this);
-    let mut divides = false;
-    quantity.walk(&mut |part| {
-        divides |= matches!(part.kind, ExprKind::Arithmetic(crate::language::rules::Arithmetic::Divide, ..));
-        // What a signal divides is not looked into.
-        divides |= matches!(part.kind, ExprKind::Signal(..));
-    });
-    (!divides).then_some((key, intervals))
-}
-
-/// Where a quantity lies when it compares so with a limit, and when it does not.
-fn compared(comparison: Comparison, limit: f64) -> Option<[Interval; 2]> {
-    Some(match comparison {
-        Comparison::Less => [Interval::below(limit, true), Interval::above(limit, false)],
-        Comparison::LessEqual => [Interval::below(limit, false), Interval::above(limit, true)],
-        Comparison::Greater => [Interval::above(limit, true), Interval::below(limit, false)],
-        Comparison::GreaterEqual => [Interval::above(limit, false), Interval::below(limit, true)],
-        Comparison::Equal | Comparison::NotEqual => return None,
-    })
-}
-
-fn constant(expr: &Expr, rules: &Rules) -> Option<f64> {
-    match &expr.kind {
-        ExprKind::Number(number) => Some(*number),
-        ExprKind::Param(id) => Some(rules.params[id.index()].value),
-        ExprKind::Negate(inner) => constant(inner, rules).map(|number| -number),
-        ExprKind::Arithmetic(operation, a, b) => Some(operation.apply(constant(a, rules)?, constant(b, rules)?)),
-        _ => None,
     }
 }
 
@@ -173,7 +137,7 @@ impl Case {
         self.atoms.insert(atom.key.clone(), (atom.text.clone(), holds));
         let Some((quantity, [when, when_not])) = &atom.bound else { return true };
         let known = self.quantities.get(quantity).copied().unwrap_or(Interval::ALL);
-        match known.with(if holds { *when } else { *when_not }) {
+        match (if holds { *when } else { *when_not }).and_then(|interval| known.with(interval)) {
             Some(narrower) => {
                 self.quantities.insert(quantity.clone(), narrower);
                 true
@@ -195,22 +159,31 @@ pub enum Answer {
 
 /// Looks for a case in which each formula comes out as wanted, after one of the leaves `before`.
 pub fn possible(wanted: &[(&Formula, bool)], before: BTreeSet<String>) -> Answer {
-    let mut steps = 0;
+    let mut left = MAX_STEPS;
+    possible_within(wanted, before, &mut left)
+}
+
+/// The same with the steps that are `left`, which become fewer.
+pub fn possible_within(wanted: &[(&Formula, bool)], before: BTreeSet<String>, left: &mut usize) -> Answer {
     let case = Case { before, ..Case::default() };
-    match search(wanted.iter().copied().rev().collect(), case, &mut steps) {
+    match search(wanted.iter().copied().rev().collect(), Vec::new(), case, left) {
         Some(case) => Answer::Yes(case),
-        None if steps > MAX_STEPS => Answer::Perhaps,
+        None if *left == 0 => Answer::Perhaps,
         None => Answer::No,
     }
 }
 
-fn search(mut open: Vec<(&Formula, bool)>, mut case: Case, steps: &mut usize) -> Option<Case> {
-    loop {
-        *steps += 1;
-        if *steps > MAX_STEPS {
+/// What still has to come out how.
+type Open<'a> = Vec<(&'a Formula, bool)>;
+
+/// First everything that leaves no choice, then the alternatives in `later`, the last one first.
+fn search<'a>(mut open: Open<'a>, mut later: Open<'a>, mut case: Case, left: &mut usize) -> Option<Case> {
+    let mut split = Vec::new();
+    while let Some((formula, wanted)) = open.pop() {
+        *left = left.saturating_sub(1);
+        if *left == 0 {
             return None;
         }
-        let Some((formula, wanted)) = open.pop() else { return Some(case) };
         match (formula, wanted) {
             (Formula::Known(value), _) if *value == wanted => {}
             (Formula::Known(_), _) => return None,
@@ -229,15 +202,17 @@ fn search(mut open: Vec<(&Formula, bool)>, mut case: Case, steps: &mut usize) ->
             (Formula::All(parts), true) | (Formula::Any(parts), false) => {
                 open.extend(parts.iter().rev().map(|part| (part, wanted)));
             }
-            (Formula::All(parts) | Formula::Any(parts), _) => {
-                return parts.iter().find_map(|part| {
-                    let mut open = open.clone();
-                    open.push((part, wanted));
-                    search(open, case.clone(), steps)
-                });
-            }
+            (Formula::All(_) | Formula::Any(_), _) => split.push((formula, wanted)),
         }
     }
+    later.extend(split.into_iter().rev());
+    let Some((formula, wanted)) = later.pop() else { return Some(case) };
+    let (Formula::All(parts) | Formula::Any(parts)) = formula else { return None };
+    parts.iter().find_map(|part| {
+        // What is copied counts too.
+        *left = left.saturating_sub((later.len() + case.atoms.len()) / 16);
+        search(vec![(part, wanted)], later.clone(), case.clone(), left)
+    })
 }
 
 /// Whether a label as it is written in `from` stands for a leaf: one without a side for both.
