@@ -125,12 +125,26 @@ codes! {
 
     /// a declaration is never used
     UNUSED = "W201";
+    /// a comment allows what is not there
+    IDLE_ALLOW = "W202";
+    /// a condition never holds
+    NEVER_HOLDS = "W301";
+    /// a condition always holds
+    ALWAYS_HOLDS = "W302";
+    /// a duration is shorter than a sample
+    SHORT_DURATION = "W303";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
     /// nothing says how a tree goes on after a new primitive
     FORGOTTEN_FROM = "W402";
     /// there is no tree
     NO_TREE = "W403";
+    /// a choice is never taken
+    NEVER_TAKEN = "W404";
+    /// a condition always holds where it stands, and nothing after it is reached
+    ALWAYS_TAKEN = "W405";
+    /// an earlier task takes all that a task would name
+    HIDDEN_TASK = "W406";
     /// there are too many warnings to list
     TOO_MANY_WARNINGS = "W701";
 }

@@ -1,6 +1,12 @@
 //! Warnings about rule sets that are right but hardly as meant. They are given only when nothing is wrong.
 
 mod after;
+pub mod allow;
+pub mod choices;
+pub mod conditions;
+mod durations;
+mod proof;
+mod tasks;
 
 use super::codes;
 use super::resolve::{Resolver, What};
@@ -21,6 +27,13 @@ impl Resolver {
         }
         self.racing_latches();
         self.forgotten_from();
+        let dead = choices::dead_choices(&self.rules, named);
+        let told: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
+        let idle = conditions::idle_conditions(&self.rules, named, &told);
+        let idle: Vec<Diagnostic> = idle.into_iter().map(|(_, finding)| finding).collect();
+        let short = durations::short_durations(&self.rules, named);
+        let hidden = tasks::hidden_tasks(&self.rules, named);
+        self.findings.extend([dead, idle, short, hidden].into_iter().flatten());
     }
 
     fn unused_values(&mut self, named: &BTreeSet<u32>) {

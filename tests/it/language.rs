@@ -3,6 +3,7 @@
 mod diagnostics;
 mod format;
 mod garbage;
+mod lints;
 mod reference;
 mod shipped;
 mod syntax;

@@ -1,0 +1,52 @@
+//! Durations that the usual rate cannot honour.
+
+use crate::base::diagnostic::Diagnostic;
+use crate::language::codes;
+use crate::language::rules::{Branch, Constant, Expr, ExprKind, Rules, Then};
+use std::collections::BTreeSet;
+
+/// The rate at which demonstrations are usually recorded, Hz.
+const USUAL_RATE_HZ: f64 = 1000.0;
+/// Of a sample; below, a log is refused (`engine::open`), with half a percent for a rate that is only nearly round.
+const LEAST_SAMPLES: f64 = 0.995;
+
+/// Warns of windows and settlings in the `named` files that are shorter than a sample.
+pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
+    let mut durations: Vec<&Constant> = Vec::new();
+    rules.signals.iter().for_each(|signal| windows(&signal.expr, &mut durations));
+    for latch in &rules.latches {
+        windows(&latch.set, &mut durations);
+        windows(&latch.clear, &mut durations);
+    }
+    for tree in &rules.trees {
+        durations.extend(&tree.settle);
+        in_branch(&tree.root, &mut durations);
+    }
+    let short =
+        |duration: &&&Constant| duration.value * USUAL_RATE_HZ < LEAST_SAMPLES && named.contains(&duration.span.file);
+    let finding = |duration: &Constant| {
+        let told = format!("this is {} ms", duration.value * 1e3);
+        Diagnostic::warning(codes::SHORT_DURATION, "this duration is shorter than a sample at 1 kHz")
+            .at(duration.span, told)
+            .note("logs whose samples are further apart than that are refused")
+            .help("make it 1 ms or more; for the current sample alone write the condition without a window")
+    };
+    durations.iter().filter(short).map(|duration| finding(duration)).collect()
+}
+
+fn in_branch<'a>(branch: &'a Branch, durations: &mut Vec<&'a Constant>) {
+    for choice in &branch.choices {
+        choice.condition.iter().for_each(|condition| windows(condition, durations));
+        if let Then::Branch(below) = &choice.then {
+            in_branch(below, durations);
+        }
+    }
+}
+
+fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {
+    expr.walk(&mut |part| {
+        if let ExprKind::Window(_, _, duration) | ExprKind::Rate(_, duration) = &part.kind {
+            durations.push(duration);
+        }
+    });
+}
