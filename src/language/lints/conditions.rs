@@ -61,7 +61,8 @@ impl<'a> Conditions<'a> {
             // What always holds because each of its parts does is told of the parts.
             ExprKind::And(_) => wanted,
             ExprKind::Or(_) => !wanted,
-            ExprKind::Compare(..) | ExprKind::Hysteresis { .. } => true,
+            // One that always holds makes an array of what stands beside it (`rules/hand_holding.rules`).
+            ExprKind::Compare(..) | ExprKind::Hysteresis { .. } => wanted,
             _ => false,
         };
         for wanted in [true, false] {
