@@ -1,12 +1,18 @@
 //! Conditions as formulas, and whether some of them can hold together: decided on intervals of quantities, on states of hystereses and on
 //! the leaf before. Different quantities are free, so what is found impossible is impossible on every log.
 
+mod interval;
 mod read;
+mod witness;
 mod written;
 
+pub use interval::Interval;
 pub use read::Reader;
+pub use witness::{Frame, shown};
 pub use written::{label, written};
 
+use crate::base::units::Dimension;
+use crate::language::rules::Comparison;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Steps of one search; beyond them the answer is "perhaps".
@@ -36,8 +42,79 @@ pub struct Atom {
     key: String,
     /// As its author wrote it.
     text: String,
-    /// The quantity that it bounds, with where that lies when it holds and when it does not; `None` for nowhere.
-    bound: Option<(String, [Option<Interval>; 2])>,
+    /// What it says about a quantity.
+    bound: Option<Bound>,
+}
+
+/// What a condition says about a quantity.
+#[derive(Clone, Debug)]
+struct Bound {
+    quantity: Quantity,
+    test: Test,
+}
+
+/// A number that conditions bound.
+#[derive(Clone, Debug)]
+enum Quantity {
+    /// One number.
+    One(Number),
+    /// By how much the first one is larger than the second one. (Only its sign is asked for.)
+    Difference(Number, Number),
+}
+
+/// A number of a frame.
+#[derive(Clone, Debug)]
+struct Number {
+    /// By which equal ones are known.
+    key: String,
+    /// As its author wrote it, with its dimension; `None` for what nobody wrote.
+    shown: Option<(String, Dimension)>,
+    /// Where it always lies, unless it is not a number.
+    natural: Interval,
+    /// Whether it is counted.
+    whole: bool,
+    /// Whether it may be not a number.
+    undefined: bool,
+}
+
+/// What is asked of a number.
+#[derive(Clone, Copy, Debug)]
+enum Test {
+    /// How it compares with a limit; a difference with zero.
+    Compared(Comparison, f64),
+    /// The state of a hysteresis.
+    Hysteresis { on: f64, off: f64, rising: bool },
+}
+
+impl Test {
+    /// Where a number lies when this comes out so, and where it does not lie then.
+    fn lies(self, holds: bool) -> (Interval, Option<f64>) {
+        let (below, above) = (Interval::below, Interval::above);
+        match self {
+            Self::Compared(comparison, limit) => match (comparison, holds) {
+                (Comparison::Less, true) | (Comparison::GreaterEqual, false) => (below(limit, true), None),
+                (Comparison::LessEqual, true) | (Comparison::Greater, false) => (below(limit, false), None),
+                (Comparison::Greater, true) | (Comparison::LessEqual, false) => (above(limit, true), None),
+                (Comparison::GreaterEqual, true) | (Comparison::Less, false) => (above(limit, false), None),
+                (Comparison::Equal, true) | (Comparison::NotEqual, false) => (Interval::at(limit), None),
+                (Comparison::NotEqual, true) | (Comparison::Equal, false) => (Interval::ALL, Some(limit)),
+            },
+            Self::Hysteresis { on, off, rising } => match (rising, holds) {
+                (true, true) => (above(on.min(off), false), None),
+                (true, false) => (below(on, false), None),
+                (false, true) => (below(on.max(off), false), None),
+                (false, false) => (above(on, false), None),
+            },
+        }
+    }
+
+    /// Whether this may come out so for what is not a number: there a hysteresis stays as it was.
+    fn is_undefined(self, holds: bool) -> bool {
+        match self {
+            Self::Compared(comparison, limit) => comparison.holds(f64::NAN, limit) == holds,
+            Self::Hysteresis { .. } => true,
+        }
+    }
 }
 
 impl Formula {
@@ -71,79 +148,113 @@ impl Formula {
     }
 }
 
-/// Where a quantity lies: the ends, and whether each is left out.
-#[derive(Clone, Copy, Debug)]
-pub struct Interval {
-    low: (f64, bool),
-    high: (f64, bool),
-}
-
-impl Interval {
-    const ALL: Self = Self { low: (f64::NEG_INFINITY, false), high: (f64::INFINITY, false) };
-
-    const fn above(low: f64, open: bool) -> Self {
-        Self { low: (low, open), ..Self::ALL }
-    }
-
-    const fn below(high: f64, open: bool) -> Self {
-        Self { high: (high, open), ..Self::ALL }
-    }
-
-    const fn at(value: f64) -> Self {
-        Self { low: (value, false), high: (value, false) }
-    }
-
-    /// Of the number with the other sign.
-    fn mirrored(self) -> Self {
-        Self { low: (-self.high.0, self.high.1), high: (-self.low.0, self.low.1) }
-    }
-
-    fn with(self, other: Self) -> Option<Self> {
-        let low = match self.low.0.total_cmp(&other.low.0) {
-            std::cmp::Ordering::Less => other.low,
-            std::cmp::Ordering::Greater => self.low,
-            std::cmp::Ordering::Equal => (self.low.0, self.low.1 || other.low.1),
-        };
-        let high = match self.high.0.total_cmp(&other.high.0) {
-            std::cmp::Ordering::Less => self.high,
-            std::cmp::Ordering::Greater => other.high,
-            std::cmp::Ordering::Equal => (self.high.0, self.high.1 || other.high.1),
-        };
-        let empty = low.0 > high.0 || low.0 >= high.0 && (low.1 || high.1);
-        (!empty).then_some(Self { low, high })
-    }
-}
-
 /// A state in which formulas come out as they were asked to.
 #[derive(Clone, Debug, Default)]
 pub struct Case {
-    /// What holds and what does not, by key, with its text.
-    atoms: BTreeMap<String, (String, bool)>,
-    quantities: BTreeMap<String, Interval>,
+    /// What holds and what does not, by key.
+    atoms: BTreeMap<String, (Atom, bool)>,
+    /// What is known of numbers, by key.
+    numbers: BTreeMap<String, (Number, Known)>,
+    /// What is known of differences of two numbers, by the keys of the two.
+    differences: BTreeMap<(String, String), Known>,
     /// The leaves that may come before.
     pub before: BTreeSet<String>,
+    /// Whether it matters which of them does.
+    asks_before: bool,
+}
+
+/// What is known of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Known {
+    /// Where it lies if it is one; `None` for nowhere.
+    lies: Option<Interval>,
+    /// Whether it may be not a number.
+    undefined: bool,
+}
+
+impl Known {
+    /// Whether there is anything that it may be.
+    const fn is_possible(self) -> bool {
+        self.lies.is_some() || self.undefined
+    }
 }
 
 impl Case {
     /// What holds and what does not, as their authors wrote it.
     pub fn conditions(&self) -> impl Iterator<Item = (&str, bool)> {
-        self.atoms.values().map(|(text, holds)| (text.as_str(), *holds))
+        self.atoms.values().map(|(atom, holds)| (atom.text.as_str(), *holds))
     }
 
     fn assume(&mut self, atom: &Atom, holds: bool) -> bool {
         if let Some((_, known)) = self.atoms.get(&atom.key) {
             return *known == holds;
         }
-        self.atoms.insert(atom.key.clone(), (atom.text.clone(), holds));
-        let Some((quantity, [when, when_not])) = &atom.bound else { return true };
-        let known = self.quantities.get(quantity).copied().unwrap_or(Interval::ALL);
-        match (if holds { *when } else { *when_not }).and_then(|interval| known.with(interval)) {
-            Some(narrower) => {
-                self.quantities.insert(quantity.clone(), narrower);
-                true
+        self.atoms.insert(atom.key.clone(), (atom.clone(), holds));
+        let Some(Bound { quantity, test }) = &atom.bound else { return true };
+        let (lies, undefined) = (test.lies(holds).0, test.is_undefined(holds));
+        match quantity {
+            Quantity::One(number) => self.narrow(number, lies, undefined),
+            Quantity::Difference(one, other) => {
+                let may_be = one.undefined || other.undefined;
+                let free = Known { lies: Some(Interval::ALL), undefined: may_be };
+                let known = self.differences.entry((one.key.clone(), other.key.clone())).or_insert(free);
+                known.lies = known.lies.and_then(|known| known.with(lies));
+                known.undefined &= undefined;
+                let known = *known;
+                // A difference is a number when both are.
+                known.is_possible()
+                    && self.narrow(one, Interval::ALL, known.undefined)
+                    && self.narrow(other, Interval::ALL, known.undefined)
             }
-            None => false,
         }
+    }
+
+    /// Takes in that a number lies here, unless it is `undefined` and may be so.
+    fn narrow(&mut self, number: &Number, lies: Interval, undefined: bool) -> bool {
+        let (known_number, known) = self.numbers.entry(number.key.clone()).or_insert_with(|| {
+            (number.clone(), Known { lies: Some(number.natural), undefined: number.undefined })
+        });
+        if known_number.shown.is_none() {
+            known_number.shown.clone_from(&number.shown);
+        }
+        known.lies = known.lies.and_then(|known| number.fitting(known.with(lies)?));
+        known.undefined &= undefined;
+        known.is_possible() && self.compare()
+    }
+
+    /// Lets what is known of one number tell of those that it is compared with; false when that leaves nothing of one.
+    fn compare(&mut self) -> bool {
+        // Each bound may wander along all differences; stopping before it has is no mistake.
+        for _ in 0..=self.differences.len() {
+            let mut changed = false;
+            for ((one, other), difference) in self.differences.iter().filter(|(_, difference)| !difference.undefined) {
+                let Some(lies) = difference.lies else { return false };
+                let [Some((_, a)), Some((_, b))] = [one, other].map(|key| self.numbers.get(key)) else { continue };
+                // Both are numbers, since their difference is one.
+                let (Some(a), Some(b)) = (a.lies, b.lies) else { return false };
+                let Some([narrower_a, narrower_b]) = lies.between(a, b) else { return false };
+                changed |= narrower_a != a || narrower_b != b;
+                for (key, narrower) in [(one, narrower_a), (other, narrower_b)] {
+                    if let Some((number, known)) = self.numbers.get_mut(key) {
+                        *known = Known { lies: number.fitting(narrower), undefined: false };
+                        if !known.is_possible() {
+                            return false;
+                        }
+                    }
+                }
+            }
+            if !changed {
+                return true;
+            }
+        }
+        true
+    }
+}
+
+impl Number {
+    /// What of an interval such a number may be in.
+    fn fitting(&self, lies: Interval) -> Option<Interval> {
+        if self.whole { lies.whole() } else { Some(lies) }
     }
 }
 
@@ -193,6 +304,7 @@ fn search<'a>(mut open: Open<'a>, mut later: Open<'a>, mut case: Case, left: &mu
                 }
             }
             (Formula::From(leaves), _) => {
+                case.asks_before = true;
                 case.before.retain(|leaf| leaves.iter().any(|name| covers(name, leaf)) == wanted);
                 if case.before.is_empty() {
                     return None;

@@ -5,12 +5,14 @@ pub mod allow;
 pub mod choices;
 pub mod conditions;
 mod durations;
+pub mod labels;
 mod proof;
-mod tasks;
+pub mod tasks;
+pub mod undoing;
 
 use super::codes;
 use super::resolve::{Resolver, What};
-use super::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Then, TreeScope, Window};
+use super::rules::{Branch, Constant, Expr, ExprKind, Label, PrimitiveId, RelabelKind, Then, TreeScope, Window};
 use crate::base::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
@@ -21,19 +23,22 @@ impl Resolver {
             return;
         }
         // A file without a tree is a part for others.
+        let (missing, told) = labels::missing_labels(&self.rules, named);
         if !self.rules.trees.is_empty() {
             self.unused_values(named);
-            self.unused_primitives(named);
+            self.unused_primitives(named, &told);
         }
         self.racing_latches();
         self.forgotten_from();
-        let dead = choices::dead_choices(&self.rules, named);
+        let dead: Vec<Diagnostic> =
+            choices::dead_choices(&self.rules, named).into_iter().map(|dead| dead.finding).collect();
         let told: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
         let idle = conditions::idle_conditions(&self.rules, named, &told);
         let idle: Vec<Diagnostic> = idle.into_iter().map(|(_, finding)| finding).collect();
         let short = durations::short_durations(&self.rules, named);
         let hidden = tasks::hidden_tasks(&self.rules, named);
-        self.findings.extend([dead, idle, short, hidden].into_iter().flatten());
+        let undoing = undoing::undoing_rules(&self.rules, named).into_iter().map(|undoing| undoing.finding).collect();
+        self.findings.extend([dead, idle, short, hidden, missing, undoing].into_iter().flatten());
     }
 
     fn unused_values(&mut self, named: &BTreeSet<u32>) {
@@ -55,9 +60,9 @@ impl Resolver {
         self.findings.extend(unused);
     }
 
-    /// A primitive that no leaf gives and no rule rewrites to. (Patterns that name it never match.)
-    fn unused_primitives(&mut self, named: &BTreeSet<u32>) {
-        let mut given = BTreeSet::new();
+    /// A primitive that no leaf gives and no rule rewrites to, unless what asks for it was `told` already.
+    fn unused_primitives(&mut self, named: &BTreeSet<u32>, told: &BTreeSet<PrimitiveId>) {
+        let mut given: BTreeSet<usize> = told.iter().map(|primitive| primitive.index()).collect();
         for tree in &self.rules.trees {
             leaves(&tree.root, &mut given);
         }
@@ -112,12 +117,19 @@ impl Resolver {
 
 /// The primitives of the leaves.
 fn leaves(branch: &Branch, given: &mut BTreeSet<usize>) {
+    let mut labels = BTreeSet::new();
+    leaves_with_sides(branch, &mut labels);
+    given.extend(labels.iter().map(|label| label.primitive.index()));
+}
+
+/// The labels of the leaves.
+fn leaves_with_sides(branch: &Branch, given: &mut BTreeSet<Label>) {
     for choice in &branch.choices {
         match &choice.then {
             Then::Primitive(label) => {
-                given.insert(label.primitive.index());
+                given.insert(*label);
             }
-            Then::Branch(below) => leaves(below, given),
+            Then::Branch(below) => leaves_with_sides(below, given),
             Then::Stay | Then::Separate => {}
         }
     }

@@ -15,7 +15,7 @@ pub mod rules;
 mod source;
 pub mod syntax;
 mod tasks;
-mod tree;
+pub mod tree;
 mod types;
 
 pub use rules::Rules;

@@ -8,6 +8,7 @@ mod reference;
 mod shipped;
 mod syntax;
 mod trees;
+mod witnesses;
 
 use teachtree::base::diagnostic::render;
 use teachtree::language::Loaded;

@@ -1,12 +1,12 @@
 //! Conditions of a rule set read as formulas.
 
 use super::written::{label, written};
-use super::{Atom, Formula, Interval};
+use super::{Atom, Bound, Formula, Interval, Number, Quantity, Test};
 use crate::base::channels::Shape;
-use crate::language::rules::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, Hand, Rules};
+use crate::language::rules::{Arithmetic, Comparison, Expr, ExprKind, Function, Hand, Rules};
 
 /// Signals that are opened one within the other; deeper ones are taken as they are.
-const MAX_DEPTH: usize = 6;
+const MAX_DEPTH: usize = 16;
 /// Pieces of a formula beyond which signals are taken as they are.
 const MAX_SIZE: usize = 2_000;
 
@@ -79,47 +79,94 @@ impl<'a> Reader<'a> {
     }
 
     fn atom(&self, expr: &Expr, this: Hand) -> Formula {
-        Formula::Atom(Atom {
-            key: written(expr, self.rules, this),
-            text: self.rules.sources.text(expr.span).split_whitespace().collect::<Vec<_>>().join(" "),
-            bound: self.bound(expr, this),
-        })
+        if let Some(value) = self.known(expr, this) {
+            return Formula::Known(value);
+        }
+        let (key, text) = (written(expr, self.rules, this), self.text(expr, this));
+        match &expr.kind {
+            // Two objects are the same one, or they are not.
+            ExprKind::Compare(Comparison::NotEqual, a, b) if a.ty.shape == Shape::Object => {
+                let kind = ExprKind::Compare(Comparison::Equal, a.clone(), b.clone());
+                let key = written(&Expr { kind, ..expr.clone() }, self.rules, this);
+                Formula::Not(Box::new(Formula::Atom(Atom { key, text: text.replace("!=", "=="), bound: None })))
+            }
+            _ => Formula::Atom(Atom { key, text, bound: self.bound(expr, this) }),
+        }
     }
 
-    /// The quantity that a single condition bounds. What is not a number lies nowhere when a comparison holds, and anywhere when it does not.
-    fn bound(&self, expr: &Expr, this: Hand) -> Option<(String, [Option<Interval>; 2])> {
-        let (quantities, [when, when_not]) = match &expr.kind {
+    /// How a single condition comes out that compares constants, or a quantity with itself. A param may be a switch, so that both of its ways are meant.
+    fn known(&self, expr: &Expr, this: Hand) -> Option<bool> {
+        if !self.opens_constants && expr.reads_params() {
+            return None;
+        }
+        match &expr.kind {
+            // With itself.
+            ExprKind::Compare(comparison, a, b)
+                if a.ty.shape == Shape::Scalar
+                    && self.quality(a) != Quality::Undefined
+                    && written(a, self.rules, this) == written(b, self.rules, this) =>
+            {
+                Some(comparison.holds(0.0, 0.0))
+            }
+            ExprKind::Compare(comparison, a, b) => Some(comparison.holds(self.constant(a)?, self.constant(b)?)),
+            ExprKind::Hysteresis { value, on, rising, .. } => {
+                let value = self.constant(value)?;
+                Some(if *rising { value > on.value } else { value < on.value })
+            }
+            _ => None,
+        }
+    }
+
+    /// A piece as its author wrote it; when that does not say whose it is, since it stands in a declaration for each hand, with the hand.
+    fn text(&self, expr: &Expr, this: Hand) -> String {
+        let text = self.rules.sources.text(expr.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        match this {
+            Hand::Named(side) if expr.reads_this_hand() => format!("{side}: {text}"),
+            _ => text,
+        }
+    }
+
+    fn number(&self, expr: &Expr, this: Hand) -> Number {
+        let key = written(expr, self.rules, this);
+        let shown = Some((self.text(expr, this), expr.ty.dimension));
+        let natural = if never_negative(expr) { Interval::above(0.0, false) } else { Interval::ALL };
+        let whole = matches!(expr.kind, ExprKind::Call(Function::Count, _));
+        Number { key, shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined }
+    }
+
+    /// What a single condition says about a quantity.
+    fn bound(&self, expr: &Expr, this: Hand) -> Option<Bound> {
+        let one = |expr| Quantity::One(self.number(expr, this));
+        let (quantity, test) = match &expr.kind {
             ExprKind::Compare(_, a, _) if a.ty.shape != Shape::Scalar => return None,
             ExprKind::Compare(comparison, a, b) => match (self.constant(a), self.constant(b)) {
-                (None, Some(limit)) => ([Some(a), None], compared(*comparison, limit)),
-                (Some(limit), None) => ([Some(b), None], compared(comparison.swapped(), limit)),
+                (None, Some(limit)) => (one(a), Test::Compared(*comparison, limit)),
+                (Some(limit), None) => (one(b), Test::Compared(comparison.swapped(), limit)),
                 // Which of two is the larger one is a quantity too: their difference.
-                (None, None) => ([Some(a), Some(b)], compared(*comparison, 0.0)),
+                (None, None) => {
+                    let (a, b) = (self.number(a, this), self.number(b, this));
+                    if a.key <= b.key {
+                        (Quantity::Difference(a, b), Test::Compared(*comparison, 0.0))
+                    } else {
+                        (Quantity::Difference(b, a), Test::Compared(comparison.swapped(), 0.0))
+                    }
+                }
                 (Some(_), Some(_)) => return None,
             },
             ExprKind::Hysteresis { value, on, off, rising } => {
-                // On what is not a number it stays as it is.
-                if self.quality(value) == Quality::Undefined {
-                    return None;
-                }
-                ([Some(value), None], hysteresis(on, off, *rising))
+                (one(value), Test::Hysteresis { on: on.value, off: off.value, rising: *rising })
+            }
+            // That any holds says that at least one is counted.
+            ExprKind::Call(Function::Any, args) => {
+                let [array] = args.as_slice() else { return None };
+                let key = format!("{:?}({},)", Function::Count, written(array, self.rules, this));
+                let natural = Interval::above(0.0, false);
+                let number = Number { key, shown: None, natural, whole: true, undefined: false };
+                (Quantity::One(number), Test::Compared(Comparison::GreaterEqual, 1.0))
             }
             _ => return None,
         };
-        let undefined = quantities.iter().flatten().any(|quantity| self.quality(quantity) == Quality::Undefined);
-        let natural = match quantities {
-            [Some(one), None] if never_negative(one) => Interval::above(0.0, false),
-            _ => Interval::ALL,
-        };
-        let when_not = if undefined { Some(Interval::ALL) } else { when_not.with(natural) };
-        let (key, [when, when_not]) = match quantities.map(|one| one.map(|one| written(one, self.rules, this))) {
-            [Some(one), Some(two)] if two < one => {
-                (format!("{two} against {one}"), [Some(when), when_not].map(|side| side.map(Interval::mirrored)))
-            }
-            [Some(one), Some(two)] => (format!("{one} against {two}"), [Some(when), when_not]),
-            [one, _] => (one?, [when.with(natural), when_not]),
-        };
-        Some((key, [when, when_not]))
+        Some(Bound { quantity, test })
     }
 
     fn quality(&self, expr: &Expr) -> Quality {
@@ -148,27 +195,6 @@ impl<'a> Reader<'a> {
             _ => return None,
         };
         number.is_finite().then_some(number)
-    }
-}
-
-/// Where a quantity lies when it compares so with a limit, and when it does not.
-const fn compared(comparison: Comparison, limit: f64) -> [Interval; 2] {
-    match comparison {
-        Comparison::Less => [Interval::below(limit, true), Interval::above(limit, false)],
-        Comparison::LessEqual => [Interval::below(limit, false), Interval::above(limit, true)],
-        Comparison::Greater => [Interval::above(limit, true), Interval::below(limit, false)],
-        Comparison::GreaterEqual => [Interval::above(limit, false), Interval::below(limit, true)],
-        Comparison::Equal => [Interval::at(limit), Interval::ALL],
-        Comparison::NotEqual => [Interval::ALL, Interval::at(limit)],
-    }
-}
-
-/// Where a quantity lies while its hysteresis holds, and while it does not.
-const fn hysteresis(on: &Constant, off: &Constant, rising: bool) -> [Interval; 2] {
-    if rising {
-        [Interval::above(on.value.min(off.value), false), Interval::below(on.value, false)]
-    } else {
-        [Interval::below(on.value.max(off.value), false), Interval::above(on.value, false)]
     }
 }
 

@@ -5,25 +5,36 @@
 use super::proof::{Asked, Prover};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
-use crate::language::formula::label;
-use crate::language::rules::{Branch, Choice, Hand, Rules, Then, TreeScope};
+use crate::language::formula::{Frame, label};
+use crate::language::rules::{Branch, Choice, Expr, Hand, Rules, Then, TreeScope};
 use std::collections::BTreeSet;
+
+/// A choice that is never taken.
+#[derive(Clone, Debug)]
+pub struct Dead {
+    /// Where it begins.
+    pub choice: Span,
+    /// The warning.
+    pub finding: Diagnostic,
+    /// A frame that it seems to be for, when there is one, and the condition of the choice that takes it.
+    pub taken: Option<(Frame, Span)>,
+}
 
 /// Warns of choices in the `named` files that are never taken. An extension that takes all frames from a choice of the tree itself is
 /// meant to.
-pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
-    let mut lint = Choices { prover: Prover::new(rules), above: Vec::new(), findings: Vec::new() };
+pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
+    let mut lint = Choices { prover: Prover::new(rules), rules, above: Vec::new(), findings: Vec::new() };
     let mut findings = Vec::new();
     for tree in &rules.trees {
         lint.prover.this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
         lint.prover.before = tree.root.ways().iter().filter_map(|way| leaf(&way.choice.then, rules)).collect();
         lint.prover.before.insert("none".into());
         lint.branch(&tree.root);
-        let concerns = |(dead, finding): &(Span, Diagnostic)| {
-            let extended = finding.labels.iter().any(|label| label.span.file != dead.file);
-            named.contains(&dead.file) && (dead.file != tree.span.file || !extended)
+        let concerns = |dead: &Dead| {
+            let extended = dead.finding.labels.iter().any(|label| label.span.file != dead.choice.file);
+            named.contains(&dead.choice.file) && (dead.choice.file != tree.span.file || !extended)
         };
-        findings.extend(lint.findings.drain(..).filter(concerns).map(|(_, finding)| finding));
+        findings.extend(lint.findings.drain(..).filter(concerns));
     }
     findings
 }
@@ -39,10 +50,10 @@ fn leaf(then: &Then, rules: &Rules) -> Option<String> {
 
 struct Choices<'a> {
     prover: Prover<'a>,
+    rules: &'a Rules,
     /// What was asked of the choices before and above, with whether it is above.
     above: Vec<(Asked<'a>, bool)>,
-    /// What is never taken, and the warning.
-    findings: Vec<(Span, Diagnostic)>,
+    findings: Vec<Dead>,
 }
 
 impl<'a> Choices<'a> {
@@ -57,8 +68,9 @@ impl<'a> Choices<'a> {
             };
             let Some(asked) = self.prover.asked(condition, true) else { break };
             if self.is_impossible(&asked) {
-                let finding = self.never(choice, asked);
-                self.findings.push((head(choice), finding));
+                let (finding, why) = self.never(choice, asked.clone());
+                let taken = self.taken(Some(&asked), &why);
+                self.tell(choice, finding, taken);
                 continue;
             }
             let not = Asked { wanted: false, ..asked.clone() };
@@ -67,8 +79,11 @@ impl<'a> Choices<'a> {
             self.below(choice);
             self.above.pop();
             if always {
-                let finding = self.always(not, next);
-                self.findings.push((head(next), finding));
+                let finding = self.always(not.clone(), next);
+                self.above.push((not, false));
+                let asked = next.condition.as_ref().and_then(|condition| self.prover.asked(condition, true));
+                let taken = self.taken(asked.as_ref(), &[condition]);
+                self.tell(next, finding, taken);
                 break;
             }
             self.above.push((not, false));
@@ -88,6 +103,34 @@ impl<'a> Choices<'a> {
         self.prover.is_impossible(&all)
     }
 
+    /// A frame on the way to here on which the `last` condition holds, if it can hold at all, with that of the earlier `takers` that takes
+    /// it.
+    fn taken(&mut self, last: Option<&Asked<'a>>, takers: &[&'a Expr]) -> Option<(Frame, Span)> {
+        for at in 0..self.above.len() {
+            let (taker, false) = self.above.get(at)? else { continue };
+            if !takers.iter().any(|expr| std::ptr::eq(*expr, taker.expr)) {
+                continue;
+            }
+            let before = self.above.iter().take(at);
+            let behind = self.above.iter().skip(at + 1).filter(|(_, above)| *above);
+            let others = before.chain(behind).map(|(asked, _)| (&asked.formula, asked.wanted));
+            let last = last.iter().map(|last| (&last.formula, true));
+            let all: Vec<_> = others.chain([(&taker.formula, true)]).chain(last).collect();
+            if let Some(frame) = self.prover.frame(&all) {
+                return Some((frame, taker.expr.span));
+            }
+        }
+        None
+    }
+
+    fn tell(&mut self, choice: &Choice, mut finding: Diagnostic, taken: Option<(Frame, Span)>) {
+        if let Some((frame, taker)) = &taken {
+            let place = self.rules.sources.place(*taker);
+            finding = finding.note(format!("for instance, a frame where {} is taken at {place}", frame.text()));
+        }
+        self.findings.push(Dead { choice: head(choice), finding, taken });
+    }
+
     /// Of what was asked before, what leaves no frame for the `last` condition to come out as wanted.
     fn why(&mut self, last: &Asked<'a>) -> Vec<(Asked<'a>, Option<bool>)> {
         let above = self.above.iter().map(|(asked, above)| (asked.clone(), Some(*above)));
@@ -95,7 +138,8 @@ impl<'a> Choices<'a> {
         self.prover.least(all, |(asked, _): &(Asked<'a>, Option<bool>)| (&asked.formula, asked.wanted))
     }
 
-    fn never(&mut self, choice: &Choice, last: Asked<'a>) -> Diagnostic {
+    /// The warning, with the earlier conditions that are the reason.
+    fn never(&mut self, choice: &Choice, last: Asked<'a>) -> (Diagnostic, Vec<&'a Expr>) {
         let why = self.why(&last);
         let reason = self.prover.reason(&why.iter().map(|(asked, _)| asked.clone()).collect::<Vec<_>>());
         let place = last.expr.span;
@@ -117,11 +161,12 @@ impl<'a> Choices<'a> {
         if let Some(reason) = reason {
             finding = finding.note(reason);
         }
-        finding.help(if earlier > 0 {
+        let finding = finding.help(if earlier > 0 {
             "move it up, in front of what takes its frames, or remove it"
         } else {
             "change one of the conditions, or remove this choice"
-        })
+        });
+        (finding, why.iter().filter(|(_, above)| *above == Some(false)).map(|(asked, _)| asked.expr).collect())
     }
 
     fn always(&mut self, not: Asked<'a>, next: &Choice) -> Diagnostic {

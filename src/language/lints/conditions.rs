@@ -2,15 +2,15 @@
 
 use super::proof::Prover;
 use crate::base::diagnostic::{Diagnostic, Span};
-use crate::base::hands::Side;
 use crate::language::codes;
-use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, PrimitiveId, Rules, Then, TreeScope};
+use crate::language::rules::{Branch, Expr, ExprKind, Hand, Rules, Then, TreeScope};
 use std::collections::BTreeSet;
 
 /// Conditions in the `named` files that never or always hold, with the warnings; save choices of which something was `told` already.
 pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span]) -> Vec<(&'a Expr, Diagnostic)> {
     let mut lint = Conditions { prover: Prover::new(rules), findings: Vec::new() };
-    lint.prover.before = anything(rules);
+    // All that may come before: a leaf of any primitive, none, or nothing that `from` can name.
+    lint.prover.before = rules.label_names().chain(["none", "separate"].map(str::to_string)).collect();
     let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Nobody };
     let mut conditions: Vec<(&Expr, Hand)> = Vec::new();
     conditions.extend(rules.signals.iter().map(|signal| (&signal.expr, whose(signal.per_hand))));
@@ -29,15 +29,6 @@ pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span
         }
     }
     lint.findings
-}
-
-/// All that may come before: a leaf of any primitive, none, or nothing that `from` can name.
-fn anything(rules: &Rules) -> BTreeSet<String> {
-    let names = rules.primitives.iter().zip(0..).flat_map(|(primitive, at)| {
-        let sides = if primitive.sided { Side::BOTH.map(Some).to_vec() } else { vec![None] };
-        sides.into_iter().map(move |side| rules.label_name(Label { primitive: PrimitiveId(at), side }))
-    });
-    names.chain(["none".to_string(), "separate".to_string()]).collect()
 }
 
 fn choices<'a>(branch: &'a Branch, this: Hand, conditions: &mut Vec<(&'a Expr, Hand)>) {

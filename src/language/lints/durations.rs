@@ -2,7 +2,7 @@
 
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
-use crate::language::rules::{Branch, Constant, Expr, ExprKind, Rules, Then};
+use crate::language::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Rules, Then};
 use std::collections::BTreeSet;
 
 /// The rate at which demonstrations are usually recorded, Hz.
@@ -10,7 +10,7 @@ const USUAL_RATE_HZ: f64 = 1000.0;
 /// Of a sample; below, a log is refused (`engine::open`), with half a percent for a rate that is only nearly round.
 const LEAST_SAMPLES: f64 = 0.995;
 
-/// Warns of windows and settlings in the `named` files that are shorter than a sample.
+/// Warns of windows, settlings and durations of tasks and relabelling rules in the `named` files that are shorter than a sample.
 pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
     let mut durations: Vec<&Constant> = Vec::new();
     rules.signals.iter().for_each(|signal| windows(&signal.expr, &mut durations));
@@ -22,6 +22,13 @@ pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> 
         durations.extend(&tree.settle);
         in_branch(&tree.root, &mut durations);
     }
+    // What is asked of segments may be nothing; no window may.
+    let asked = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
+    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
+        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
+        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
+    });
+    durations.extend(asked.chain(limits).filter(|duration| duration.value > 0.0));
     let short =
         |duration: &&&Constant| duration.value * USUAL_RATE_HZ < LEAST_SAMPLES && named.contains(&duration.span.file);
     let finding = |duration: &Constant| {

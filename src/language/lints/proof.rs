@@ -3,7 +3,7 @@
 //! A proof may be too much work; then nothing is said.
 
 use crate::base::diagnostic::Diagnostic;
-use crate::language::formula::{Answer, Formula, Reader, possible_within};
+use crate::language::formula::{Answer, Formula, Frame, Reader, possible_within};
 use crate::language::rules::{Expr, ExprKind, Hand, Rules};
 use std::collections::BTreeSet;
 
@@ -61,6 +61,18 @@ impl<'a> Prover<'a> {
         matches!(answer, Answer::No)
     }
 
+    /// A frame on which all of these come out so, when one is found.
+    pub fn frame(&mut self, all: &[(&Formula, bool)]) -> Option<Frame> {
+        let given = MAX_STEPS_EACH.min(self.steps);
+        let mut left = given;
+        let answer = possible_within(all, self.before.clone(), &mut left);
+        self.steps -= given - left;
+        match answer {
+            Answer::Yes(case) => case.frame(all),
+            Answer::No | Answer::Perhaps => None,
+        }
+    }
+
     /// Of what never comes out so together, as few as show it; the last ones are kept before the first ones.
     pub fn least<T: Clone>(&mut self, mut all: Vec<T>, formula: impl Fn(&T) -> (&Formula, bool)) -> Vec<T> {
         let mut at = 0;
@@ -94,8 +106,8 @@ impl<'a> Prover<'a> {
             (1, false) => "this always holds",
             (_, true) if asked.wanted => "this has to hold …",
             (_, false) if asked.wanted => "this must not hold …",
-            (_, false) => "this holds, or …",
-            (_, true) => "this does not hold, or …",
+            (_, false) => "this holds where the rest does not",
+            (_, true) => "this does not hold where the rest does not",
         };
         if parts.is_empty() {
             return finding.at(asked.expr.span, if asked.wanted { "this never holds" } else { "this always holds" });
@@ -107,6 +119,11 @@ impl<'a> Prover<'a> {
     pub fn reason(&mut self, all: &[Asked<'a>]) -> Option<String> {
         let single = all.iter().flat_map(|asked| asked.formula.parts(asked.wanted)).collect();
         let single = self.least(single, |one: &(&Formula, bool)| *one);
+        // That something holds and does not is to be seen without words.
+        let distinct: BTreeSet<_> = single.iter().map(|(formula, _)| formula.text()).collect();
+        if distinct.len() < single.len() {
+            return None;
+        }
         let texts: Option<Vec<String>> = single
             .iter()
             .map(|(formula, wanted)| Some(format!("{}`{}`", if *wanted { "" } else { "not " }, formula.text()?)))

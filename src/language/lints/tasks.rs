@@ -2,13 +2,17 @@
 
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
+use crate::language::formula::shown;
 use crate::language::rules::{Constant, Key, Rules, Task};
 use std::collections::BTreeSet;
+
+/// Tasks that are looked at.
+const MAX_TASKS: usize = 1000;
 
 /// Warns of tasks that an earlier one always wins over, when one of the two stands in one of the `named` files.
 pub fn hidden_tasks(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
-    for (at, task) in rules.tasks.iter().enumerate() {
+    for (at, task) in rules.tasks.iter().enumerate().take(MAX_TASKS) {
         let earlier = rules.tasks.iter().take(at).find(|earlier| takes_all(earlier, task));
         let Some(earlier) = earlier else { continue };
         if !named.contains(&task.span.file) && !named.contains(&earlier.span.file) {
@@ -18,6 +22,7 @@ pub fn hidden_tasks(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
             Diagnostic::warning(codes::HIDDEN_TASK, format!("the task `{}` never names anything", task.name))
                 .at(task.span, format!("what has its keys has those of `{}` too", earlier.name))
                 .at(earlier.span, "this is tried before, and takes it")
+                .note(format!("for instance {} is `{}`", span_of(task, rules), earlier.name))
                 .help(format!("put `before {}` behind it, or give it a key that `{0}` lacks", earlier.name)),
         );
     }
@@ -55,4 +60,19 @@ fn implies(key: &Key, other: &Key) -> bool {
     other.label.covers(key.label)
         && pieces
         && (other.turning.is_none() || same_pieces && at_least(&key.turning, &other.turning))
+}
+
+/// The segments of a span that has the keys of a task.
+fn span_of(task: &Task, rules: &Rules) -> String {
+    let name = |label| format!("`{}`", rules.label_name(label));
+    let key = |key: &Key| {
+        let demands = [("lasting", &key.lasting), ("travelling", &key.travelling), ("turning", &key.turning)];
+        let demand = |(word, value): (&str, &Option<Constant>)| {
+            Some(format!(" {word} {}", shown(value.as_ref()?.value, value.as_ref()?.dimension)))
+        };
+        name(key.label) + &demands.into_iter().filter_map(demand).collect::<String>()
+    };
+    let keys = task.keys.iter().take(if task.all_keys { task.keys.len() } else { 1 }).map(key);
+    let all: Vec<String> = [name(task.first)].into_iter().chain(keys).chain([name(task.last)]).collect();
+    all.join(", ")
 }
