@@ -133,6 +133,8 @@ codes! {
     ALWAYS_HOLDS = "W302";
     /// a duration is shorter than a sample
     SHORT_DURATION = "W303";
+    /// a quotient has a divisor that is zero
+    ZERO_DIVISOR = "W304";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
     /// nothing says how a tree goes on after a new primitive

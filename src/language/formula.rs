@@ -14,6 +14,7 @@ pub use written::{label, written};
 use crate::base::units::Dimension;
 use crate::language::rules::Comparison;
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 /// Steps of one search; beyond them the answer is "perhaps".
 const MAX_STEPS: usize = 100_000;
@@ -24,7 +25,7 @@ pub enum Formula {
     /// Known.
     Known(bool),
     /// Something that holds or does not.
-    Atom(Atom),
+    Atom(Rc<Atom>),
     /// `from`: the names of the leaves, `none` among them.
     From(Vec<String>),
     /// Not.
@@ -57,9 +58,9 @@ struct Bound {
 #[derive(Clone, Debug)]
 enum Quantity {
     /// One number.
-    One(Number),
+    One(Rc<Number>),
     /// By how much the first one is larger than the second one. (Only its sign is asked for.)
-    Difference(Number, Number),
+    Difference(Rc<Number>, Rc<Number>),
 }
 
 /// A number of a frame.
@@ -152,9 +153,9 @@ impl Formula {
 #[derive(Clone, Debug, Default)]
 pub struct Case {
     /// What holds and what does not, by key.
-    atoms: BTreeMap<String, (Atom, bool)>,
+    atoms: BTreeMap<String, (Rc<Atom>, bool)>,
     /// What is known of numbers, by key.
-    numbers: BTreeMap<String, (Number, Known)>,
+    numbers: BTreeMap<String, (Rc<Number>, Known)>,
     /// What is known of differences of two numbers, by the keys of the two.
     differences: BTreeMap<(String, String), Known>,
     /// The leaves that may come before.
@@ -185,11 +186,11 @@ impl Case {
         self.atoms.values().map(|(atom, holds)| (atom.text.as_str(), *holds))
     }
 
-    fn assume(&mut self, atom: &Atom, holds: bool) -> bool {
+    fn assume(&mut self, atom: &Rc<Atom>, holds: bool) -> bool {
         if let Some((_, known)) = self.atoms.get(&atom.key) {
             return *known == holds;
         }
-        self.atoms.insert(atom.key.clone(), (atom.clone(), holds));
+        self.atoms.insert(atom.key.clone(), (Rc::clone(atom), holds));
         let Some(Bound { quantity, test }) = &atom.bound else { return true };
         let (lies, undefined) = (test.lies(holds).0, test.is_undefined(holds));
         match quantity {
@@ -210,12 +211,13 @@ impl Case {
     }
 
     /// Takes in that a number lies here, unless it is `undefined` and may be so.
-    fn narrow(&mut self, number: &Number, lies: Interval, undefined: bool) -> bool {
-        let (known_number, known) = self.numbers.entry(number.key.clone()).or_insert_with(|| {
-            (number.clone(), Known { lies: Some(number.natural), undefined: number.undefined })
-        });
+    fn narrow(&mut self, number: &Rc<Number>, lies: Interval, undefined: bool) -> bool {
+        let (known_number, known) = self
+            .numbers
+            .entry(number.key.clone())
+            .or_insert_with(|| (Rc::clone(number), Known { lies: Some(number.natural), undefined: number.undefined }));
         if known_number.shown.is_none() {
-            known_number.shown.clone_from(&number.shown);
+            known_number.clone_from(number);
         }
         known.lies = known.lies.and_then(|known| number.fitting(known.with(lies)?));
         known.undefined &= undefined;

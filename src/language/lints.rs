@@ -7,12 +7,15 @@ pub mod conditions;
 mod durations;
 pub mod labels;
 mod proof;
+mod quotients;
 pub mod tasks;
 pub mod undoing;
 
 use super::codes;
 use super::resolve::{Resolver, What};
-use super::rules::{Branch, Constant, Expr, ExprKind, Label, PrimitiveId, RelabelKind, Then, TreeScope, Window};
+use super::rules::{
+    Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, RelabelKind, Rules, Then, TreeScope, Window,
+};
 use crate::base::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
@@ -36,9 +39,10 @@ impl Resolver {
         let idle = conditions::idle_conditions(&self.rules, named, &told);
         let idle: Vec<Diagnostic> = idle.into_iter().map(|(_, finding)| finding).collect();
         let short = durations::short_durations(&self.rules, named);
+        let zero = quotients::zero_divisors(&self.rules, named);
         let hidden = tasks::hidden_tasks(&self.rules, named);
         let undoing = undoing::undoing_rules(&self.rules, named).into_iter().map(|undoing| undoing.finding).collect();
-        self.findings.extend([dead, idle, short, hidden, missing, undoing].into_iter().flatten());
+        self.findings.extend([dead, idle, short, zero, hidden, missing, undoing].into_iter().flatten());
     }
 
     fn unused_values(&mut self, named: &BTreeSet<u32>) {
@@ -133,6 +137,28 @@ fn leaves_with_sides(branch: &Branch, given: &mut BTreeSet<Label>) {
             Then::Stay | Then::Separate => {}
         }
     }
+}
+
+/// Every expression of signals, latches and trees, with whose it is.
+fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
+    fn choices<'a>(branch: &'a Branch, this: Hand, all: &mut Vec<(&'a Expr, Hand)>) {
+        for choice in &branch.choices {
+            all.extend(choice.condition.iter().map(|condition| (condition, this)));
+            if let Then::Branch(below) = &choice.then {
+                choices(below, this, all);
+            }
+        }
+    }
+    let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Nobody };
+    let mut all: Vec<(&Expr, Hand)> = Vec::new();
+    all.extend(rules.signals.iter().map(|signal| (&signal.expr, whose(signal.per_hand))));
+    for latch in &rules.latches {
+        all.extend([&latch.set, &latch.clear].map(|condition| (condition, whose(latch.per_hand))));
+    }
+    for tree in &rules.trees {
+        choices(&tree.root, whose(tree.scope == TreeScope::EachHand), &mut all);
+    }
+    all
 }
 
 /// The part of a set condition that waits for a leaf: all of it when it is `from(…)` alone, else `(… from(…) …) for d` with its duration.

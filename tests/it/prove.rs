@@ -138,11 +138,19 @@ fn check_tells_programs_and_explains_codes() {
     assert!(note.starts_with("for instance on a frame where ") && note.contains("`load` is 1.5 N"), "{note}");
     let github = all_said(&teachtree_in(root, &["check", rules, "--format", "github"]));
     let first = github.lines().next().unwrap();
-    assert!(first.starts_with("::error file=") && first.contains(&format!("title=E401::this branch leaves frames without a choice%0A{note}%0A")), "{first}");
+    assert!(
+        first.starts_with("::error file=")
+            && first.contains(&format!("title=E401::this branch leaves frames without a choice%0A{note}%0A")),
+        "{first}"
+    );
     let rules = "tests/fixtures/diagnostics/undoing_rules.rules";
     let github = teachtree_in(root, &["check", rules, "--format", "github"]);
     assert!(github.status.success(), "warnings are no errors");
-    assert!(all_said(&github).contains("title=W409::two rules undo each other%0Afor instance "), "{}", all_said(&github));
+    assert!(
+        all_said(&github).contains("title=W409::two rules undo each other%0Afor instance "),
+        "{}",
+        all_said(&github)
+    );
     let page = teachtree_in(root, &["check", "--explain", "e402"]);
     assert!(
         page.status.success() && all_said(&page).starts_with("E402\n\nA choice stands after `else`."),

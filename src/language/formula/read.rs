@@ -4,6 +4,7 @@ use super::written::{label, written};
 use super::{Atom, Bound, Formula, Interval, Number, Quantity, Test};
 use crate::base::channels::Shape;
 use crate::language::rules::{Arithmetic, Comparison, Expr, ExprKind, Function, Hand, Rules};
+use std::rc::Rc;
 
 /// Signals that are opened one within the other; deeper ones are taken as they are.
 const MAX_DEPTH: usize = 16;
@@ -88,9 +89,10 @@ impl<'a> Reader<'a> {
             ExprKind::Compare(Comparison::NotEqual, a, b) if a.ty.shape == Shape::Object => {
                 let kind = ExprKind::Compare(Comparison::Equal, a.clone(), b.clone());
                 let key = written(&Expr { kind, ..expr.clone() }, self.rules, this);
-                Formula::Not(Box::new(Formula::Atom(Atom { key, text: text.replace("!=", "=="), bound: None })))
+                let same = Atom { key, text: text.replace("!=", "=="), bound: None };
+                Formula::Not(Box::new(Formula::Atom(Rc::new(same))))
             }
-            _ => Formula::Atom(Atom { key, text, bound: self.bound(expr, this) }),
+            _ => Formula::Atom(Rc::new(Atom { key, text, bound: self.bound(expr, this) })),
         }
     }
 
@@ -126,12 +128,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn number(&self, expr: &Expr, this: Hand) -> Number {
+    fn number(&self, expr: &Expr, this: Hand) -> Rc<Number> {
         let key = written(expr, self.rules, this);
         let shown = Some((self.text(expr, this), expr.ty.dimension));
         let natural = if never_negative(expr) { Interval::above(0.0, false) } else { Interval::ALL };
         let whole = matches!(expr.kind, ExprKind::Call(Function::Count, _));
-        Number { key, shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined }
+        Rc::new(Number { key, shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined })
     }
 
     /// What a single condition says about a quantity.
@@ -162,7 +164,7 @@ impl<'a> Reader<'a> {
                 let key = format!("{:?}({},)", Function::Count, written(array, self.rules, this));
                 let natural = Interval::above(0.0, false);
                 let number = Number { key, shown: None, natural, whole: true, undefined: false };
-                (Quantity::One(number), Test::Compared(Comparison::GreaterEqual, 1.0))
+                (Quantity::One(Rc::new(number)), Test::Compared(Comparison::GreaterEqual, 1.0))
             }
             _ => return None,
         };
@@ -186,7 +188,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn constant(&self, expr: &Expr) -> Option<f64> {
+    /// The value of a number that is computed from constants alone; `None` also when it is not finite.
+    pub fn constant(&self, expr: &Expr) -> Option<f64> {
         let number = match &expr.kind {
             ExprKind::Number(number) => *number,
             ExprKind::Param(id) => self.rules.params.get(id.index())?.value,

@@ -128,9 +128,7 @@ impl Formula {
                 let by_number = atom.bound.as_ref().and_then(|bound| bound.decides(frame));
                 by_number.or_else(|| frame.holds.get(&atom.key).copied())
             }
-            Self::From(leaves) => {
-                frame.before.as_ref().map(|before| leaves.iter().any(|name| covers(name, before)))
-            }
+            Self::From(leaves) => frame.before.as_ref().map(|before| leaves.iter().any(|name| covers(name, before))),
             Self::Not(inner) => inner.on(frame).map(|value| !value),
             Self::All(parts) => joined(parts, false),
             Self::Any(parts) => joined(parts, true),

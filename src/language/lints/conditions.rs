@@ -1,9 +1,10 @@
 //! Conditions that never hold or always hold by themselves, wherever they stand.
 
+use super::expressions;
 use super::proof::Prover;
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::language::codes;
-use crate::language::rules::{Branch, Expr, ExprKind, Hand, Rules, Then, TreeScope};
+use crate::language::rules::{Expr, ExprKind, Rules};
 use std::collections::BTreeSet;
 
 /// Conditions in the `named` files that never or always hold, with the warnings; save choices of which something was `told` already.
@@ -11,17 +12,8 @@ pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span
     let mut lint = Conditions { prover: Prover::new(rules), findings: Vec::new() };
     // All that may come before: a leaf of any primitive, none, or nothing that `from` can name.
     lint.prover.before = rules.label_names().chain(["none", "separate"].map(str::to_string)).collect();
-    let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Nobody };
-    let mut conditions: Vec<(&Expr, Hand)> = Vec::new();
-    conditions.extend(rules.signals.iter().map(|signal| (&signal.expr, whose(signal.per_hand))));
-    for latch in &rules.latches {
-        conditions.extend([&latch.set, &latch.clear].map(|condition| (condition, whose(latch.per_hand))));
-    }
-    for tree in &rules.trees {
-        choices(&tree.root, whose(tree.scope == TreeScope::EachHand), &mut conditions);
-    }
     let within = |place: &Span, all: Span| place.file == all.file && all.start <= place.start && place.end <= all.end;
-    for (condition, this) in conditions {
+    for (condition, this) in expressions(rules) {
         let span = condition.span;
         if named.contains(&span.file) && !told.iter().any(|place| within(place, span)) {
             lint.prover.this = this;
@@ -29,15 +21,6 @@ pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span
         }
     }
     lint.findings
-}
-
-fn choices<'a>(branch: &'a Branch, this: Hand, conditions: &mut Vec<(&'a Expr, Hand)>) {
-    for choice in &branch.choices {
-        conditions.extend(choice.condition.iter().map(|condition| (condition, this)));
-        if let Then::Branch(below) = &choice.then {
-            choices(below, this, conditions);
-        }
-    }
 }
 
 struct Conditions<'a> {

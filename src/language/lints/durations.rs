@@ -1,8 +1,9 @@
 //! Durations that the usual rate cannot honour.
 
+use super::expressions;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
-use crate::language::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Rules, Then};
+use crate::language::rules::{Constant, Expr, ExprKind, RelabelKind, Rules};
 use std::collections::BTreeSet;
 
 /// The rate at which demonstrations are usually recorded, Hz.
@@ -13,15 +14,8 @@ const LEAST_SAMPLES: f64 = 0.995;
 /// Warns of windows, settlings and durations of tasks and relabelling rules in the `named` files that are shorter than a sample.
 pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
     let mut durations: Vec<&Constant> = Vec::new();
-    rules.signals.iter().for_each(|signal| windows(&signal.expr, &mut durations));
-    for latch in &rules.latches {
-        windows(&latch.set, &mut durations);
-        windows(&latch.clear, &mut durations);
-    }
-    for tree in &rules.trees {
-        durations.extend(&tree.settle);
-        in_branch(&tree.root, &mut durations);
-    }
+    expressions(rules).into_iter().for_each(|(expr, _)| windows(expr, &mut durations));
+    durations.extend(rules.trees.iter().filter_map(|tree| tree.settle.as_ref()));
     // What is asked of segments may be nothing; no window may.
     let asked = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
     let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
@@ -39,15 +33,6 @@ pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> 
             .help("make it 1 ms or more; for the current sample alone write the condition without a window")
     };
     durations.iter().filter(short).map(|duration| finding(duration)).collect()
-}
-
-fn in_branch<'a>(branch: &'a Branch, durations: &mut Vec<&'a Constant>) {
-    for choice in &branch.choices {
-        choice.condition.iter().for_each(|condition| windows(condition, durations));
-        if let Then::Branch(below) = &choice.then {
-            in_branch(below, durations);
-        }
-    }
 }
 
 fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {

@@ -31,8 +31,16 @@ pub fn gaps<'a>(rules: &'a Rules, tree: &'a Tree) -> Vec<Gap<'a>> {
     };
     // Leaves that other files may bring are among those before, so that no extension makes a gap.
     let before = rules.label_names().chain(more.into_iter().chain(["none", OTHER]).map(str::to_string)).collect();
-    let mut search =
-        Search { reader: None, rules, this, before, steps: MAX_STEPS, size: MAX_SIZE, asked: Vec::new(), gaps: Vec::new() };
+    let mut search = Search {
+        reader: None,
+        rules,
+        this,
+        before,
+        steps: MAX_STEPS,
+        size: MAX_SIZE,
+        asked: Vec::new(),
+        gaps: Vec::new(),
+    };
     search.branch(&tree.root);
     search.gaps
 }

@@ -17,8 +17,7 @@ use teachtree::language::rules::*;
 
 /// Gives the trees the leaves that are found in a recording, and every rule, task and key a place of its own.
 fn fitted(mut rules: Rules, leaves: &Leaves) -> Rules {
-    let choice =
-        |label| Choice { name: None, condition: None, then: Then::Primitive(label), span: Span::default() };
+    let choice = |label| Choice { name: None, condition: None, then: Then::Primitive(label), span: Span::default() };
     let given = |runs: &mut dyn Iterator<Item = &Run>| -> Vec<Choice> {
         let labels: BTreeSet<Label> = runs.filter_map(|run| run.label).collect();
         labels.into_iter().map(choice).collect()
@@ -51,9 +50,10 @@ fn told(findings: &[Diagnostic], code: &str) -> BTreeSet<Span> {
 }
 
 fn relabelled(analysis: &Analysis) -> impl Iterator<Item = &Segment> {
-    analysis.tracks.iter().flat_map(|track| {
-        track.relabelled.iter().chain(track.tasks.iter().flat_map(|task| &task.segments))
-    })
+    analysis
+        .tracks
+        .iter()
+        .flat_map(|track| track.relabelled.iter().chain(track.tasks.iter().flat_map(|task| &task.segments)))
 }
 
 /// What is told about labels of a rule set, held against leaves; how much there was to hold against them.
@@ -93,7 +93,8 @@ fn hold_undoing(rules: Rules, leaves: &Leaves) -> usize {
             // At this rate there is nothing between the two.
             continue;
         }
-        let run_of = |(label, at): (&Label, usize)| Run { start: at * lasting, end: (at + 1) * lasting, label: Some(*label) };
+        let run_of =
+            |(label, at): (&Label, usize)| Run { start: at * lasting, end: (at + 1) * lasting, label: Some(*label) };
         let runs: Vec<Run> = undoing.segments.iter().zip(0..).map(run_of).collect();
         let frames = 0..runs.len() * lasting;
         let shown = Leaves { frames, hands: [(Side::Right, runs)].into_iter().collect(), both: Vec::new() };

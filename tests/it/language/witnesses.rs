@@ -155,7 +155,11 @@ impl Replay<'_> {
             ..Rules::default()
         };
         let side = |side| HandLayout { side, fingers: Vec::new(), contacts: Vec::new() };
-        let hands = if scope == TreeScope::BothHands { vec![side(Side::Left), side(Side::Right)] } else { vec![side(Side::Right)] };
+        let hands = if scope == TreeScope::BothHands {
+            vec![side(Side::Left), side(Side::Right)]
+        } else {
+            vec![side(Side::Right)]
+        };
         let column = |(value, channel): (&f64, u32)| {
             let key = ColumnKey { channel, side: None, slot: 0, component: 0 };
             let mut values = vec![*value; frames];
