@@ -87,7 +87,11 @@ impl<'a> Occurring<'a> {
             RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } => {
                 let shorter = shorter.as_ref().map(|limit| limit.value);
                 let of = |between| self.between((what, *run, shorter), between, *becomes, labels);
-                of(one).or_else(|| of(other))
+                // It is enough that the label of one hand changes.
+                match [of(one), of(other)] {
+                    [Some(Obstacle::Nothing), other] | [other, Some(Obstacle::Nothing)] => other,
+                    [one, other] => one.or(other),
+                }
             }
             RelabelKind::Become { what, becomes } => match covered(what, labels).as_slice() {
                 [] => Some(Obstacle::Missing(what.clone())),
@@ -95,10 +99,12 @@ impl<'a> Occurring<'a> {
             },
             RelabelKind::Sequence { elements, becomes } => sequence(elements, *becomes, labels),
             RelabelKind::Separate { what, without } => {
-                // Where rules give both hands one label, that is the label of the coordination.
-                let rewritten = self.rules.relabels.iter().filter(|rule| rule.task.is_none()).flat_map(becomes);
-                let labels = self.coordination.iter().copied().chain(rewritten).collect();
-                match covered(&[*what], &labels).as_slice() {
+                // Where rules give both hands one label, that is the label of the coordination; what another rule gave back to them too.
+                let rules = || self.rules.relabels.iter().filter(|rule| rule.task.is_none());
+                let gives_back = |rule: &&Relabel| matches!(rule.kind, RelabelKind::Separate { .. });
+                let own = labels.iter().copied().filter(|_| rules().filter(gives_back).count() > 1);
+                let all = self.coordination.iter().copied().chain(rules().flat_map(becomes)).chain(own).collect();
+                match covered(&[*what], &all).as_slice() {
                     _ if self.coordination.is_empty() => Some(Obstacle::NotInBoth(*what)),
                     [] => Some(Obstacle::NotInBoth(*what)),
                     found => {
