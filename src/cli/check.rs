@@ -136,7 +136,8 @@ fn annotations(findings: &[Diagnostic], sources: &Sources) -> String {
             let file = sources.files.get(label.span.file as usize).map_or("", |file| file.name.as_str());
             format!("file={},line={line},col={column},endLine={end_line},endColumn={end_column},", property(file))
         });
-        let text: Vec<&str> = std::iter::once(&found.message).chain(&found.help).map(String::as_str).collect();
+        let text: Vec<&str> =
+            std::iter::once(&found.message).chain(&found.notes).chain(&found.help).map(String::as_str).collect();
         let _ = writeln!(out, "::{kind} {place}title={}::{}", found.code, escaped(&text.join("\n")));
     }
     out

@@ -3,15 +3,11 @@
 //! Every way through one tree is paired with every way through the other. A pair with different leaves counts only if its conditions can
 //! hold together (`formula`), so a proof holds for every log; a difference comes with the case that shows it.
 
-pub(super) mod formula;
-mod written;
-
+use crate::language::formula::{Answer, Formula, Reader, possible, written};
 use crate::language::rules::{
     self, Expr, Hand, Label, Labels, Relabel, RelabelKind, Rules, Task, Then, Tree, TreeScope,
 };
-use formula::{Answer, Formula, formula, possible};
 use std::collections::{BTreeMap, BTreeSet};
-use written::written;
 
 /// Differences of one pair of trees that are told.
 const MAX_TOLD: usize = 20;
@@ -164,7 +160,7 @@ fn trees(one: &Rules, other: &Rules, is_new: &dyn Fn(Label) -> bool) -> Compared
 
 /// One of two trees.
 struct Half<'a> {
-    rules: &'a Rules,
+    reader: Reader<'a>,
     name: &'a str,
     this: Hand,
     ways: Vec<Way<'a>>,
@@ -185,7 +181,7 @@ impl<'a> Half<'a> {
             Way { asked: asked.collect(), leaf, label, place: rules.sources.place(way.choice.span) }
         };
         let ways = tree.root.ways().into_iter().map(way).collect();
-        Self { rules, name: &tree.name, this, ways }
+        Self { reader: Reader::new(rules), name: &tree.name, this, ways }
     }
 }
 
@@ -216,7 +212,7 @@ fn compare_trees(one: &Half, other: &Half, is_new: &dyn Fn(Label) -> bool, compa
                 continue;
             }
             let formulas = |half: &Half, way: &Way| -> Vec<(Formula, bool)> {
-                way.asked.iter().map(|(_, expr, wanted)| (formula(expr, half.rules, half.this), *wanted)).collect()
+                way.asked.iter().map(|(_, expr, wanted)| (half.reader.formula(expr, half.this), *wanted)).collect()
             };
             let all: Vec<(Formula, bool)> = formulas(one, ours).into_iter().chain(formulas(other, theirs)).collect();
             let wanted: Vec<(&Formula, bool)> = all.iter().map(|(formula, wanted)| (formula, *wanted)).collect();

@@ -1,11 +1,11 @@
 //! Which leaf of a tree can follow which: for each leaf before, the ways whose conditions can hold together.
 //!
 //! An arrow from A to B says that a frame after a leaf A can give B, decided on intervals of quantities, on hystereses and on what a latch
-//! lets hold on the frame itself (`compare::formula`). What a latch remembers of earlier frames is left open. So an arrow that is missing never
+//! lets hold on the frame itself (`language::formula`). What a latch remembers of earlier frames is left open. So an arrow that is missing never
 //! occurs, on any log; one that is drawn may still need a past that never comes.
 
-use super::compare::formula::{Answer, Formula, formula, possible};
 use super::{Known, lower};
+use crate::language::formula::{Answer, Formula, Reader, possible};
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Rules, Then, Tree, TreeScope, Way};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -68,7 +68,7 @@ struct Search<'a> {
 impl<'a> Search<'a> {
     fn new(rules: &'a Rules, tree: &'a Tree, can: &BTreeSet<String>) -> Self {
         let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
-        let ways = tree.root.ways();
+        let (reader, ways) = (Reader::new(rules), tree.root.ways());
         let leaf = |way: &Way| match &way.choice.then {
             Then::Primitive(label) => Some(rules.label_name(*label)),
             Then::Separate => Some(SEPARATE.to_string()),
@@ -85,8 +85,8 @@ impl<'a> Search<'a> {
             if leaf.as_ref().is_some_and(|leaf| leaf != SEPARATE && !can.contains(leaf)) {
                 return None;
             }
-            let conditions = way.asked.iter().map(|(_, condition, wanted)| (formula(condition, rules, this), *wanted));
-            let formulas = conditions.chain(of_latches(way, rules, this)).collect();
+            let conditions = way.asked.iter().map(|(_, condition, wanted)| (reader.formula(condition, this), *wanted));
+            let formulas = conditions.chain(of_latches(way, rules, &reader, this)).collect();
             Some(Asked { leaf, formulas, place: rules.sources.place(way.choice.span) })
         });
         Self { ways: asked.collect(), standing, tree }
@@ -128,7 +128,7 @@ impl<'a> Search<'a> {
 }
 
 /// What holds of the latches that a way asks for, on the frame itself: one that is set is not cleared, one that is not was not set or is cleared.
-fn of_latches(way: &Way, rules: &Rules, this: Hand) -> Vec<(Formula, bool)> {
+fn of_latches(way: &Way, rules: &Rules, reader: &Reader<'_>, this: Hand) -> Vec<(Formula, bool)> {
     let mut named: Vec<(LatchId, Hand, &Expr)> = Vec::new();
     for (_, condition, _) in &way.asked {
         condition.walk(&mut |part| {
@@ -146,9 +146,9 @@ fn of_latches(way: &Way, rules: &Rules, this: Hand) -> Vec<(Formula, bool)> {
         // `from` in a latch of somebody else speaks of other leaves than these.
         let own = whose == this;
         let known = |expr: &Expr| own || !reads_from(expr);
-        let is_set = || formula(part, rules, this);
-        let set = || formula(&latch.set, rules, whose);
-        let clear = || formula(&latch.clear, rules, whose);
+        let is_set = || reader.formula(part, this);
+        let set = || reader.formula(&latch.set, whose);
+        let clear = || reader.formula(&latch.clear, whose);
         let not = |one: Formula| Formula::Not(Box::new(one));
         if known(&latch.clear) {
             clauses.push((Formula::Any(vec![not(is_set()), not(clear())]), true));

@@ -125,12 +125,34 @@ codes! {
 
     /// a declaration is never used
     UNUSED = "W201";
+    /// a comment allows what is not there
+    IDLE_ALLOW = "W202";
+    /// a condition never holds
+    NEVER_HOLDS = "W301";
+    /// a condition always holds
+    ALWAYS_HOLDS = "W302";
+    /// a duration is shorter than a sample
+    SHORT_DURATION = "W303";
+    /// a quotient has a divisor that is zero
+    ZERO_DIVISOR = "W304";
     /// a latch on `from` does not outlast the settling
     LATCH_RACES_SETTLING = "W401";
     /// nothing says how a tree goes on after a new primitive
     FORGOTTEN_FROM = "W402";
     /// there is no tree
     NO_TREE = "W403";
+    /// a choice is never taken
+    NEVER_TAKEN = "W404";
+    /// a condition always holds where it stands, and nothing after it is reached
+    ALWAYS_TAKEN = "W405";
+    /// an earlier task takes all that a task would name
+    HIDDEN_TASK = "W406";
+    /// a task asks for a primitive that nothing gives
+    MISSING_LABEL = "W407";
+    /// a relabelling rule never changes anything
+    IDLE_RELABEL = "W408";
+    /// two relabelling rules undo each other
+    UNDOING_RULES = "W409";
     /// there are too many warnings to list
     TOO_MANY_WARNINGS = "W701";
 }

@@ -1,10 +1,21 @@
 //! Warnings about rule sets that are right but hardly as meant. They are given only when nothing is wrong.
 
 mod after;
+pub mod allow;
+pub mod choices;
+pub mod conditions;
+mod durations;
+pub mod labels;
+mod proof;
+mod quotients;
+pub mod tasks;
+pub mod undoing;
 
 use super::codes;
 use super::resolve::{Resolver, What};
-use super::rules::{Branch, Constant, Expr, ExprKind, RelabelKind, Then, TreeScope, Window};
+use super::rules::{
+    Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, RelabelKind, Rules, Then, TreeScope, Window,
+};
 use crate::base::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
@@ -15,12 +26,23 @@ impl Resolver {
             return;
         }
         // A file without a tree is a part for others.
+        let (missing, told) = labels::missing_labels(&self.rules, named);
         if !self.rules.trees.is_empty() {
             self.unused_values(named);
-            self.unused_primitives(named);
+            self.unused_primitives(named, &told);
         }
         self.racing_latches();
         self.forgotten_from();
+        let dead: Vec<Diagnostic> =
+            choices::dead_choices(&self.rules, named).into_iter().map(|dead| dead.finding).collect();
+        let told: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
+        let idle = conditions::idle_conditions(&self.rules, named, &told);
+        let idle: Vec<Diagnostic> = idle.into_iter().map(|(_, finding)| finding).collect();
+        let short = durations::short_durations(&self.rules, named);
+        let zero = quotients::zero_divisors(&self.rules, named);
+        let hidden = tasks::hidden_tasks(&self.rules, named);
+        let undoing = undoing::undoing_rules(&self.rules, named).into_iter().map(|undoing| undoing.finding).collect();
+        self.findings.extend([dead, idle, short, zero, hidden, missing, undoing].into_iter().flatten());
     }
 
     fn unused_values(&mut self, named: &BTreeSet<u32>) {
@@ -42,9 +64,9 @@ impl Resolver {
         self.findings.extend(unused);
     }
 
-    /// A primitive that no leaf gives and no rule rewrites to. (Patterns that name it never match.)
-    fn unused_primitives(&mut self, named: &BTreeSet<u32>) {
-        let mut given = BTreeSet::new();
+    /// A primitive that no leaf gives and no rule rewrites to, unless what asks for it was `told` already.
+    fn unused_primitives(&mut self, named: &BTreeSet<u32>, told: &BTreeSet<PrimitiveId>) {
+        let mut given: BTreeSet<usize> = told.iter().map(|primitive| primitive.index()).collect();
         for tree in &self.rules.trees {
             leaves(&tree.root, &mut given);
         }
@@ -99,15 +121,44 @@ impl Resolver {
 
 /// The primitives of the leaves.
 fn leaves(branch: &Branch, given: &mut BTreeSet<usize>) {
+    let mut labels = BTreeSet::new();
+    leaves_with_sides(branch, &mut labels);
+    given.extend(labels.iter().map(|label| label.primitive.index()));
+}
+
+/// The labels of the leaves.
+fn leaves_with_sides(branch: &Branch, given: &mut BTreeSet<Label>) {
     for choice in &branch.choices {
         match &choice.then {
             Then::Primitive(label) => {
-                given.insert(label.primitive.index());
+                given.insert(*label);
             }
-            Then::Branch(below) => leaves(below, given),
+            Then::Branch(below) => leaves_with_sides(below, given),
             Then::Stay | Then::Separate => {}
         }
     }
+}
+
+/// Every expression of signals, latches and trees, with whose it is.
+fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
+    fn choices<'a>(branch: &'a Branch, this: Hand, all: &mut Vec<(&'a Expr, Hand)>) {
+        for choice in &branch.choices {
+            all.extend(choice.condition.iter().map(|condition| (condition, this)));
+            if let Then::Branch(below) = &choice.then {
+                choices(below, this, all);
+            }
+        }
+    }
+    let whose = |per_hand: bool| if per_hand { Hand::This } else { Hand::Nobody };
+    let mut all: Vec<(&Expr, Hand)> = Vec::new();
+    all.extend(rules.signals.iter().map(|signal| (&signal.expr, whose(signal.per_hand))));
+    for latch in &rules.latches {
+        all.extend([&latch.set, &latch.clear].map(|condition| (condition, whose(latch.per_hand))));
+    }
+    for tree in &rules.trees {
+        choices(&tree.root, whose(tree.scope == TreeScope::EachHand), &mut all);
+    }
+    all
 }
 
 /// The part of a set condition that waits for a leaf: all of it when it is `from(…)` alone, else `(… from(…) …) for d` with its duration.

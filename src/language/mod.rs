@@ -5,8 +5,9 @@
 
 pub mod codes;
 pub mod format;
+pub mod formula;
 pub mod index;
-mod lints;
+pub mod lints;
 pub mod mutate;
 mod parse;
 mod relabels;
@@ -15,7 +16,7 @@ pub mod rules;
 mod source;
 pub mod syntax;
 mod tasks;
-mod tree;
+pub mod tree;
 mod types;
 pub mod written;
 
@@ -132,14 +133,19 @@ fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, 
         sound: !findings.iter().any(is_error),
         named,
     };
-    let sound = input.sound;
+    let (sound, whole) = (input.sound, input.sound && !incomplete);
+    let named = input.named.clone();
     let (rules, more) = resolve::resolve(&input);
     // What else is wrong with rules without a tree, such as an override of what they lack, follows from that.
     let told = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
     findings.extend((rules.trees.is_empty() && told).then(|| no_tree(request.needs_tree)));
     findings.extend(more);
-    let diagnostics = sorted(findings);
-    let wrong = diagnostics.iter().any(is_error);
+    // What else there is to warn of is only known when nothing is wrong.
+    let wrong = findings.iter().any(is_error);
+    let tells = |file: u32| named.contains(&file);
+    let tells: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&tells) } else { None };
+    let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
+    let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, tells));
     (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, unread }, files, rules)
 }
 

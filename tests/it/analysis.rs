@@ -2,6 +2,7 @@
 
 mod both_hands;
 pub mod build;
+mod lints;
 mod one_hand;
 mod property;
 mod relabelling;

@@ -3,10 +3,12 @@
 mod diagnostics;
 mod format;
 mod garbage;
+mod lints;
 mod reference;
 mod shipped;
 mod syntax;
 mod trees;
+mod witnesses;
 
 use teachtree::base::diagnostic::render;
 use teachtree::language::Loaded;

@@ -130,6 +130,27 @@ fn check_tells_programs_and_explains_codes() {
         "::error file={rules},line=7,col=3,endLine=7,endColumn=24,title=E402::this choice is never reached%0Amove it up\n"
     );
     assert_eq!(github, wanted);
+    // A frame that shows what is meant goes along.
+    let rules = "tests/fixtures/diagnostics/falls_through.rules";
+    let json = teachtree_in(root, &["check", rules, "--format", "json"]);
+    let document: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    let note = document["findings"][0]["notes"][0].as_str().unwrap();
+    assert!(note.starts_with("for instance on a frame where ") && note.contains("`load` is 1.5 N"), "{note}");
+    let github = all_said(&teachtree_in(root, &["check", rules, "--format", "github"]));
+    let first = github.lines().next().unwrap();
+    assert!(
+        first.starts_with("::error file=")
+            && first.contains(&format!("title=E401::this branch leaves frames without a choice%0A{note}%0A")),
+        "{first}"
+    );
+    let rules = "tests/fixtures/diagnostics/undoing_rules.rules";
+    let github = teachtree_in(root, &["check", rules, "--format", "github"]);
+    assert!(github.status.success(), "warnings are no errors");
+    assert!(
+        all_said(&github).contains("title=W409::two rules undo each other%0Afor instance "),
+        "{}",
+        all_said(&github)
+    );
     let page = teachtree_in(root, &["check", "--explain", "e402"]);
     assert!(
         page.status.success() && all_said(&page).starts_with("E402\n\nA choice stands after `else`."),

@@ -82,6 +82,9 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if expects(&[Rule::arrow]) && is_leaf(word) {
         return finding.fix("write `=>` before a leaf", place, format!("=> {word}"));
     }
+    if expects(&[Rule::arrow]) && word == "=" && is_leaf(scan.word(found + 1)) {
+        return finding.fix("write `=>` before a leaf", place, "=>");
+    }
     let primitive =
         [Rule::leaf, Rule::label, Rule::from_label, Rule::primitive_name, Rule::declared_primitive, Rule::key];
     if expects(&primitive) && lower_case {

@@ -237,6 +237,31 @@ impl Expr {
         arguments!(&mut self.kind, iter_mut)
     }
 
+    /// Whether it reads something of the hand at hand.
+    pub fn reads_this_hand(&self) -> bool {
+        let mut reads = false;
+        self.walk(&mut |part| {
+            reads |= matches!(
+                part.kind,
+                ExprKind::Channel(_, Hand::This) | ExprKind::Signal(_, Hand::This) | ExprKind::Latch(_, Hand::This)
+            );
+        });
+        reads
+    }
+
+    /// Whether it is computed from a param.
+    pub fn reads_params(&self) -> bool {
+        let mut reads = false;
+        self.walk(&mut |part| {
+            reads |= match &part.kind {
+                ExprKind::Param(_) => true,
+                ExprKind::Hysteresis { on, off, .. } => !on.params.is_empty() || !off.params.is_empty(),
+                _ => false,
+            };
+        });
+        reads
+    }
+
     /// Calls `visit` for this expression and everything in it.
     pub fn walk<'a>(&'a self, visit: &mut dyn FnMut(&'a Self)) {
         visit(self);

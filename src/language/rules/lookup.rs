@@ -2,6 +2,7 @@
 
 use super::{Branch, Expr, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
 use crate::base::diagnostic::Span;
+use crate::base::hands::Side;
 
 impl Rules {
     /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
@@ -11,6 +12,14 @@ impl Rules {
             Some(side) => format!("{name}({side})"),
             None => name.to_string(),
         }
+    }
+
+    /// The names of all labels that a leaf may give: of a sided primitive one for each side.
+    pub fn label_names(&self) -> impl Iterator<Item = String> {
+        self.primitives.iter().zip(0..).flat_map(move |(primitive, at)| {
+            let sides = if primitive.sided { Side::BOTH.map(Some).to_vec() } else { vec![None] };
+            sides.into_iter().map(move |side| self.label_name(Label { primitive: PrimitiveId(at), side }))
+        })
     }
 
     /// The primitive with this name.

@@ -2,6 +2,7 @@
 
 mod conditions;
 mod extensions;
+pub mod gaps;
 
 use super::codes;
 use super::resolve::Resolver;
@@ -49,6 +50,7 @@ impl Resolver {
             let mut names = BTreeMap::new();
             self.check_branch(&draft.tree.root, draft, &mut names);
             if draft.whole {
+                self.check_gaps(&draft.tree);
                 self.check_stay(&draft.tree.root);
             }
         }
@@ -117,7 +119,7 @@ impl Resolver {
         })
     }
 
-    /// Names once in a tree, `else` last, and no frame without a choice.
+    /// Names once in a tree, and `else` last.
     fn check_branch(&mut self, branch: &Branch, draft: &Draft, names: &mut BTreeMap<String, Span>) {
         let mut otherwise: Option<Span> = None;
         for choice in &branch.choices {
@@ -149,17 +151,21 @@ impl Resolver {
                 self.check_branch(below, draft, names);
             }
         }
-        if otherwise.is_some() || !draft.whole {
-            return;
-        }
-        let conditions: Vec<_> = branch.choices.iter().filter_map(|choice| choice.condition.as_ref()).collect();
-        if !conditions::exhaustive(&conditions) {
-            self.report(
-                Diagnostic::error(codes::NOT_EXHAUSTIVE, "this branch leaves frames without a choice")
-                    .at(branch.span, "none of its choices may hold")
-                    .help("end it with `else => …`"),
-            );
-        }
+    }
+
+    /// No branch may leave frames without a choice.
+    fn check_gaps(&mut self, tree: &Tree) {
+        let finding = |gap: gaps::Gap| {
+            let finding = Diagnostic::error(codes::NOT_EXHAUSTIVE, "this branch leaves frames without a choice")
+                .at(gap.branch.span, "none of its choices may hold");
+            let finding = match gap.frame {
+                Some(frame) => finding.note(format!("for instance on a frame where {}", frame.text())),
+                None => finding,
+            };
+            finding.help("end it with `else => …`")
+        };
+        let findings: Vec<Diagnostic> = gaps::gaps(&self.rules, tree).into_iter().map(finding).collect();
+        self.findings.extend(findings);
     }
 
     /// `stay` must not be taken while there is nothing to stay with.

@@ -10,7 +10,7 @@ use teachtree::engine::runs::{Leaves, Run, append};
 use teachtree::language::rules::*;
 
 /// Few labels, so that patterns meet: the first ones of the chapter, and MainGrasp with its sides.
-fn any_label() -> impl Strategy<Value = Label> {
+pub fn any_label() -> impl Strategy<Value = Label> {
     let plain = (0..5_u32).prop_map(|at| Label { primitive: PrimitiveId(at), side: None });
     let sided = any::<bool>().prop_map(|left| {
         let side = if left { Side::Left } else { Side::Right };
@@ -19,7 +19,7 @@ fn any_label() -> impl Strategy<Value = Label> {
     prop_oneof![4 => plain, 1 => Just(Label { primitive: PrimitiveId(7), side: None }), 1 => sided]
 }
 
-fn any_labels() -> impl Strategy<Value = Vec<Label>> {
+pub fn any_labels() -> impl Strategy<Value = Vec<Label>> {
     prop::collection::vec(any_label(), 1..4)
 }
 
@@ -54,7 +54,7 @@ fn any_kind() -> impl Strategy<Value = RelabelKind> {
     ]
 }
 
-fn any_rules() -> impl Strategy<Value = Rules> {
+pub fn any_rules() -> impl Strategy<Value = Rules> {
     let relabel = (any_kind(), prop::option::of(0..3_u32));
     (0..8_u32, prop::collection::vec(relabel, 0..6), any::<bool>()).prop_map(|(settle, relabels, joined)| {
         let mut rules = bare(f64::from(settle) / RATE_HZ);
@@ -94,7 +94,7 @@ fn over(frames: Range<usize>, parts: impl Iterator<Item = (Option<Label>, usize)
 }
 
 prop_compose! {
-    fn any_leaves(from: usize)(
+    pub fn any_leaves(from: usize)(
         length in 1..120_usize,
         left in any_runs(30),
         right in any_runs(30),

@@ -13,7 +13,17 @@ pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {
     let mut random = Random { state: seed };
     let channels = channels();
     let frames = frames(&mut random, &channels);
-    let rules = Maker { random, rules: Rules { channels, ..Rules::default() }, depth }.make();
+    let rules = Maker { random, rules: Rules { channels, ..Rules::default() }, depth, compared: None }.make();
+    (rules, frames)
+}
+
+/// The same with conditions that have to do with each other: the same few numbers are compared again and again.
+pub fn case_of_few_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
+    let mut random = Random { state: seed };
+    let channels = channels();
+    let frames = frames(&mut random, &channels);
+    let compared = Some(Vec::new());
+    let rules = Maker { random, rules: Rules { channels, ..Rules::default() }, depth, compared }.make();
     (rules, frames)
 }
 
@@ -131,6 +141,8 @@ struct Maker {
     random: Random,
     rules: Rules,
     depth: u32,
+    /// The numbers that are compared again, each with whether it may be one of the hand at hand.
+    compared: Option<Vec<(bool, Expr)>>,
 }
 
 /// Where an expression stands: what it may name.
@@ -280,6 +292,9 @@ impl Maker {
 
     fn bool(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Expr {
         let of = |kind| expr(kind, Shape::Bool, axis);
+        if self.compared.is_some() && axis.is_none() && self.random.chance(40) {
+            return self.compared_again(place, depth);
+        }
         if depth == 0 {
             return self.atom(place, axis);
         }
@@ -338,6 +353,35 @@ impl Maker {
                 signal.unwrap_or_else(|| self.atom(place, axis))
             }
         }
+    }
+
+    fn compared_again(&mut self, place: Place, depth: u32) -> Expr {
+        let (one, other) = (self.compared_number(place, depth), self.compared_number(place, depth));
+        let limit = expr(ExprKind::Number((self.random.below(5) as f64 - 2.0) * 0.5), Shape::Scalar, None);
+        let comparison = self.comparison();
+        let kind = match self.random.below(5) {
+            0 | 1 => ExprKind::Compare(comparison, Box::new(one), Box::new(limit)),
+            2 => ExprKind::Compare(comparison, Box::new(limit), Box::new(one)),
+            3 => ExprKind::Compare(comparison, Box::new(one), Box::new(other)),
+            _ => {
+                let on = (self.random.below(5) as f64 - 2.0) * 0.5;
+                let rising = self.random.chance(50);
+                let (on, off) = (self.constant(on), self.constant(if rising { on - 0.5 } else { on + 0.5 }));
+                ExprKind::Hysteresis { value: Box::new(one), on, off, rising }
+            }
+        };
+        expr(kind, Shape::Bool, None)
+    }
+
+    fn compared_number(&mut self, place: Place, depth: u32) -> Expr {
+        let known = self.compared.iter().flatten().filter(|(per_hand, _)| *per_hand == place.per_hand);
+        let known: Vec<Expr> = known.map(|(_, number)| number.clone()).collect();
+        if !known.is_empty() && (known.len() > 2 || self.random.chance(60)) {
+            return known[self.random.below(known.len())].clone();
+        }
+        let number = self.number(place, None, depth.min(2));
+        self.compared.get_or_insert_default().push((place.per_hand, number.clone()));
+        number
     }
 
     /// An operand beside an array: an array too, or a single value for every element.

@@ -65,7 +65,17 @@ fn each_code_has_a_case() {
 
 #[test]
 fn twenty_mistakes_are_twenty_reports() {
-    let loaded = load(Path::new("tests/fixtures/diagnostics/twenty_mistakes.rules"));
+    each_on_its_own_line("twenty_mistakes");
+}
+
+/// The same for what runs but is hardly meant.
+#[test]
+fn twenty_doubts_are_twenty_reports() {
+    each_on_its_own_line("twenty_doubts");
+}
+
+fn each_on_its_own_line(fixture: &str) {
+    let loaded = load(&Path::new("tests/fixtures/diagnostics").join(fixture).with_extension("rules"));
     let lines: Vec<u32> = loaded
         .diagnostics
         .iter()
@@ -175,6 +185,34 @@ fn a_missing_file_is_one_report() {
     assert_eq!(loaded.diagnostics.len(), 1);
     assert_eq!(loaded.diagnostics[0].severity, Severity::Error);
     insta::assert_snapshot!(report(&loaded));
+}
+
+/// What `check` says of the example on a page is what the page shows. With `TEACHTREE_WRITE_PAGES` set the pages are written.
+#[test]
+fn pages_show_what_is_reported() {
+    let mut pages = std::fs::read_to_string("docs/codes.md").unwrap();
+    let shown = |page: &str| {
+        let (_, rest) = page.split_once("```rules\n")?;
+        let (example, rest) = rest.split_once("```\n")?;
+        Some((example.to_string(), rest.trim().to_string()))
+    };
+    for (code, _) in codes::ALL {
+        let page = pages.split(&format!("\n## {code}\n")).nth(1).and_then(|rest| rest.split("\n## ").next()).unwrap();
+        let Some((example, rest)) = shown(page) else { continue };
+        let told = report(&language::load_text("example.rules", &example));
+        let told: Vec<&str> = told.lines().map(str::trim_end).collect();
+        let wanted = format!("`check` says\n\n```text\n{}\n```", told.join("\n").trim());
+        if std::env::var_os("TEACHTREE_WRITE_PAGES").is_some() {
+            let (kept, _) = page.split_once("```rules\n").unwrap();
+            let new = format!("{kept}```rules\n{example}```\n\n{wanted}\n");
+            pages = pages.replacen(page, &new, 1);
+        } else {
+            assert_eq!(rest, wanted, "{code}; TEACHTREE_WRITE_PAGES=1 writes what is reported");
+        }
+    }
+    if std::env::var_os("TEACHTREE_WRITE_PAGES").is_some() {
+        std::fs::write("docs/codes.md", pages).unwrap();
+    }
 }
 
 /// Every code has its page, and the examples on the pages are what they say.
