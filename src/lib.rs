@@ -17,6 +17,8 @@ pub mod stream;
 
 #[cfg(feature = "cli")]
 pub mod cli;
+#[cfg(feature = "lsp")]
+pub mod lsp;
 #[cfg(feature = "world")]
 pub mod robot;
 #[cfg(feature = "world")]

@@ -10,7 +10,7 @@
 //!   Approach             7.904 .. 8.234
 //! ```
 //!
-//! `#` begins a comment. Times are s in the recording.
+//! `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta` writes it, is passed over.
 
 use super::{Analysis, Who};
 use crate::base::error::InputError;
@@ -20,6 +20,9 @@ use std::fmt::Write;
 
 /// How far a boundary may move when nothing else is said, s.
 pub const TOLERANCE_S: f64 = 0.02;
+
+/// The lines around the header that `cargo insta` writes.
+const HEADER: &str = "---";
 
 /// An expectation file.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,7 +82,15 @@ impl Expectation {
             head: String::new(),
         };
         let mut who: Option<Who> = None;
+        // What was accepted with `cargo insta review` begins with a header between two lines `---`.
+        let mut in_header = text.lines().next().is_some_and(|line| line.trim_end() == HEADER);
         for (line, at) in text.lines().zip(1..) {
+            if in_header {
+                in_header = at == 1 || line.trim_end() != HEADER;
+                read.head.push_str(line);
+                read.head.push('\n');
+                continue;
+            }
             let fail = |message: String, help: &str| InputError::new(format!("{name}:{at}"), message).help(help);
             let said = line.split('#').next().unwrap_or("").trim();
             if let Some(track) = said.strip_prefix("track ") {
@@ -198,6 +209,16 @@ pub fn written(head: &str, found: &[Line]) -> String {
         let _ = writeln!(text, "  {name:<26} {:.3} .. {:.3}", line.start_s, line.end_s);
     }
     text
+}
+
+/// The same as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it is.
+pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
+    let text = written(&expectation.head, found);
+    if text.starts_with(HEADER) {
+        return text;
+    }
+    let log = serde_json::Value::from(expectation.log.as_str());
+    format!("{HEADER}\nsource: {log}\n{HEADER}\n{text}")
 }
 
 /// How what was found differs from what was expected, each with the line of the file that it is about.

@@ -1,14 +1,20 @@
 //! Why a frame has its label: the way through the tree with every condition on it, what settling and relabelling made of the leaf, and how
 //! its task came to its name. Nothing here is computed unless it is asked for.
 
+mod change;
 mod fact;
+mod moment;
 mod reason;
 mod task;
+mod value;
 mod why_not;
 
-pub use fact::{Fact, Wait};
-pub use reason::Reason;
+pub use change::{Change, Changed, Decided, State, change, task};
+pub use fact::{Fact, Wait, quantities};
+pub use moment::{Moment, moment};
+pub use reason::{Reason, slots, text};
 pub use task::{Asked, TaskReason, Tried};
+pub use value::{frame_at, value};
 pub use why_not::{Obstacle, WhyNot};
 
 use super::json::printed;
@@ -17,7 +23,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::probe::Probe;
 use crate::engine::runs::Leaves;
-use crate::language::rules::{Branch, ExprKind, Label, Rules, Then};
+use crate::language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
 use crate::stream::frames::Frames;
 use reason::{Reasons, Spot, folded};
 
@@ -148,10 +154,7 @@ pub struct Question {
 /// tree, and when the rate cannot honour a duration of the rules.
 pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanation>, InputError> {
     let labels = question.why_not.as_ref().map(|name| labels(analysed.rules, name)).transpose()?;
-    let side = match question.who {
-        Who::Hand(side) => Some(side),
-        Who::Both => None,
-    };
+    let side = question.who.side();
     let mut explained: Vec<Explanation> = Vec::new();
     for (leaves, frames) in asked(analysed, question)? {
         let mut probe = Probe::new(analysed.rules, analysed.frames, leaves);
@@ -177,7 +180,9 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
                 if explained.len() == MAX_BLOCKS {
                     return Ok(explained);
                 }
-                explained.push(block(analysed, &mut probe, question.who, side, frame)?);
+                let mut block = block(analysed, &mut probe, question.who, frame)?;
+                block.task = side.and_then(|side| task::of(analysed.rules, analysed.frames, leaves, side, frame));
+                explained.push(block);
                 before = Some(now);
             }
             if let Some(last) = explained.last_mut() {
@@ -192,7 +197,7 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
 }
 
 /// A choice or condition on one line, without comments and without the brace of a branch.
-pub(super) fn written(text: &str) -> String {
+pub fn written(text: &str) -> String {
     folded(text).trim_end_matches('{').trim_end().to_string()
 }
 
@@ -244,14 +249,15 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
     }
 }
 
-fn block(
-    analysed: &Analysed,
-    probe: &mut Probe,
+/// Why a track has its label on a frame, without the task.
+fn block<'a>(
+    analysed: &Analysed<'a>,
+    probe: &mut Probe<'a>,
     who: Who,
-    side: Option<Side>,
     frame: usize,
 ) -> Result<Explanation, InputError> {
     let rules = analysed.rules;
+    let side = who.side();
     let time = |frame: usize| analysed.frames.time.get(frame).copied().unwrap_or_default();
     let taken = probe.path(side, frame)?;
     let mut path = Vec::new();
@@ -282,7 +288,6 @@ fn block(
     }
     let run = probe.run(side, frame);
     let leaf = run.and_then(|run| run.label).map_or("separate".to_string(), |label| rules.label_name(label));
-    let leaves = probe.leaves();
     let track = analysed.analysis.track(who);
     let segment = |segments: &[Segment]| segments.iter().find(|segment| segment.frames.contains(&frame)).cloned();
     let raw = track.and_then(|track| segment(&track.segments));
@@ -310,7 +315,7 @@ fn block(
         latches,
         settled,
         relabelled: relabelled.map(|segment| became(rules, segment, String::new())),
-        task: side.and_then(|side| task::of(rules, analysed.frames, leaves, side, frame)),
+        task: None,
         why_not: None,
     })
 }
@@ -331,9 +336,9 @@ fn became(rules: &Rules, segment: Segment, what: String) -> Became {
 }
 
 /// The latches that a condition names itself.
-fn latches_of(
-    probe: &mut Probe,
-    condition: &crate::language::rules::Expr,
+fn latches_of<'a>(
+    probe: &mut Probe<'a>,
+    condition: &'a Expr,
     side: Option<Side>,
     frame: usize,
     found: &mut Vec<LatchState>,
@@ -351,7 +356,7 @@ fn latches_of(
             continue;
         }
         let start = probe.leaves().frames.start;
-        let column = probe.column(part, side)?;
+        let column = probe.kept(part, side)?;
         let on = column.holds(0, frame - start);
         let differs = (0..frame - start).rev().find(|frame| column.holds(0, *frame) != on);
         let since_s = differs.and_then(|at| probe.frames().time.get(start + at + 1).copied());

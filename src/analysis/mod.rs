@@ -12,6 +12,7 @@ pub mod coverage;
 pub mod csv;
 pub mod expect;
 pub mod explain;
+pub mod fit;
 pub mod json;
 mod lane;
 mod measures;
@@ -76,6 +77,16 @@ pub enum Who {
     Hand(Side),
     /// The coordination of both hands.
     Both,
+}
+
+impl Who {
+    /// The hand, if it is one hand's.
+    pub const fn side(self) -> Option<Side> {
+        match self {
+            Self::Hand(side) => Some(side),
+            Self::Both => None,
+        }
+    }
 }
 
 impl fmt::Display for Who {

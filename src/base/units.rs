@@ -200,3 +200,18 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
     }
     Ok((in_si, dimension))
 }
+
+/// Reads a time, `3.41s` or `3410ms`, in s; without a unit it is in seconds.
+///
+/// # Errors
+/// What was wanted, when it is none.
+pub fn time(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
+    let (number, unit) = text.split_at_checked(end).unwrap_or((text, ""));
+    let wanted = || format!("wanted a time such as 3.41s or 3410ms, found `{text}`");
+    let number: f64 = number.trim().parse().map_err(|_| wanted())?;
+    let (in_si, dimension) = compound(if unit.is_empty() { "s" } else { unit }).map_err(|_| wanted())?;
+    let seconds = number * in_si;
+    if dimension == Dimension::TIME && seconds.is_finite() { Ok(seconds) } else { Err(wanted()) }
+}

@@ -3,7 +3,7 @@
 use super::rules::{RuleArgs, load};
 use super::source::{SourceArgs, without_companions};
 use super::{Failure, live, output, tellable};
-use crate::analysis::{self, Analysis, json::Meta};
+use crate::analysis::{self, Analysis, explain, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
 use crate::engine::runs::Leaves;
@@ -61,6 +61,13 @@ pub struct Analysed {
     pub meta: Meta,
 }
 
+impl Analysed {
+    /// The same with its rules, to be explained.
+    pub fn explained<'a>(&'a self, rules: &'a Rules) -> explain::Analysed<'a> {
+        explain::Analysed { rules, frames: &self.frames, leaves: &self.leaves, analysis: &self.analysis }
+    }
+}
+
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.report.is_some() && args.logs.len() > 1 {
@@ -102,7 +109,7 @@ fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
     let analysed = analyse(&rules, &opened, binding, params)?;
     if let Some(path) = &args.report {
-        let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
+        let page = report::html(&analysed.explained(&rules), &opened.recording, &analysed.meta)?;
         output::write(path, &page, inputs)?;
     }
     written(&analysed, args.format, args.out.is_none())

@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return page(code);
     }
     let (files, hand_file, overrides) = (args.files.clone(), args.hand.clone(), args.set.clone());
-    let loaded = language::load(&Request { files, hand_file, overrides, needs_tree: false });
+    let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
     let answer = |loaded: &language::Loaded| if loaded.rules.is_some() { Ok(()) } else { Err(Failure::No) };
     match args.format {
         Format::Text => {}

@@ -13,6 +13,7 @@ use crate::command;
 use crate::language::Rules;
 use crate::report;
 use crate::robot;
+use crate::robot::simulate::Performance;
 use crate::stream::{self, OpenRequest, Opened, csv};
 use std::path::PathBuf;
 
@@ -49,7 +50,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let analysis = args.out.join("analysis.json");
     output::write(&analysis, &json(&analysed.analysis, &analysed.meta), &[])?;
     let report = args.out.join("report.html");
-    let page = report::html(&analysed.analysis, &analysed.frames, &analysed.meta);
+    let page = report::html(&analysed.explained(&rules), &opened.recording, &analysed.meta)?;
     output::write(&report, &page, &[])?;
     output::print(&timeline(&analysed, true))?;
 
@@ -63,7 +64,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// From what was done to a robot that does it; the files that were written.
-fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -> Result<[PathBuf; 2], Failure> {
+fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -> Result<[PathBuf; 3], Failure> {
     let robot = open_robot(ROBOT)?;
     let scene = &opened.recording.scene;
     let mut commands = command::commands(&opened.trusted()?, &analysed.analysis, &analysed.meta.log)?;
@@ -71,9 +72,11 @@ fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -
     let commanded = args.out.join("commands.json");
     output::write(&commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
-    let (recording, outcomes) = perform(&commands, &robot, scene)?;
+    let Performance { recording, outcomes, trace } = perform(&commands, &robot, scene)?;
     let performed = args.out.join("robot.csv");
     csv::write(&recording, &performed)?;
+    let page = args.out.join("robot.html");
+    output::write(&page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
     output::print(&format!("\nthe robot\n{}", told(&outcomes)))?;
     let opened = stream::open(&OpenRequest { log: performed, ..OpenRequest::default() })?;
     let again = analyse(rules, &opened, None, Vec::new())?;
@@ -83,5 +86,5 @@ fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -
     let (taught, performed) = (tasks(&analysed.analysis), tasks(&again.analysis));
     let same = if taught == performed { "the same tasks" } else { "other tasks" };
     output::print(&format!("its recording has {same} by the same rules: {}\n", performed.join(", ")))?;
-    Ok([commanded, opened.log])
+    Ok([commanded, opened.log, page])
 }

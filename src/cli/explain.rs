@@ -7,7 +7,7 @@ use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::explain::{self, Question};
 use crate::base::error::InputError;
-use crate::base::units;
+use crate::base::units::time;
 use crate::report;
 use crate::stream;
 use std::path::PathBuf;
@@ -59,26 +59,13 @@ fn times(text: &str) -> Result<(f64, f64), String> {
     }
 }
 
-/// Reads a time, s; without a unit it is in seconds.
-fn time(text: &str) -> Result<f64, String> {
-    let text = text.trim();
-    let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
-    let (number, unit) = text.split_at_checked(end).unwrap_or((text, ""));
-    let wanted = || format!("wanted a time such as 3.41s or 3410ms, found `{text}`");
-    let number: f64 = number.trim().parse().map_err(|_| wanted())?;
-    let (in_si, dimension) = units::compound(if unit.is_empty() { "s" } else { unit }).map_err(|_| wanted())?;
-    let seconds = number * in_si;
-    if dimension == units::Dimension::TIME && seconds.is_finite() { Ok(seconds) } else { Err(wanted()) }
-}
-
 /// Runs `explain`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let opened = stream::open(&args.source.request(&args.log))?;
     let rules = load(&args.rules, &opened)?;
     let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let found = analyse(&rules, &opened, binding, Vec::new())?;
-    let analysed =
-        explain::Analysed { rules: &rules, frames: &found.frames, leaves: &found.leaves, analysis: &found.analysis };
+    let analysed = found.explained(&rules);
     let tracks = match args.track {
         Some(track) => vec![track.into()],
         None => found.analysis.tracks.iter().map(|track| track.who).collect(),

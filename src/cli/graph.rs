@@ -1,20 +1,181 @@
-//! `teachtree graph`: the decision graph as text.
+//! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
-use super::rules::load_files;
+use super::analyze::{Analysed, analyse};
+use super::rules::{RuleArgs, load, load_files, name_and_value};
+use super::score::TrackArg;
+use super::source::SourceArgs;
 use super::{Failure, output};
+use crate::analysis::Who;
+use crate::analysis::explain::{self, Moment, moment};
+use crate::base::error::InputError;
+use crate::base::units::time;
+use crate::graph::transitions::{NONE, SEPARATE, transitions};
 use crate::graph::{lower, text};
-use std::path::PathBuf;
+use crate::language::Rules;
+use crate::language::rules::{Label, TreeScope};
+use crate::report::diagram::{self, Form, Now, Outline, Taken};
+use crate::stream;
+use std::path::{Path, PathBuf};
 
 /// Options of `graph`.
 #[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree graph\n  teachtree graph tap.rules --format svg -o tap.svg\n  teachtree graph --log demonstration.csv --at 8.5s --format svg -o at.svg\n  teachtree graph tap.rules --transitions --format mermaid\n  teachtree graph --transitions --log demonstration.csv"
+)]
 pub struct Args {
-    /// Rule files; the shipped `contact.rules` when left out
+    /// Rule files; when left out the shipped `contact.rules`, for a log of two hands `bimanual.rules`
     files: Vec<PathBuf>,
+    /// Which leaf can follow which, instead of the trees
+    #[arg(long)]
+    transitions: bool,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Where to write it; standard output when left out
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// A recording: what was taken at a time is marked, what followed what is counted
+    #[arg(long, value_name = "LOG")]
+    log: Option<PathBuf>,
+    /// The time in the recording, `3.41s` or `3410ms`
+    #[arg(long, value_name = "TIME", value_parser = time, requires = "log")]
+    at: Option<f64>,
+    /// Whose tree; all when left out
+    #[arg(long, value_enum, value_name = "TRACK", requires = "log")]
+    track: Option<TrackArg>,
+    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    #[arg(long, value_name = "FILE")]
+    hand: Option<String>,
+    /// Override a param, such as `touch_on=0.1N`; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE", value_parser = name_and_value, requires = "log")]
+    set: Vec<(String, String)>,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// What the engine runs instead: shared values and two-way tests, as text
+    #[arg(long, conflicts_with_all = ["transitions", "log", "format"])]
+    compiled: bool,
+}
+
+/// Forms of a diagram.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For terminals
+    Text,
+    /// For Graphviz
+    Dot,
+    /// For Markdown
+    Mermaid,
+    /// A picture
+    Svg,
+}
+
+impl From<Format> for Form {
+    fn from(format: Format) -> Self {
+        match format {
+            Format::Text => Self::Text,
+            Format::Dot => Self::Dot,
+            Format::Mermaid => Self::Mermaid,
+            Format::Svg => Self::Svg,
+        }
+    }
 }
 
 /// Runs `graph`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let rules = load_files(&args.files, None)?;
-    output::print(&text(&lower(&rules)))?;
+    let drawn = match &args.log {
+        Some(log) => of_recording(args, log)?,
+        None if args.source.binding.is_some() || args.source.scene.is_some() => {
+            let message = "a binding and a scene say how a recording is read, and none is named";
+            return Err(InputError::new("the command line", message).help("add `--log LOG`").into());
+        }
+        None => {
+            let rules = load_files(&args.files, args.hand.as_deref())?;
+            if args.compiled {
+                text(&lower(&rules))
+            } else if args.transitions {
+                let all: Vec<_> =
+                    transitions(&rules).iter().map(|of| diagram::following(&rules, of, None, None)).collect();
+                diagram::transitions(&all, args.format.into())
+            } else {
+                let trees: Vec<Outline> = rules.trees.iter().map(|tree| diagram::outline(&rules, tree, None)).collect();
+                diagram::trees(&trees, args.format.into())
+            }
+        }
+    };
+    match &args.out {
+        Some(path) => {
+            let files = args.files.iter().chain(&args.log).chain(&args.source.binding).chain(&args.source.scene);
+            let inputs: Vec<&Path> = files.map(PathBuf::as_path).collect();
+            output::write(path, &drawn, &inputs)?;
+        }
+        None => output::print(&drawn)?,
+    }
     Ok(())
+}
+
+/// The diagram with what a recording took.
+fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
+    if args.at.is_none() && !args.transitions {
+        return Err(InputError::new("--log", "a tree is marked at a time, and none is named")
+            .help("add `--at 2.5s`, or `--transitions` for what followed what")
+            .into());
+    }
+    let opened = stream::open(&args.source.request(log))?;
+    let named = RuleArgs { rules: args.files.clone(), hand: args.hand.clone(), set: args.set.clone() };
+    let rules = load(&named, &opened)?;
+    let found = analyse(&rules, &opened, None, Vec::new())?;
+    let tracks: Vec<Who> = match args.track {
+        Some(track) => vec![track.into()],
+        None => found.analysis.tracks.iter().map(|track| track.who).collect(),
+    };
+    let mut moments = Vec::new();
+    for who in &tracks {
+        let taken = match args.at {
+            Some(at) => taken(&rules, &found, *who, at)?,
+            None => None,
+        };
+        moments.extend(taken);
+    }
+    if args.at.is_some() && moments.is_empty() {
+        let whom = args.track.map_or("any track".to_string(), |track| format!("`{}`", Who::from(track)));
+        let message = format!("there is no tree that labels {whom} in this recording");
+        return Err(InputError::new("--track", message).help("tracks are left, right and both").into());
+    }
+    let scope = |who: Who| if who == Who::Both { TreeScope::BothHands } else { TreeScope::EachHand };
+    if !args.transitions {
+        let tree = |(who, taken, _): &(Who, Taken, Now)| {
+            rules.tree(scope(*who)).map(|tree| diagram::outline(&rules, tree, Some(taken)))
+        };
+        let trees: Vec<Outline> = moments.iter().filter_map(tree).collect();
+        return Ok(diagram::trees(&trees, args.format.into()));
+    }
+    let only = args.track.map(Who::from);
+    let side = match only {
+        Some(Who::Hand(side)) => Some(side),
+        _ => None,
+    };
+    let name = log.display().to_string();
+    let mut all = Vec::new();
+    for of in transitions(&rules) {
+        if tracks.iter().any(|who| scope(*who) == of.scope) {
+            let mut following = diagram::following(&rules, &of, Some((&name, &found.leaves)), side);
+            let now = moments.iter().filter(|(who, ..)| scope(*who) == of.scope).map(|(.., now)| now.clone());
+            following.now = now.collect();
+            all.push(following);
+        }
+    }
+    Ok(diagram::transitions(&all, args.format.into()))
+}
+
+/// What the tree of a track took at a time.
+fn taken(rules: &Rules, found: &Analysed, who: Who, at_s: f64) -> Result<Option<(Who, Taken, Now)>, InputError> {
+    let analysed = explain::Analysed { rules, frames: &found.frames, leaves: &found.leaves, analysis: &found.analysis };
+    let name = |label: Option<Label>| label.map_or(SEPARATE.to_string(), |label| rules.label_name(label));
+    Ok(moment(&analysed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
+        let leaf = name(leaf);
+        let time_s = found.frames.time.get(frame).copied().unwrap_or_default();
+        let said = format!("{who} at {time_s:.3} s: {leaf}");
+        let before = before.map_or(NONE.to_string(), name);
+        (who, Taken { path, said: said.clone() }, Now { said, before, leaf })
+    }))
 }

@@ -11,10 +11,13 @@ mod command;
 #[cfg(feature = "world")]
 mod demo;
 mod explain;
+mod fit;
 mod fmt;
 mod graph;
 mod inspect;
 mod live;
+#[cfg(feature = "lsp")]
+mod lsp;
 mod output;
 mod progress;
 mod prove;
@@ -27,6 +30,7 @@ mod source;
 mod teach;
 mod tellable;
 mod test;
+mod truth;
 
 use crate::base::error::InputError;
 use clap::{Parser, Subcommand};
@@ -57,6 +61,8 @@ enum Command {
     Test(test::Args),
     /// Compare what is found in recordings with what is true
     Score(score::Args),
+    /// Learn params from labelled recordings, and see whether others bear them out; print a patch
+    Fit(fit::Args),
     #[cfg(feature = "world")]
     /// Let an operator script teach a task in the virtual environment, and record it
     Teach(teach::Args),
@@ -73,8 +79,11 @@ enum Command {
     Diff(prove::DiffArgs),
     /// Write rule files in one style
     Fmt(fmt::Args),
-    /// Print the decision graph of rule files
+    /// Draw the trees of rule files, and what can follow what; mark what a recording took
     Graph(graph::Args),
+    #[cfg(feature = "lsp")]
+    /// Serve an editor: diagnostics, hover, names, completion, over the Language Server Protocol
+    Lsp(lsp::Args),
 }
 
 /// How a command ended.
@@ -126,6 +135,7 @@ pub fn main() -> ExitCode {
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
+        Command::Fit(args) => fit::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         #[cfg(feature = "world")]
@@ -136,6 +146,8 @@ pub fn main() -> ExitCode {
         Command::Diff(args) => prove::diff(args),
         Command::Fmt(args) => fmt::run(args),
         Command::Graph(args) => graph::run(args),
+        #[cfg(feature = "lsp")]
+        Command::Lsp(args) => lsp::run(args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

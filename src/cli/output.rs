@@ -33,7 +33,10 @@ pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
 const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
 
 /// Refuses a place that is one of the inputs, or stands beside one.
-fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+///
+/// # Errors
+/// When it is.
+pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
     let is_place = |file: &Path| std::fs::canonicalize(file).is_ok_and(|file| file == place);
     let is_beside = |input: &Path| BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_place(&file));

@@ -31,13 +31,19 @@ const OF_TWO_HANDS: &str = "bimanual.rules";
 
 /// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
 pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
+    load_request(request(args, opened))
+}
+
+/// What is loaded for a log.
+pub fn request(args: &RuleArgs, opened: &Opened) -> Request {
     let usual = || if opened.hands().len() > 1 { vec![PathBuf::from(OF_TWO_HANDS)] } else { vec![] };
-    load_request(Request {
+    Request {
         files: if args.rules.is_empty() { usual() } else { args.rules.clone() },
         hand_file: args.hand.clone().or_else(|| opened.hand_file.clone()),
         overrides: opened.params.iter().chain(&args.set).cloned().collect(),
         needs_tree: true,
-    })
+        ..Request::default()
+    }
 }
 
 /// Loads the rules of these files, without a log; a hand file may be named.

@@ -3,17 +3,16 @@
 use super::analyze::analyse;
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
-use super::source::{LABEL_ENDINGS, SourceArgs, is_beside, without_companions};
+use super::source::{SourceArgs, is_beside, without_companions};
+use super::truth::{TruthArgs, read};
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::json::Meta;
-use crate::analysis::number::fixed;
 use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
-use crate::stream::text;
-use crate::stream::{self, Opened, labels};
+use crate::stream;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,15 +26,8 @@ pub struct Args {
     /// Recordings; a folder stands for all `.csv` logs in it
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
-    /// True labels instead of those in the logs; a folder for `LOG.labels.csv` or `LOG_segments.csv` of each log
-    #[arg(long, value_name = "FILE")]
-    labels: Option<PathBuf>,
-    /// Whom labels without a column `track` are about
-    #[arg(long, value_enum, value_name = "TRACK")]
-    track: Option<TrackArg>,
-    /// From foreign names to ours: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`
-    #[arg(long, value_name = "MAP")]
-    map: Option<String>,
+    #[command(flatten)]
+    truth: TruthArgs,
     #[command(flatten)]
     rules: RuleArgs,
     #[command(flatten)]
@@ -93,15 +85,8 @@ impl From<TrackArg> for Who {
 /// Runs `score`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = all_logs(&args.logs)?;
-    if logs.len() > 1
-        && let Some(labels) = args.labels.as_ref().filter(|labels| !labels.is_dir())
-    {
-        let message = format!("one label file for {} recordings", logs.len());
-        return Err(InputError::new(labels.display().to_string(), message)
-            .help("name the folder in which every log has its label file")
-            .into());
-    }
-    let map = args.map.as_deref().map_or_else(|| Ok(NameMap::default()), read_map)?;
+    args.truth.check(logs.len())?;
+    let map = args.truth.names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = Texts { map, sequences };
     let progress = Progress::new("scoring");
@@ -148,8 +133,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
-    let files = [&args.labels, &args.sequences, &args.source.binding, &args.source.scene].into_iter().flatten();
-    let map = args.map.as_deref().map(Path::new);
+    let files = [&args.truth.labels, &args.sequences, &args.source.binding, &args.source.scene].into_iter().flatten();
+    let map = args.truth.map.as_deref().map(Path::new);
     let inputs: Vec<&Path> =
         logs.iter().chain(files).chain(&args.rules.rules).map(PathBuf::as_path).chain(map).collect();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
@@ -186,29 +171,13 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     let opened = stream::open(&request)?;
     let rules = load(&args.rules, &opened)?;
     let known = Known::new(&rules);
-    map.check(&known, args.map.as_deref().unwrap_or_default())?;
     let sequences =
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
     let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
     let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
     let analysed = analyse(&rules, &opened, binding, params)?;
-    let only = match analysed.analysis.tracks.as_slice() {
-        [track] => Some(track.who),
-        _ => None,
-    };
-    let mut warnings = Vec::new();
-    let truth = match &args.labels {
-        Some(path) => {
-            let labels = labels::read(&label_file(path, log)?, &opened.row_time)?;
-            if labels.contradicted_s > 0.0 {
-                let time = fixed(labels.contradicted_s, 3);
-                warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
-            }
-            Truth::of_labels(&labels, args.track.map(Who::from).or(only), map, &known)?
-        }
-        None => own_truth(&opened, map)?,
-    };
+    let (truth, warnings) = args.truth.of(&opened, &analysed.analysis, map, &known)?;
     let rows = |truth: &Truth, stage| {
         let mut rows = score::score(truth, &analysed.analysis, stage, &analysed.meta)?;
         rows.iter_mut().for_each(|row| sequences.expect(&mut row.tally));
@@ -217,45 +186,6 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
     let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
     Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta, warnings })
-}
-
-fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
-    Truth::of_recording(&opened.recording, map).ok_or_else(|| {
-        let message = "the log does not say what is true: it has no `right.label`, `left.label` or `both.label`";
-        InputError::new(opened.log.display().to_string(), message)
-            .help("name a label file with --labels, or bind a column of the log as `right.label`")
-    })
-}
-
-fn read_map(map: &str) -> Result<NameMap, InputError> {
-    let path = Path::new(map);
-    if !path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
-        return NameMap::of_pairs(map);
-    }
-    NameMap::read(&read(path)?, map)
-}
-
-/// The largest map, sequences or labels that are read, bytes.
-const MAX_TEXT: u64 = 256 << 20;
-
-fn read(path: &Path) -> Result<String, InputError> {
-    text::read(path, MAX_TEXT)
-}
-
-/// The label file of a log: the one that is named, or the log's own in the folder that is named.
-fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
-    if !path.is_dir() {
-        return Ok(path.into());
-    }
-    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
-    let places = LABEL_ENDINGS.map(|ending| path.join(format!("{stem}{ending}")));
-    places.iter().find(|place| place.is_file()).cloned().ok_or_else(|| {
-        let [one, other] = places.each_ref().map(|place| place.display());
-        InputError::new(
-            log.display().to_string(),
-            format!("the log has no label file: found neither {one} nor {other}"),
-        )
-    })
 }
 
 /// The logs, a folder replaced by those in it, by name.

@@ -4,11 +4,11 @@ use super::command::{open_robot, open_scene};
 use super::progress::Progress;
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::command::Commands;
+use crate::report;
 use crate::robot::Robot;
-use crate::robot::simulate::{Outcome, simulate};
+use crate::robot::simulate::{Outcome, Performance, simulate};
 use crate::robot::trajectory::{JointTrajectory, trajectory};
 use crate::stream::formats;
 use crate::stream::text;
@@ -35,6 +35,9 @@ pub struct Args {
     /// Where to write what the joints are to do, with the fields of trajectory_msgs/JointTrajectory, within the limits of the robot
     #[arg(long, value_name = "FILE")]
     trajectory: Option<PathBuf>,
+    /// Where to write a page of what the robot did: pictures, forces, joints, manipulability
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// The largest file of commands that is read, bytes.
@@ -48,12 +51,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let inputs = [args.commands.as_path(), Path::new(&args.robot), Path::new(&args.scene)];
     output::may_record(&args.out, &inputs)?;
+    if let Some(page) = &args.report {
+        output::refuse_inputs(page, &inputs)?;
+    }
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
-    let (recording, outcomes) = perform(&commands, &robot, &scene)?;
+    let Performance { recording, outcomes, trace } = perform(&commands, &robot, &scene)?;
     formats::write(&recording, &args.out)?;
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
         output::write(place, &made.json()?, &inputs)?;
         output::print(&summary(place, made))?;
+    }
+    if let Some(page) = &args.report {
+        output::write(page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
     }
     output::print(&told(&outcomes))?;
     let duration = recording.time.last().copied().unwrap_or_default();
@@ -73,7 +82,7 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
 }
 
 /// Simulates with a progress bar.
-pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<(Recording, Vec<Outcome>), InputError> {
+pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<Performance, InputError> {
     let progress = Progress::new("simulating");
     simulate(commands, robot, scene, &mut |part| progress.set(part))
 }

@@ -27,7 +27,7 @@ const ENDING: &str = "expect";
 /// Options of `test`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               accept what is found, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update    accept one of them\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               accept what is found, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update    accept one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
 )]
 pub struct Args {
     /// Folders with expectations, or expectation files; this folder when left out
@@ -36,6 +36,9 @@ pub struct Args {
     /// Accept what is found; logs in the named folders that have no expectation get one, with the rules and binding given here
     #[arg(long)]
     update: bool,
+    /// Write what was found instead as `NAME.expect.new`, to be reviewed with `cargo insta review --workspace-root . --extensions expect`
+    #[arg(long, conflicts_with = "update")]
+    pending: bool,
     /// Say which choices are never taken, and which conditions are never true or never false while they are asked
     #[arg(long)]
     coverage: bool,
@@ -101,6 +104,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let found = expect::lines(&case.analysed.analysis);
         let differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         let shown = path.display();
+        let pending = path.with_extension(format!("{ENDING}.new"));
+        if args.pending && !differences.is_empty() {
+            output::write(&pending, &expect::pending(&case.expectation, &found), &[])?;
+        } else if args.pending || args.update {
+            // What was found before is no longer.
+            let _ = std::fs::remove_file(&pending);
+        }
         if differences.is_empty() {
             let _ = writeln!(said, "ok       {shown}");
         } else if args.update {
@@ -120,6 +130,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let plural = if cases.len() == 1 { "" } else { "s" };
     let _ = writeln!(said, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    if args.pending && unmet > 0 {
+        said.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update`\n");
+    }
     let mut enough = true;
     if args.coverage || args.min_coverage.is_some() {
         enough = coverage(args, &cases, &mut said)?;

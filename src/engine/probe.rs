@@ -6,7 +6,7 @@
 mod column;
 mod operators;
 
-pub use column::Column;
+pub use column::{Column, Kept};
 
 use super::open::frames as samples;
 use super::runs::{Leaves, Run};
@@ -23,6 +23,9 @@ use std::rc::Rc;
 
 type Outcome<T> = Result<T, InputError>;
 
+/// Words of memory for expressions that are kept for the next question, 256 MiB: without an end a long log would fill the memory.
+const MAX_KEPT: usize = 1 << 25;
+
 /// Something declared, as it is for a hand or for none.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Declared {
@@ -37,8 +40,10 @@ pub struct Probe<'a> {
     frames: &'a Frames,
     leaves: &'a Leaves,
     known: BTreeMap<Declared, Rc<Column>>,
-    /// The conditions of the trees that paths have asked, by where they lie in the rules, which stand still as long as the probe.
-    asked: BTreeMap<(usize, Option<Side>), Rc<Column>>,
+    /// Expressions that were asked about, by where they lie in the rules, which stand still as long as the probe.
+    kept: BTreeMap<(usize, Option<Side>), Rc<Kept>>,
+    /// Words of memory that they take.
+    words: usize,
     /// The hands whose targets a declaration reads.
     targets: BTreeMap<Declared, BTreeSet<Side>>,
     /// When memory began that reads the targets of these hands, for each frame.
@@ -48,8 +53,8 @@ pub struct Probe<'a> {
 impl<'a> Probe<'a> {
     /// A probe for the stretch that these leaves are of.
     pub fn new(rules: &'a Rules, frames: &'a Frames, leaves: &'a Leaves) -> Self {
-        let (known, asked, targets, begins) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-        Self { rules, frames, leaves, known, asked, targets, begins }
+        let (known, kept, targets, begins) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
+        Self { rules, frames, leaves, known, kept, words: 0, targets, begins }
     }
 
     /// The rules.
@@ -138,7 +143,7 @@ impl<'a> Probe<'a> {
             for (at, choice) in open.choices.iter().enumerate().take(last) {
                 let holds = match &choice.condition {
                     Some(condition) => {
-                        self.asked(condition, side)?.holds(0, frame.saturating_sub(self.leaves.frames.start))
+                        self.kept(condition, side)?.holds(0, frame.saturating_sub(self.leaves.frames.start))
                     }
                     None => true,
                 };
@@ -156,15 +161,24 @@ impl<'a> Probe<'a> {
         Ok(path)
     }
 
-    /// The column of a tree's condition, computed once.
-    fn asked(&mut self, condition: &'a Expr, side: Option<Side>) -> Outcome<Rc<Column>> {
-        let place = (std::ptr::from_ref(condition).addr(), side);
-        if let Some(column) = self.asked.get(&place) {
+    /// The same as [`Probe::column`] of an expression of the rules, computed once as long as there is room to keep it.
+    ///
+    /// # Errors
+    /// As [`Probe::column`].
+    pub fn kept(&mut self, expr: &'a Expr, side: Option<Side>) -> Outcome<Rc<Kept>> {
+        let place = (std::ptr::from_ref(expr).addr(), side);
+        if let Some(column) = self.kept.get(&place) {
             return Ok(Rc::clone(column));
         }
-        let column = self.column(condition, side)?;
-        self.asked.insert(place, Rc::clone(&column));
-        Ok(column)
+        let column = self.column(expr, side)?;
+        let kept = if expr.ty.shape == Shape::Bool { Kept::truths(&column) } else { Kept::Numbers(column) };
+        let words = kept.words();
+        let kept = Rc::new(kept);
+        if self.words + words <= MAX_KEPT {
+            self.words += words;
+            self.kept.insert(place, Rc::clone(&kept));
+        }
+        Ok(kept)
     }
 
     /// Whether a single condition holds on a frame of the log.

@@ -12,6 +12,7 @@ mod decision;
 mod lower;
 mod possible;
 mod render;
+pub mod transitions;
 
 pub use decision::{Decision, Leaf, Target, Test};
 pub use lower::lower;
@@ -143,6 +144,24 @@ impl Graph {
     /// A value by its id.
     pub fn value(&self, id: ValueId) -> &Value {
         &self.values[id.index()]
+    }
+
+    /// Whether its trees give the same leaves as those of another graph on every log: settling may differ.
+    pub fn decides_like(&self, other: &Self) -> bool {
+        let latches = |graph: &Self| {
+            graph.latches.iter().map(|latch| (latch.per_hand, latch.set, latch.clear)).collect::<Vec<_>>()
+        };
+        let trees = |graph: &Self| {
+            graph
+                .trees
+                .iter()
+                .map(|tree| (tree.scope, tree.decision.root, tree.decision.tests.clone()))
+                .collect::<Vec<_>>()
+        };
+        self.channels == other.channels
+            && self.values == other.values
+            && latches(self) == latches(other)
+            && trees(self) == trees(other)
     }
 
     /// The name of a label.

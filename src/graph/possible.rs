@@ -4,6 +4,7 @@
 //! ways of a test whose condition is unknown. `from` holds only of leaves that are reached, so the walk is repeated until nothing is added.
 
 use super::{Graph, Leaf, Op, Target, ValueId};
+use crate::base::hands::FingerPick;
 use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope, Window};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -102,6 +103,11 @@ impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
                 _ => Known::Unknown,
             },
             Op::From { tree, labels, none } => self.from(*tree, labels, *none),
+            // A finger that the hand lacks reads zero.
+            Op::Pick(FingerPick::One(_)) => match first {
+                Known::Constant(value) if value != 0.0 => Known::Unknown,
+                other => other,
+            },
             Op::Pick(_) | Op::Component(_) => first,
             Op::Negate => each(first, |value| -value),
             Op::Arithmetic(kind) => arithmetic(*kind, first, second),
@@ -116,8 +122,26 @@ impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
             Op::Window(Window::For, _) if first != Known::FALSE && first != Known::Empty => Known::Unknown,
             Op::Window(..) => first,
             Op::Rate(_) | Op::Rises | Op::Falls => each(first, |_| 0.0),
+            // Of an array without slots `any` is false and `all` is true, whatever its elements would be.
+            Op::Call(Function::Any) if first == Known::Constant(1.0) && !self.has_slots(&value.args) => Known::Unknown,
+            Op::Call(Function::All) if first == Known::FALSE && !self.has_slots(&value.args) => Known::Unknown,
             Op::Call(function) => call(*function, &args),
         }
+    }
+
+    /// Whether an array has a slot for certain: one of the channels that it is made of is known to have a value.
+    fn has_slots(&self, args: &[ValueId]) -> bool {
+        args.iter().any(|arg| {
+            let value = self.graph.value(*arg);
+            match &value.op {
+                Op::Channel(channel, hand) => {
+                    value.ty.axis.is_some() && matches!((self.channel)(*channel, *hand), Known::Constant(_))
+                }
+                // None of the fingers may be picked.
+                Op::Pick(_) => false,
+                _ => value.ty.axis.is_some() && self.has_slots(&value.args),
+            }
+        })
     }
 
     fn from(&self, tree: Hand, labels: &[Label], none: bool) -> Known {

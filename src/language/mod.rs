@@ -6,6 +6,7 @@
 pub mod codes;
 pub mod format;
 pub mod formula;
+pub mod index;
 pub mod lints;
 pub mod mutate;
 mod parse;
@@ -17,12 +18,17 @@ pub mod syntax;
 mod tasks;
 pub mod tree;
 mod types;
+pub mod written;
 
+pub use index::Index;
+pub use parse::{Expected, expected, is_name, is_primitive};
 pub use rules::Rules;
-pub use source::SHIPPED;
+pub use source::{MAX_BYTES, SHIPPED};
+pub use types::{FUNCTIONS, Signature, describe};
 
 use crate::base::diagnostic::{Diagnostic, Severity, Sources};
 use source::Loader;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The rules that are loaded when none are named.
@@ -43,6 +49,8 @@ pub struct Request {
     pub overrides: Vec<(String, String)>,
     /// Whether rules without a tree are an error, since something is to be labelled; else they are only worth a warning.
     pub needs_tree: bool,
+    /// Texts that stand for files on disk, by canonical path: what an editor has not saved yet.
+    pub buffers: BTreeMap<PathBuf, String>,
 }
 
 /// What came of it.
@@ -58,23 +66,50 @@ pub struct Loaded {
     pub unread: bool,
 }
 
+/// All that is known of rule files, whatever is wrong with them: what an editor works with.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The texts that were read.
+    pub sources: Sources,
+    /// Which name stands where.
+    pub index: Index,
+    /// What could be made of the rules; complete only when they are `sound`.
+    pub rules: Rules,
+    /// Whether there is no error.
+    pub sound: bool,
+    /// What was found, by file and place.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
 /// Loads rule files with all that they use.
 pub fn load(request: &Request) -> Loaded {
+    finish(loader(request), request).0
+}
+
+/// Looks at rule files with all that they use.
+pub fn survey(request: &Request) -> Survey {
+    let (Loaded { rules, sources, diagnostics, .. }, files, partial) = finish(loader(request), request);
+    let index = Index::new(&files, &sources);
+    Survey { sources, index, sound: rules.is_some(), rules: rules.unwrap_or(partial), diagnostics }
+}
+
+fn loader(request: &Request) -> Loader {
     let mut loader = Loader::default();
+    loader.buffers.clone_from(&request.buffers);
     if request.files.is_empty() {
         loader.load_named(Path::new(DEFAULT_RULES));
     }
     for file in &request.files {
         loader.load_named(file);
     }
-    finish(loader, request)
+    loader
 }
 
 /// Loads a text; what it uses is looked up among the shipped files.
 pub fn load_text(name: &str, text: &str) -> Loaded {
     let mut loader = Loader::default();
     loader.load_text(name, text);
-    finish(loader, &Request::default())
+    finish(loader, &Request::default()).0
 }
 
 /// Parses a text alone: its syntax tree, and what is wrong with its syntax.
@@ -83,7 +118,8 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
     (file, sorted(findings))
 }
 
-fn finish(mut loader: Loader, request: &Request) -> Loaded {
+/// What was loaded, the syntax trees, and what could be made of the rules.
+fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, Rules) {
     if !loader.unkept().is_empty() {
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
@@ -110,7 +146,7 @@ fn finish(mut loader: Loader, request: &Request) -> Loaded {
     let tells: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&tells) } else { None };
     let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
     let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, tells));
-    Loaded { rules: (!wrong).then_some(rules), sources, diagnostics, unread }
+    (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, unread }, files, rules)
 }
 
 /// The report for rules that label nothing, which is fine only for a part that other files use.

@@ -1,30 +1,46 @@
-//! The page for browsers: an analysis and its frames in, one file out that needs no network.
+//! The page for browsers: an analysis, its frames and its recording in, one file out that needs no network.
 //!
-//! For each hand the lanes of raw segments, relabelled segments and tasks, and below them the signals of the chapter's Figure 5 with the
+//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabelled segments and tasks, and below them the signals of the chapter's Figure 5 with the
 //! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
 
 use super::figure::figure;
 use super::svg::escape;
-use super::{palette, remarks};
+use super::{page, palette, remarks};
+use crate::analysis::explain::Analysed;
 use crate::analysis::json::Meta;
 use crate::analysis::number::{decimals, number};
 use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
 use crate::stream::frames::Frames;
 
-/// Writes the page. The frames are those that were analysed, made with [`channels`](super::channels).
-pub fn html(analysis: &Analysis, frames: &Frames, meta: &Meta) -> String {
-    let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
-    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-    page.push_str(&format!("<title>{} – teachtree</title>\n", escape(&meta.log)));
-    page.push_str(&format!("<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
-    page.push_str(&header(analysis, meta));
-    page.push_str(&tasks(analysis));
+/// Nothing is fetched, whatever the page is made of.
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
+
+/// Writes the page. The frames are those that were analysed, made with [`channels`](super::channels) from the recording.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub fn html(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+    let Analysed { analysis, frames, .. } = *analysed;
+    let mut body = header(analysis, meta);
+    body.push_str(page::PLACE);
+    body.push_str(&tasks(analysis));
+    body.push_str("<details id=\"drawings\" open><summary>Drawings and tables, as they are printed</summary>\n");
     for track in &analysis.tracks {
-        page.push_str(&section(track, analysis, frames));
+        body.push_str(&section(track, analysis, frames));
     }
-    page.push_str(&issues(analysis));
-    page.push_str("</body>\n</html>\n");
-    page
+    body.push_str("</details>\n");
+    body.push_str(&issues(analysis));
+    body.push_str(&page::scripts(analysed, recording, meta)?);
+    Ok(format!(
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+         <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+         <title>{} – teachtree</title>\n<style>\n{}</style>\n</head>\n<body>\n{body}</body>\n</html>\n",
+        escape(&meta.log),
+        page::STYLE
+    ))
 }
 
 /// What is said of a segment where it is pointed at.

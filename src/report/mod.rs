@@ -1,15 +1,21 @@
-//! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture. Writers return text; they open no file and print nothing.
+//! What people see of an analysis: a timeline for terminals, a page for browsers; of a score: tables and a picture; of rules: diagrams. Writers return text; they open no file and print nothing.
 
+pub mod diagram;
 mod explain;
 mod figure;
+mod fit;
 pub mod html;
+mod page;
 pub mod palette;
+#[cfg(feature = "world")]
+pub mod robot;
 pub mod score;
 mod signals;
 mod svg;
 pub mod text;
 
 pub use explain::explanation;
+pub use fit::{fit, patch as fit_patch};
 pub use html::html;
 pub use signals::{CHANNELS, channels};
 pub use text::{Style, text};

@@ -52,8 +52,8 @@ pub fn solve_arm_along(
     starts: usize,
     iterations: usize,
 ) -> bool {
-    /// What may be missing, m and rad.
-    const REACHED: (f64, f64) = (1e-4, 1e-3);
+    /// What may be missing, m and rad: a joint that just comes to its limit is no reason not to go.
+    const REACHED: (f64, f64) = (1e-3, 1e-2);
     /// Irrational steps spread the starts evenly.
     const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
     /// From one pose of the way to the next, so many iterations.

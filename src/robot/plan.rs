@@ -22,6 +22,9 @@ const LEAVING_S: f64 = 1.0;
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
+/// Speeds are looked at this often, s, and no phase is stretched more.
+const WATCHED_S: f64 = 0.02;
+const MOST_STRETCHED: f64 = 20.0;
 /// A palm that would jump farther from one phase to the next, m and rad, goes over.
 const JUMP: (f64, f64) = (0.003, 0.05);
 /// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
@@ -189,6 +192,42 @@ impl<'a> Plan<'a> {
         }
     }
 
+    /// Stretches each phase from a time on until the arm can follow: `too_fast` is asked for one palm after the other how many times too fast it is to
+    /// go there from the one before, within this time, s. Where that time is afterwards, s.
+    pub fn slow_down(&mut self, from_s: f64, too_fast: &mut dyn FnMut(&Isometry3<f64>, f64) -> f64) -> f64 {
+        let mut stretched = vec![1.0_f64; self.phases.len()];
+        let mut transfer = 1.0_f64;
+        let steps = ((self.duration() - from_s) / WATCHED_S).floor() as usize;
+        for step in 0..=steps {
+            let time = from_s + step as f64 * WATCHED_S;
+            let much = too_fast(&self.at(time).palm, WATCHED_S).clamp(1.0, MOST_STRETCHED);
+            // The first one is where the arm is.
+            match (step, time < self.transfer) {
+                (0, _) => {}
+                (_, true) => transfer = transfer.max(much),
+                (_, false) => {
+                    let at = self.index_at(time - self.transfer);
+                    stretched[at] = stretched[at].max(much);
+                }
+            }
+        }
+        let begins = self.index_at(from_s - self.transfer);
+        let into = ((from_s - self.transfer - self.phases[begins].start) / self.phases[begins].duration).max(0.0);
+        let mut clock = 0.0;
+        for (phase, much) in self.phases.iter_mut().zip(stretched) {
+            phase.start = clock;
+            phase.duration *= much;
+            clock += phase.duration;
+        }
+        let transfers = from_s < self.transfer;
+        self.transfer *= transfer;
+        if transfers { from_s } else { self.transfer + self.phases[begins].start + into * self.phases[begins].duration }
+    }
+
+    fn index_at(&self, time: f64) -> usize {
+        self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1)
+    }
+
     /// How long it takes, s.
     pub fn duration(&self) -> f64 {
         self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
@@ -201,6 +240,11 @@ impl<'a> Plan<'a> {
         let mut holding = touching().filter(|phase| phase.role != Role::Leave);
         let last = holding.next_back().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
         (self.transfer + first, self.transfer + last)
+    }
+
+    /// The primitive at a time, s.
+    pub fn primitive(&self, time: f64) -> &str {
+        if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
     }
 
     /// Where the person left the object.
@@ -227,7 +271,7 @@ impl<'a> Plan<'a> {
 
     /// What the commands want at a time after their beginning.
     fn shown(&self, time: f64) -> Target {
-        let index = self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1);
+        let index = self.index_at(time);
         self.in_phase(index, time - self.phases[index].start)
     }
 

@@ -5,9 +5,10 @@
 
 use super::Robot;
 use super::arm::solve_arm;
+use super::executor::{beginning, resting};
 use super::hand::HandModel;
 use super::plan::{Plan, minimum_jerk};
-use super::simulate::{beginning, commanded_side, resting};
+use super::simulate::commanded_side;
 use crate::base::error::InputError;
 use crate::base::geometry;
 use crate::base::scene::Scene;

@@ -40,7 +40,9 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
             ("push_and_trace", "Move Approach Push Trace Release".to_string()),
         ]
     );
-    for file in ["demonstration.csv", "demonstration.scene.yaml", "report.html", "commands.json", "robot.csv"] {
+    for file in
+        ["demonstration.csv", "demonstration.scene.yaml", "report.html", "commands.json", "robot.csv", "robot.html"]
+    {
         assert!(out.join(file).metadata().unwrap().len() > 1000, "{file}");
     }
     // A robot does it: both cubes end where the person left them, and its recording is read as the same tasks.

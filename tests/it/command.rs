@@ -102,6 +102,36 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), rows + 1);
 }
 
+/// The page draws every primitive of every task, and forces as commanded and as exerted.
+#[test]
+fn a_page_shows_what_the_robot_did() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands, out, page) = (path("log.csv"), path("commands.json"), path("robot.csv"), path("robot.html"));
+    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
+    let simulate =
+        |page: &str| teachtree(&["simulate", &commands, "--scene", "pick_and_place", "-o", &out, "--report", page]);
+    assert!(simulate(&page).status.success());
+    let text = std::fs::read_to_string(&page).unwrap();
+    for primitive in ["Move", "Approach", "Grasp", "Translate", "Place", "Release"] {
+        assert_eq!(text.matches(&format!("<figcaption>{primitive}, ")).count(), 1, "{primitive}");
+    }
+    for title in ["force of the thumb, z, N", "total force on the object, z, N", "joints of the arm", "manipulability"]
+    {
+        assert!(text.contains(title), "{title}");
+    }
+    assert!(!text.contains("NaN") && !text.contains("http"), "a page of its own");
+    // The first line of this colour is in the legend. Carried, the object weighs on the fingers: the curve of the total force along z leaves zero.
+    let drawn = text.split("aria-label=\"total force on the object, z, N\"").nth(1).unwrap();
+    let curve = drawn.split("class=\"line c0\" d=\"M").nth(2).unwrap().split('"').next().unwrap();
+    assert!(curve.contains('l') && curve.len() > 200, "{curve}");
+    // What the command reads is not written over.
+    let lost = simulate(&commands);
+    assert_eq!(lost.status.code(), Some(2));
+    assert!(complained(&lost).contains("would be lost"), "{}", complained(&lost));
+}
+
 #[test]
 fn commands_that_are_none_are_refused_at_their_line() {
     let read = |text: &str| Commands::read(text, "commands.json").unwrap_err().to_string();

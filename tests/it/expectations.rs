@@ -48,6 +48,39 @@ fn a_difference_is_told_with_line_and_time() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("# why it is here\n{text}"));
 }
 
+/// `NAME.expect.new` is read, and accepted, by the code that `cargo insta review` runs.
+#[test]
+fn what_was_found_instead_can_be_reviewed_with_cargo_insta() {
+    let folder = folder();
+    let path = folder.path().join(EXPECT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&path, text.replace("10.984 .. 11.684", "10.934 .. 11.684")).unwrap();
+    let pending = folder.path().join(format!("{EXPECT}.new"));
+    assert_eq!(teachtree_in(folder.path(), &["test"]).status.code(), Some(1));
+    assert!(!pending.exists(), "nothing is written that was not asked for");
+    let output = teachtree_in(folder.path(), &["test", "--pending"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    assert!(all_said(&output).contains("cargo insta review"), "{}", all_said(&output));
+    let new = insta::Snapshot::from_file(&pending).unwrap();
+    assert_eq!(new.metadata().source(), Some("SawyerLift_demo_1.csv"));
+    new.save(&path).unwrap();
+    let accepted = std::fs::read_to_string(&path).unwrap();
+    assert!(
+        accepted.starts_with("---\n") && accepted.ends_with(text.trim_end_matches('\n')) || accepted.contains(&text),
+        "{accepted}"
+    );
+    // It is met now, nothing is pending any more, and the header stays.
+    let met = teachtree_in(folder.path(), &["test", "--pending"]);
+    assert_eq!(met.status.code(), Some(0), "{}", all_said(&met));
+    assert!(!pending.exists());
+    std::fs::write(&path, accepted.replace("10.984 .. 11.684", "10.934 .. 11.684")).unwrap();
+    let told = all_said(&teachtree_in(folder.path(), &["test"]));
+    let line = 1 + accepted.lines().position(|line| line.contains("10.984 .. 11.684")).unwrap();
+    assert!(told.contains(&format!("{EXPECT}:{line}: ")), "{told}");
+    assert!(teachtree_in(folder.path(), &["test", "--update"]).status.success());
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), accepted);
+}
+
 #[test]
 fn coverage_says_what_no_recording_shows() {
     let folder = folder();

@@ -5,21 +5,30 @@
 mod analysis;
 #[cfg(feature = "world")]
 mod both_hands;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod browser;
 #[cfg(feature = "world")]
 mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod diagram;
+mod editors;
 mod engine;
 #[cfg(feature = "cli")]
 mod expectations;
 #[cfg(feature = "cli")]
 mod explain;
+#[cfg(feature = "cli")]
+mod fit;
 mod graph;
 #[cfg(feature = "cli")]
 mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(all(feature = "lsp", feature = "cli"))]
+mod lsp;
 #[cfg(feature = "cli")]
 mod program;
 #[cfg(feature = "cli")]

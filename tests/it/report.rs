@@ -1,13 +1,19 @@
-//! Tests of `report`: the page, seen as text (the timeline is tested with `analysis`).
+//! Tests of `report`: the page, seen as text (the timeline is tested with `analysis`), and used in a browser.
+
+#[cfg(all(feature = "world", feature = "cli"))]
+mod page;
 
 use crate::analysis::build::{chapter, leaves};
+use serde_json::Value;
 use std::ops::Range;
-use teachtree::analysis::{Analysis, analyse, json::Meta};
+use teachtree::analysis::{Analysis, analyse, explain, json::Meta};
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use teachtree::base::hands::{Finger, Side};
+use teachtree::base::recording::Recording;
 use teachtree::base::units::Dimension;
+use teachtree::engine::runs::Leaves;
 use teachtree::language::rules::Rules;
-use teachtree::report::{CHANNELS, channels, html};
+use teachtree::report::{CHANNELS, channels};
 use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 
 const RATE_HZ: f64 = 1000.0;
@@ -100,8 +106,28 @@ fn meta() -> Meta {
     }
 }
 
+/// The page of a recording of which nothing is known but its frames.
+fn html(analysis: &Analysis, frames: &Frames, leaves: &[Leaves], meta: &Meta) -> String {
+    let rules = Rules { channels: frames.channels.clone(), ..chapter() };
+    let analysed = explain::Analysed { rules: &rules, frames, leaves, analysis };
+    teachtree::report::html(&analysed, &Recording::default(), meta).unwrap()
+}
+
+/// The page without what its scripts read, and the scripts themselves.
+fn written(page: &str) -> (String, String) {
+    let (head, rest) = page.split_once("<script").unwrap();
+    let (scripts, tail) = rest.rsplit_once("</script>").unwrap();
+    (format!("{head}{tail}"), scripts.to_string())
+}
+
+/// What the scripts of the page read.
+fn data(page: &str) -> Value {
+    let (_, data) = page.split_once("id=\"data\">").unwrap();
+    serde_json::from_str(data.split_once("</script>").unwrap().0).unwrap()
+}
+
 /// A pick-and-follow with a gap before it is placed, both hands alike, and the analysis of it.
-fn experiment() -> (Analysis, Frames) {
+fn experiment() -> (Analysis, Frames, [Leaves; 2]) {
     let stretches = [0..5000, 5200..8000];
     let rules = chapter();
     let own = "Move 1400 Approach 640 Slide 90 Grasp 570 Translate 1500 Follow 800";
@@ -117,7 +143,7 @@ fn experiment() -> (Analysis, Frames) {
     let both = [("left", own), ("right", own), ("both", "- 3000 Fit 400 - 1600")];
     let parts =
         [leaves(&rules, 0, &both), leaves(&rules, 5200, &[("left", rest), ("right", rest), ("both", "- 2800")])];
-    (analyse(&rules, &frames, &parts), frames)
+    (analyse(&rules, &frames, &parts), frames, parts)
 }
 
 #[test]
@@ -134,9 +160,9 @@ fn the_channels_of_the_rules_come_first() {
 
 #[test]
 fn the_page_stands_alone_and_is_small() {
-    let (analysis, frames) = experiment();
-    let page = html(&analysis, &frames, &meta());
-    for outside in ["http:", "https:", "src=", "@import", "url("] {
+    let (analysis, frames, leaves) = experiment();
+    let page = html(&analysis, &frames, &leaves, &meta());
+    for outside in ["http:", "https:", "src=", "@import", "url(", "fetch(", "XMLHttpRequest", "WebSocket", "import("] {
         assert!(!page.contains(outside), "the page reaches for {outside}");
     }
     assert!(page.contains("demos/&lt;pick&gt; &amp; follow.csv") && !page.contains("<pick>"));
@@ -144,14 +170,14 @@ fn the_page_stands_alone_and_is_small() {
     assert!(page.contains("Approach → Slide at 2.040 s"));
     assert!(page.contains("cut off at the end"));
     assert!(page.contains("no rows for 200 ms"));
-    assert!(page.len() < 300_000, "{} bytes", page.len());
-    assert_eq!(page, html(&analysis, &frames, &meta()), "same input, same bytes");
+    assert!(page.len() < 700_000, "{} bytes", page.len());
+    assert_eq!(page, html(&analysis, &frames, &leaves, &meta()), "same input, same bytes");
 }
 
 #[test]
 fn elements_are_closed_in_order() {
-    let (analysis, frames) = experiment();
-    let page = html(&analysis, &frames, &meta());
+    let (analysis, frames, leaves) = experiment();
+    let (page, _) = written(&html(&analysis, &frames, &leaves, &meta()));
     let mut open: Vec<&str> = Vec::new();
     for tag in page.split('<').skip(1) {
         let (tag, _) = tag.split_once('>').unwrap();
@@ -165,29 +191,149 @@ fn elements_are_closed_in_order() {
     assert!(open.is_empty(), "{open:?}");
 }
 
-#[test]
-fn a_minute_of_noise_stays_small() {
-    let stretch = 0..60_000;
-    let mut frames = measured(std::slice::from_ref(&stretch));
+/// A jagged value that never repeats, in every column.
+fn noise(frames: &mut Frames) {
     for (key, column) in &mut frames.columns {
-        // A jagged value that never repeats.
         let mut state = u64::from(key.channel) * 31 + u64::from(key.slot) * 7 + u64::from(key.component) + 1;
         for value in column {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             *value = (state >> 33) as f64 / f64::from(u32::MAX);
         }
     }
-    let rules = chapter();
-    let own = "Move 300 Approach 300 Grasp 400 Translate 500 Place 300 Release 200 ".repeat(30);
-    let leaves = leaves(&rules, 0, &[("left", &own), ("right", &own)]);
-    let analysis = analyse(&rules, &frames, &[leaves]);
-    let page = html(&analysis, &frames, &meta());
-    assert!(page.len() < 500_000, "{} bytes for two hands", page.len());
 }
 
 #[test]
-fn what_cannot_be_drawn_is_said() {
-    let (analysis, mut frames) = experiment();
+fn noise_of_any_length_stays_small() {
+    let size = |seconds: usize| {
+        let stretch = 0..seconds * 1000;
+        let mut frames = measured(std::slice::from_ref(&stretch));
+        noise(&mut frames);
+        let rules = chapter();
+        let own = "Move 300 Approach 300 Grasp 400 Translate 500 Place 300 Release 200 ".repeat(seconds / 2);
+        let leaves = [leaves(&rules, 0, &[("left", &own), ("right", &own)])];
+        let page = html(&analyse(&rules, &frames, &leaves), &frames, &leaves, &meta());
+        assert!(page.len() < 20_000 * seconds + 1_300_000, "{} bytes for two hands and {seconds} s", page.len());
+        let data = data(&page);
+        data["signals"].to_string().len() + data["replay"].to_string().len()
+    };
+    let (minute, longer) = (size(60), size(120));
+    assert!(longer < minute + minute / 10, "curves of {minute} bytes a minute, of {longer} in two");
+}
+
+/// The numbers of a text of the page: base64 of seven bits a byte.
+fn numbers(text: &str) -> Vec<i64> {
+    let letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let bits: Vec<u32> = text.trim_end_matches('=').chars().map(|c| letters.find(c).unwrap() as u32).collect();
+    let bytes = bits.chunks(4).flat_map(|four| {
+        let word = four.iter().fold(0, |word, six| word << 6 | six) << (6 * (4 - four.len()));
+        [word >> 16, word >> 8, word].map(|byte| byte & 0xff).into_iter().take(four.len() * 6 / 8).collect::<Vec<_>>()
+    });
+    let mut numbers = Vec::new();
+    let (mut number, mut weight) = (0, 0);
+    for byte in bytes {
+        number |= i64::from(byte & 0x7f) << weight;
+        weight += 7;
+        if byte & 0x80 == 0 {
+            numbers.push(number);
+            (number, weight) = (0, 0);
+        }
+    }
+    numbers
+}
+
+/// The line of a curve of the page: its pieces, of frames and values.
+fn line(curve: &Value) -> Vec<Vec<(i64, f64)>> {
+    let (base, step) = (curve["a"].as_f64().unwrap(), curve["s"].as_f64().unwrap());
+    let mut numbers = numbers(curve["k"].as_str().unwrap()).into_iter();
+    let (mut pieces, mut frame, mut level) = (Vec::new(), 0, 0);
+    while let Some(count) = numbers.next() {
+        let mut knot = || {
+            frame += numbers.next().unwrap();
+            let change = numbers.next().unwrap();
+            level += (change >> 1) ^ -(change & 1);
+            (frame, base + level as f64 * step)
+        };
+        pieces.push((0..count).map(|_| knot()).collect());
+    }
+    pieces
+}
+
+#[test]
+fn a_thinned_curve_passes_every_sample_and_stops_at_gaps() {
+    let (analysis, frames, leaves) = experiment();
+    let data = data(&html(&analysis, &frames, &leaves, &meta()));
+    let entry = |title: &str| {
+        let entries = data["signals"].as_array().unwrap();
+        entries
+            .iter()
+            .find(|entry| entry["title"] == title && entry["side"] == "left")
+            .unwrap_or_else(|| panic!("{title}"))
+    };
+    // In the units that people read.
+    for (title, unit, slot, component, per_unit) in [
+        ("target.velocity", "mm/s", 0, 0, 1e3),
+        ("fingers.position", "mm", 1, 0, 1e3),
+        ("fingers.force", "N", 0, 1, 1.0),
+    ] {
+        let entry = entry(title);
+        assert_eq!(entry["unit"], unit);
+        let curves = entry["curves"].as_array().unwrap();
+        let pieces = line(&curves[3 * slot as usize + component as usize][1]);
+        let ends: Vec<(i64, i64)> = pieces.iter().map(|piece| (piece[0].0, piece[piece.len() - 1].0)).collect();
+        assert_eq!(ends, [(0, 4999), (5200, 7999)], "{title}");
+        let knots: usize = pieces.iter().map(Vec::len).sum();
+        assert!(knots < 1000, "{knots} knots of {title}");
+        let channel = frames.channel(title).unwrap();
+        let column = frames.column(ColumnKey { channel, side: Some(Side::Left), slot, component }).unwrap();
+        let values: Vec<f64> = column.iter().map(|value| value * per_unit).collect();
+        let range = values.iter().copied().fold(f64::MIN, f64::max) - values.iter().copied().fold(f64::MAX, f64::min);
+        for pair in pieces.iter().flat_map(|piece| piece.windows(2)) {
+            let [(from, a), (to, b)] = *pair else { unreachable!("windows of two") };
+            for frame in from..=to {
+                let drawn = a + (b - a) * (frame - from) as f64 / (to - from) as f64;
+                let off = (drawn - values[usize::try_from(frame).unwrap()]).abs();
+                assert!(off < 0.001 * range, "{title} is {off} off at frame {frame}, of {range}");
+            }
+        }
+    }
+    // What is true or false is exact.
+    let touches = &entry("fingers.contact")["truths"][2];
+    assert_eq!(touches[0], "middle");
+    let channel = frames.channel("fingers.contact").unwrap();
+    let column = frames.column(ColumnKey { channel, side: Some(Side::Left), slot: 2, component: 0 }).unwrap();
+    let changes: Vec<i64> = (1..column.len()).filter(|at| column[*at] != column[*at - 1]).map(|at| at as i64).collect();
+    let mut at = 0;
+    let told: Vec<i64> = numbers(touches[1].as_str().unwrap())
+        .into_iter()
+        .map(|step| {
+            at += step;
+            at
+        })
+        .collect();
+    assert_eq!(told, changes);
+}
+
+#[test]
+fn noise_keeps_its_peaks() {
+    let stretch = 0..60_000;
+    let mut frames = measured(std::slice::from_ref(&stretch));
+    noise(&mut frames);
+    let force = frames.channel("fingers.force").unwrap();
+    let key = ColumnKey { channel: force, side: Some(Side::Right), slot: 0, component: 2 };
+    frames.columns.get_mut(&key).unwrap()[31_234] = 25.0;
+    let analysis = Analysis::default();
+    let data = data(&html(&analysis, &frames, &[], &meta()));
+    let entries = data["signals"].as_array().unwrap();
+    let entry = entries.iter().find(|entry| entry["title"] == "fingers.force" && entry["side"] == "right").unwrap();
+    let pieces = line(&entry["curves"][2][1]);
+    let peak = pieces.iter().flatten().find(|(frame, _)| *frame == 31_234).unwrap();
+    assert!((peak.1 - 25.0).abs() < 0.002, "{}", peak.1);
+    assert!(pieces.iter().map(Vec::len).sum::<usize>() < 5000);
+}
+
+/// The page of a recording that has no positions at all.
+fn without_poses() -> String {
+    let (analysis, mut frames, leaves) = experiment();
     let position = frames.channel("fingers.position").unwrap();
     for (key, column) in &mut frames.columns {
         if key.channel == position {
@@ -196,15 +342,28 @@ fn what_cannot_be_drawn_is_said() {
     }
     let normal = frames.channel("contacts.normal").unwrap();
     frames.columns.retain(|key, _| key.channel != normal);
-    let page = html(&analysis, &frames, &meta());
-    assert!(page.contains("No |P̄| hand to target: the recording has no fingers.position and target.position."));
-    assert!(page.contains("No contacts of the target: the recording has no contacts.force and contacts.normal."));
-    assert!(!page.contains("NaN") && !page.contains("null"));
+    html(&analysis, &frames, &leaves, &meta())
+}
+
+#[test]
+fn what_cannot_be_drawn_is_said() {
+    let page = without_poses();
+    let (told, scripts) = written(&page);
+    assert!(told.contains("No |P̄| hand to target: the recording has no fingers.position and target.position."));
+    assert!(told.contains("No contacts of the target: the recording has no contacts.force and contacts.normal."));
+    assert!(!told.contains("NaN") && !told.contains("null"));
+    assert!(scripts.contains("There is no replay: the recording has no positions of fingertips and no scene."));
 }
 
 #[test]
 fn a_recording_of_nothing_has_a_page() {
-    let empty = Analysis::default();
-    let page = html(&empty, &Frames::default(), &Meta::default());
+    let analysed = explain::Analysed {
+        rules: &Rules::default(),
+        frames: &Frames::default(),
+        leaves: &[],
+        analysis: &Analysis::default(),
+    };
+    let page = teachtree::report::html(&analysed, &Recording::default(), &Meta::default()).unwrap();
     assert!(page.contains("No task was found."));
+    assert_eq!(data(&page)["signals"], serde_json::json!([]));
 }

@@ -13,8 +13,9 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("robot", &["command", "world"]),
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),
-    ("report", &["language", "stream", "engine", "analysis"]),
-    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report"]),
+    ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
+    ("lsp", &["language", "graph", "stream", "engine", "analysis"]),
+    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "lsp"]),
 ];
 
 /// Names of libraries with the only places that may use them.
@@ -29,11 +30,14 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/"]),
+    ("similar", &["src/cli/fit/"]),
+    ("lsp_server", &["src/lsp/"]),
+    ("lsp_types", &["src/lsp/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
 /// Floors that open files.
-const OPENS_FILES: &[&str] = &["src/cli/", "src/stream/", "src/language/"];
+const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/stream/", "src/language/"];
 
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();

@@ -2,11 +2,13 @@
 
 use super::fact::{Element, Fact, Wait};
 use crate::base::channels::{Axis, Shape};
+use crate::base::diagnostic::Span;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::open::frames as samples;
 use crate::engine::probe::Probe;
-use crate::language::rules::{Comparison, Expr, ExprKind, Function, Hand, Window};
+use crate::language::rules::{Comparison, Expr, ExprKind, Function, Hand, Rules, Window};
+use crate::stream::frames::HandLayout;
 use serde::Serialize;
 
 /// Signals and latches that are opened one within the other; what lies deeper is said by name.
@@ -58,25 +60,25 @@ impl Spot {
     }
 }
 
-impl Reasons<'_, '_> {
+impl<'a> Reasons<'_, 'a> {
     /// A condition as text: comments and outer parentheses gone, blanks folded.
-    pub fn text(&self, expr: &Expr) -> String {
-        unwrapped(&folded(self.probe.rules().sources.text(expr.span))).to_string()
+    pub fn text(&self, expr: &'a Expr) -> String {
+        text(self.probe.rules(), expr.span)
     }
 
     /// Why a condition holds or does not.
-    pub fn reason(&mut self, expr: &Expr, spot: Spot) -> Outcome<Reason> {
+    pub fn reason(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<Reason> {
         let holds = self.holds(expr, spot)?;
         let (fact, because) = self.decided(expr, spot, holds)?;
         Ok(Reason { condition: self.text(expr), slot: None, holds, fact, because })
     }
 
-    fn holds(&mut self, expr: &Expr, spot: Spot) -> Outcome<bool> {
+    fn holds(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<bool> {
         Ok(self.number(expr, spot)? > 0.5)
     }
 
-    fn number(&mut self, expr: &Expr, spot: Spot) -> Outcome<f64> {
-        let column = self.probe.column(expr, spot.this)?;
+    fn number(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<f64> {
+        let column = self.probe.kept(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         Ok(column.number(slot, spot.frame - self.start()))
     }
@@ -89,7 +91,7 @@ impl Reasons<'_, '_> {
         self.probe.frames().time.get(frame).copied().unwrap_or_default()
     }
 
-    fn decided(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+    fn decided(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
         let rules = self.probe.rules();
         let whose = |hand: Hand| match hand {
             Hand::This => spot.this,
@@ -165,19 +167,19 @@ impl Reasons<'_, '_> {
     }
 
     /// A part without the `not` around it, which says the same the other way round.
-    fn bare(&mut self, expr: &Expr, spot: Spot) -> Outcome<Reason> {
+    fn bare(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<Reason> {
         match &expr.kind {
             ExprKind::Not(inner) => self.bare(inner, spot),
             _ => self.reason(expr, spot),
         }
     }
 
-    fn bare_parts(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<Vec<Reason>> {
+    fn bare_parts(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<Vec<Reason>> {
         Ok(self.decided(expr, spot, holds)?.1)
     }
 
     /// The parts of `and` (`every`) or `or` that decide.
-    fn parts(&mut self, parts: &[Expr], spot: Spot, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
+    fn parts(&mut self, parts: &'a [Expr], spot: Spot, holds: bool, every: bool) -> Outcome<Vec<Reason>> {
         let mut because = Vec::new();
         for part in parts {
             // All parts of a true `and` and of a false `or`; of the others those that are enough.
@@ -189,8 +191,8 @@ impl Reasons<'_, '_> {
     }
 
     /// `any` and `all` of an array: the slots that decide, or the one that comes nearest.
-    fn slots(&mut self, array: &Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
-        let column = self.probe.column(array, spot.this)?;
+    fn slots(&mut self, array: &'a Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
+        let column = self.probe.kept(array, spot.this)?;
         let at = spot.frame - self.start();
         let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, at)).collect();
         let named =
@@ -217,7 +219,7 @@ impl Reasons<'_, '_> {
         Ok((Some(fact), because))
     }
 
-    fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
+    pub fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
         let Some((axis, hand)) = array.ty.axis else { return String::new() };
         let side = match hand {
             Hand::This => spot.this,
@@ -225,15 +227,12 @@ impl Reasons<'_, '_> {
             Hand::Nobody => None,
         };
         let layout = side.and_then(|side| self.probe.frames().layout.hand(side));
-        let name = layout.and_then(|layout| match axis {
-            Axis::Fingers => picked_fingers(array, &layout.fingers).get(slot).map(ToString::to_string),
-            Axis::Contacts => layout.contacts.get(slot).cloned(),
-        });
+        let name = layout.and_then(|layout| slots(array, axis, layout).into_iter().nth(slot));
         name.unwrap_or_else(|| format!("slot {}", slot + 1))
     }
 
     /// The slot of an array that a single pick or the slot of a pick is.
-    fn picked(&self, expr: &Expr, array: &Expr, spot: Spot) -> Option<usize> {
+    fn picked(&self, expr: &'a Expr, array: &'a Expr, spot: Spot) -> Option<usize> {
         let ExprKind::Pick(_, pick) = &expr.kind else { return None };
         let (_, hand) = array.ty.axis?;
         let side = match hand {
@@ -246,7 +245,7 @@ impl Reasons<'_, '_> {
         slots.nth(if expr.ty.axis.is_some() { spot.slot } else { 0 })
     }
 
-    fn compared(&mut self, comparison: Comparison, a: &Expr, b: &Expr, spot: Spot) -> Outcome<Fact> {
+    fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: Spot) -> Outcome<Fact> {
         let (value, threshold) = (self.number(a, spot)?, self.number(b, spot)?);
         if a.ty.shape == Shape::Object {
             let objects = &self.probe.frames().objects;
@@ -265,7 +264,7 @@ impl Reasons<'_, '_> {
         let holding = match &a.kind {
             ExprKind::Call(Function::Count, args) => match args.first() {
                 Some(array) => {
-                    let column = self.probe.column(array, spot.this)?;
+                    let column = self.probe.kept(array, spot.this)?;
                     let at = spot.frame - self.start();
                     let held = (0..column.slots()).filter(|slot| column.holds(*slot, at));
                     held.map(|slot| self.slot_name(array, slot, spot)).collect()
@@ -279,11 +278,11 @@ impl Reasons<'_, '_> {
     }
 
     /// How much of a window was held.
-    fn wait(&mut self, window: Window, inner: &Expr, duration_s: f64, spot: Spot) -> Outcome<Fact> {
+    fn wait(&mut self, window: Window, inner: &'a Expr, duration_s: f64, spot: Spot) -> Outcome<Fact> {
         let rate_hz = self.probe.frames().layout.rate_hz;
         let wanted = samples(duration_s, rate_hz)? as usize;
         let begin = self.probe.began(inner, spot.this, spot.frame)? - self.start();
-        let column = self.probe.column(inner, spot.this)?;
+        let column = self.probe.kept(inner, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let at = spot.frame - self.start();
         let end = self.probe.leaves().frames.len();
@@ -307,8 +306,8 @@ impl Reasons<'_, '_> {
     }
 
     /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
-    fn since(&mut self, expr: &Expr, spot: Spot, holds: bool) -> Outcome<Option<usize>> {
-        let column = self.probe.column(expr, spot.this)?;
+    fn since(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<Option<usize>> {
+        let column = self.probe.kept(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let start = self.start();
         let differs = (0..spot.frame - start).rev().find(|frame| column.holds(slot, *frame) != holds);
@@ -329,6 +328,14 @@ fn expr_dimension(expr: &Expr) -> crate::base::units::Dimension {
     match &expr.kind {
         ExprKind::Hysteresis { value, .. } => value.ty.dimension,
         _ => expr.ty.dimension,
+    }
+}
+
+/// The names of the slots of an array over an axis of a hand.
+pub fn slots(array: &Expr, axis: Axis, hand: &HandLayout) -> Vec<String> {
+    match axis {
+        Axis::Fingers => picked_fingers(array, &hand.fingers).iter().map(ToString::to_string).collect(),
+        Axis::Contacts => hand.contacts.clone(),
     }
 }
 
@@ -354,6 +361,11 @@ const fn sign(comparison: Comparison) -> &'static str {
         Comparison::Equal => "==",
         Comparison::NotEqual => "!=",
     }
+}
+
+/// An expression of the rules as its author wrote it: on one line, without comments and outer parentheses.
+pub fn text(rules: &Rules, span: Span) -> String {
+    unwrapped(&folded(rules.sources.text(span))).to_string()
 }
 
 /// Text of rules on one line, without comments.

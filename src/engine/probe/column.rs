@@ -1,5 +1,7 @@
 //! The value of an expression on every frame of a stretch.
 
+use std::rc::Rc;
+
 /// What an expression is, frame by frame. Truth is 1.0 and 0.0, an object its number; a value that is no array has one slot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
@@ -103,5 +105,68 @@ impl Column {
             total.iter_mut().zip(slot).for_each(|(sum, number)| *sum += number);
         }
         Self::new(self.width, false, vec![total])
+    }
+}
+
+/// A column that is only read any more: truth takes a bit a frame.
+#[derive(Clone, Debug)]
+pub enum Kept {
+    /// Numbers, as they are.
+    Numbers(Rc<Column>),
+    /// Truth, by slot, 64 frames a word.
+    Truths {
+        /// Whether it has a value per finger or contact.
+        is_array: bool,
+        /// The words of each slot.
+        slots: Vec<Vec<u64>>,
+    },
+}
+
+impl Kept {
+    /// Keeps a column whose elements are true or false.
+    pub(super) fn truths(column: &Column) -> Self {
+        let word = |frames: &[f64]| frames.iter().rev().fold(0, |word, truth| word << 1 | u64::from(*truth > 0.5));
+        let slots = column.slots.iter().map(|slot| slot.chunks(64).map(word).collect());
+        Self::Truths { is_array: column.is_array, slots: slots.collect() }
+    }
+
+    /// How many words of memory it takes.
+    pub(super) fn words(&self) -> usize {
+        match self {
+            Self::Numbers(column) => column.slots.iter().map(Vec::len).sum(),
+            Self::Truths { slots, .. } => slots.iter().map(Vec::len).sum(),
+        }
+    }
+
+    /// As [`Column::is_array`].
+    pub fn is_array(&self) -> bool {
+        match self {
+            Self::Numbers(column) => column.is_array,
+            Self::Truths { is_array, .. } => *is_array,
+        }
+    }
+
+    /// As [`Column::slots`].
+    pub fn slots(&self) -> usize {
+        match self {
+            Self::Numbers(column) => column.slots(),
+            Self::Truths { slots, .. } => slots.len(),
+        }
+    }
+
+    /// As [`Column::number`].
+    pub fn number(&self, slot: usize, frame: usize) -> f64 {
+        match self {
+            Self::Numbers(column) => column.number(slot, frame),
+            Self::Truths { slots, .. } => {
+                let word = slots.get(slot).and_then(|words| words.get(frame / 64)).copied().unwrap_or(0);
+                if word >> (frame % 64) & 1 == 1 { 1.0 } else { 0.0 }
+            }
+        }
+    }
+
+    /// As [`Column::holds`].
+    pub fn holds(&self, slot: usize, frame: usize) -> bool {
+        self.number(slot, frame) > 0.5
     }
 }

@@ -2,6 +2,7 @@
 //! (inside blocks: a signal, a choice, a rule), and pest parses each piece alone, so that every mistake is reported at its own place.
 
 mod declarations;
+mod expected;
 mod expressions;
 mod grammar;
 mod mistakes;
@@ -15,8 +16,10 @@ use super::resolve::nearest;
 use super::syntax::{File, Item, ItemKind, RelabelBlock, Tree};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units;
+pub use expected::{Expected, expected};
 use expressions::Builder;
-use grammar::{Piece, Rule};
+use grammar::{Grammar, Piece, Rule};
+use pest::Parser as _;
 use scan::{HAND_WORDS, ITEM_WORDS, Kind, Scan};
 use std::ops::Range;
 
@@ -24,7 +27,7 @@ use std::ops::Range;
 pub fn parse(text: &str, file: u32) -> (File, Vec<Diagnostic>) {
     let mut findings = Vec::new();
     let scan = Scan::new(text, file, &mut findings);
-    let mut parser = Parser { scan, findings, broken: Vec::new() };
+    let mut parser = Parser { scan, findings, broken: Vec::new(), cursor: None };
     let items = parser.items(0..parser.scan.tokens.len(), Level::File);
     let file = File { items, comments: parser.scan.comments, broken: parser.broken, is_cut: parser.scan.is_cut };
     (file, parser.findings)
@@ -44,6 +47,20 @@ pub fn quantity(text: &str) -> Option<(f64, units::Dimension, bool)> {
     value.is_finite().then_some((value, dimension, unit.is_empty()))
 }
 
+/// Whether a text is a name of a value, tree, choice or task.
+pub fn is_name(text: &str) -> bool {
+    is_whole(Rule::name, text)
+}
+
+/// Whether a text is a name of a primitive.
+pub fn is_primitive(text: &str) -> bool {
+    is_whole(Rule::primitive_name, text)
+}
+
+fn is_whole(rule: Rule, text: &str) -> bool {
+    Grammar::parse(rule, text).is_ok_and(|mut pairs| pairs.next().is_some_and(|pair| pair.as_str() == text))
+}
+
 /// Where declarations stand.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Level {
@@ -56,6 +73,8 @@ struct Parser<'a> {
     scan: Scan<'a>,
     findings: Vec<Diagnostic>,
     broken: Vec<String>,
+    /// Where an author is writing, and what is known of the piece there; none when a whole file is read.
+    cursor: Option<expected::Cursor>,
 }
 
 impl<'a> Parser<'a> {
@@ -66,6 +85,10 @@ impl<'a> Parser<'a> {
         rule: Rule,
         build: impl FnOnce(&mut Builder<'_, 'a, '_>, expressions::P<'a>) -> Option<T>,
     ) -> Option<T> {
+        if let Some(cursor) = self.cursor.as_mut().filter(|cursor| tokens.contains(&cursor.token)) {
+            cursor.look(&self.scan, tokens, rule);
+            return None;
+        }
         let (piece, mut pairs) = Piece::parse(&self.scan, tokens, rule, &mut self.findings)?;
         let pair = pairs.next()?;
         build(&mut Builder { piece, findings: &mut self.findings }, pair)
@@ -75,6 +98,9 @@ impl<'a> Parser<'a> {
     fn items(&mut self, tokens: Range<usize>, level: Level) -> Vec<Item> {
         let mut items = Vec::new();
         let mut at = tokens.start;
+        if let Some(cursor) = self.cursor.as_mut().filter(|cursor| tokens.contains(&cursor.token)) {
+            cursor.level = level;
+        }
         while at < tokens.end {
             let first = at;
             let (kind, end) = self.item(at, tokens.end, level);

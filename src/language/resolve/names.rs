@@ -9,7 +9,7 @@ use crate::language::codes;
 use crate::language::rules::Primitive;
 use crate::language::source::SHIPPED;
 use crate::language::syntax::{self, File, Item, ItemKind};
-use crate::language::types::FUNCTIONS;
+use crate::language::types::signature;
 use indexmap::IndexMap;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -179,7 +179,7 @@ impl Resolver {
             Some("a unit")
         } else if Side::from_name(word).is_some() {
             Some("a hand")
-        } else if FUNCTIONS.contains(&word) {
+        } else if signature(word).is_some() {
             Some("a function")
         } else if self.names.channel_heads.contains(word) {
             Some("a channel")

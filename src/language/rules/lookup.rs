@@ -1,6 +1,7 @@
 //! Looking things up in a rule set, and its digest.
 
-use super::{Label, Param, PrimitiveId, Rules, Tree, TreeScope};
+use super::{Branch, Expr, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
+use crate::base::diagnostic::Span;
 use crate::base::hands::Side;
 
 impl Rules {
@@ -37,6 +38,30 @@ impl Rules {
         self.trees.iter().find(|tree| tree.scope == scope)
     }
 
+    /// The smallest expression of a declaration or tree that holds a place, and whether each hand has its own.
+    pub fn expr_at(&self, place: Span) -> Option<(&Expr, bool)> {
+        let mut all: Vec<(&Expr, bool)> = Vec::new();
+        all.extend(self.signals.iter().map(|signal| (&signal.expr, signal.per_hand)));
+        all.extend(
+            self.latches.iter().flat_map(|latch| [(&latch.set, latch.per_hand), (&latch.clear, latch.per_hand)]),
+        );
+        for tree in &self.trees {
+            conditions(&tree.root, tree.scope == TreeScope::EachHand, &mut all);
+        }
+        let mut smallest: Option<(&Expr, bool)> = None;
+        for (expr, per_hand) in all {
+            expr.walk(&mut |part| {
+                let holds =
+                    part.span.file == place.file && part.span.start <= place.start && place.end <= part.span.end;
+                let length = |expr: &Expr| expr.span.end - expr.span.start;
+                if holds && smallest.is_none_or(|(known, _)| length(part) <= length(known)) {
+                    smallest = Some((part, per_hand));
+                }
+            });
+        }
+        smallest
+    }
+
     /// A stable hash of all texts and of all values of params, as 16 hexadecimal digits (FNV-1a, 64 bits).
     ///
     /// It does not depend on where the files lie.
@@ -47,5 +72,14 @@ impl Rules {
             .chain(params)
             .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
         format!("{hash:016x}")
+    }
+}
+
+fn conditions<'a>(branch: &'a Branch, per_hand: bool, all: &mut Vec<(&'a Expr, bool)>) {
+    for choice in &branch.choices {
+        all.extend(choice.condition.iter().map(|condition| (condition, per_hand)));
+        if let Then::Branch(below) = &choice.then {
+            conditions(below, per_hand, all);
+        }
     }
 }

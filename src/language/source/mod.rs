@@ -57,6 +57,8 @@ pub struct Loader {
     pub named: BTreeSet<u32>,
     /// Whether a file that was asked for, not one that another uses, could not be read at all.
     pub unread: bool,
+    /// Texts that stand for files on disk, by canonical path.
+    pub buffers: BTreeMap<PathBuf, String>,
     progress: BTreeMap<Place, Progress>,
     /// The folder of the user's first file on disk: canonical, and as the user wrote it.
     folder: Option<(PathBuf, PathBuf)>,
@@ -65,7 +67,7 @@ pub struct Loader {
 impl Loader {
     /// Reads a file that the user named: a path, else a shipped file such as `rules/contact.rules` or `contact.rules`.
     pub fn load_named(&mut self, name: &Path) {
-        let on_disk = std::fs::canonicalize(name).ok();
+        let on_disk = self.real(name);
         if self.folder.is_none() {
             let folder = on_disk.as_deref().and_then(Path::parent).map(Path::to_path_buf);
             self.folder = folder.zip(name.parent().map(Path::to_path_buf));
@@ -78,10 +80,16 @@ impl Loader {
     /// Reads the hand file: a shipped one (or the one of its name beside the user's first file), else a path.
     pub fn load_hand(&mut self, name: &str) {
         let path = Path::new(name);
-        let on_disk = || std::fs::canonicalize(path).ok().map(|path| (Place::Disk(path), name.to_string()));
+        let on_disk = || self.real(path).map(|path| (Place::Disk(path), name.to_string()));
         let found = self.by_name(name).or_else(on_disk);
         // Not named by the user: it counts as used.
         self.load_found(path, found, 1);
+    }
+
+    /// The canonical path of a file on disk, or of one that exists only as a buffer so far.
+    fn real(&self, path: &Path) -> Option<PathBuf> {
+        let buffered = || self.buffers.contains_key(path).then(|| path.to_path_buf());
+        std::fs::canonicalize(path).ok().or_else(buffered)
     }
 
     fn load_found(&mut self, name: &Path, found: Option<(Place, String)>, depth: usize) {
@@ -107,7 +115,7 @@ impl Loader {
             return Some((place.clone(), name.to_string()));
         }
         if let Some((folder, shown)) = &self.folder {
-            let beside = std::fs::canonicalize(folder.join(name)).ok().filter(|beside| beside.starts_with(folder));
+            let beside = self.real(&folder.join(name)).filter(|beside| beside.starts_with(folder));
             if let Some(beside) = beside {
                 return Some((Place::Disk(beside), shown.join(name).display().to_string()));
             }
@@ -171,7 +179,11 @@ impl Loader {
         }
         let read = match &place {
             Place::Shipped(name) => Ok(shipped(name).map_or("", |(_, text)| text).to_string()),
-            Place::Disk(path) => read(path),
+            Place::Disk(path) => match self.buffers.get(path) {
+                Some(text) if text.len() as u64 > MAX_BYTES => Err(too_large()),
+                Some(text) => Ok(text.clone()),
+                None => read(path),
+            },
             Place::Text => return,
         };
         match read {
@@ -237,10 +249,10 @@ impl Loader {
         if let Place::Disk(user_path) = user {
             let folder = user_path.parent().unwrap_or(Path::new(""));
             let beside = folder.join(path);
-            if beside.exists() {
+            if beside.exists() || self.buffers.contains_key(&beside) {
                 let shown = Path::new(user_name).parent().unwrap_or(Path::new("")).join(path);
-                match std::fs::canonicalize(&beside) {
-                    Ok(real) if real.starts_with(folder) => {
+                match self.real(&beside) {
+                    Some(real) if real.starts_with(folder) => {
                         self.load(Place::Disk(real), &shown.display().to_string(), Some(used.span), depth);
                     }
                     _ => {
@@ -272,6 +284,10 @@ impl Loader {
     }
 }
 
+fn too_large() -> (&'static str, String) {
+    (codes::TOO_LARGE, format!("it has more than {MAX_BYTES} bytes"))
+}
+
 /// The text of a file on disk, or the code and reason why there is none.
 fn read(path: &Path) -> Result<String, (&'static str, String)> {
     let unreadable = |error: std::io::Error| (codes::UNREADABLE, error.kind().to_string());
@@ -283,7 +299,7 @@ fn read(path: &Path) -> Result<String, (&'static str, String)> {
     let file = std::fs::File::open(path).map_err(unreadable)?;
     file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_BYTES {
-        return Err((codes::TOO_LARGE, format!("it has more than {MAX_BYTES} bytes")));
+        return Err(too_large());
     }
     String::from_utf8(bytes).map_err(|error| {
         let at = error.utf8_error().valid_up_to();

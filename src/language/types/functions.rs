@@ -10,35 +10,74 @@ use crate::language::resolve::Resolver;
 use crate::language::rules::{Expr, ExprKind, Function, Type};
 use crate::language::syntax::{self, ExprKind as Syntax, Path};
 
-/// The functions; their names are reserved.
-pub const FUNCTIONS: &[&str] = &[
-    "abs",
-    "all",
-    "any",
-    "count",
-    "dot",
-    "falls",
-    "in_contact",
-    "max",
-    "mean",
-    "min",
-    "norm",
-    "rate",
-    "rises",
-    "squeeze_of",
-    "sum",
-    "tangential",
+/// A function as it is called, and what it gives.
+pub struct Signature {
+    /// Its name, which is reserved.
+    pub name: &'static str,
+    /// How it may be written.
+    pub calls: &'static [&'static str],
+    /// What it gives.
+    pub doc: &'static str,
+}
+
+const fn function(name: &'static str, calls: &'static [&'static str], doc: &'static str) -> Signature {
+    Signature { name, calls, doc }
+}
+
+/// The functions.
+pub const FUNCTIONS: &[Signature] = &[
+    function("abs", &["abs(x)"], "the size of a number, without its sign"),
+    function("all", &["all(conditions)"], "whether every one of an array of conditions holds"),
+    function("any", &["any(conditions)"], "whether one of an array of conditions holds"),
+    function("count", &["count(conditions)"], "how many of an array of conditions hold"),
+    function("dot", &["dot(a, b)"], "the scalar product of two vec3"),
+    function("falls", &["falls(condition)"], "true on the frame on which the condition ceases to hold"),
+    function(
+        "in_contact",
+        &["in_contact(left.target, right.target)"],
+        "whether the two hands' targets touch each other",
+    ),
+    function("max", &["max(array)", "max(a, b)"], "the largest of an array, or of two numbers"),
+    function(
+        "mean",
+        &["mean(array)"],
+        "the sum of an array divided by the number of its elements; zero when it has none",
+    ),
+    function("min", &["min(array)", "min(a, b)"], "the smallest of an array, or of two numbers"),
+    function("norm", &["norm(v)"], "the length of a vec3"),
+    function(
+        "rate",
+        &["rate(x, 100 ms)"],
+        "how fast a number changes: its difference over the time, divided by the time",
+    ),
+    function("rises", &["rises(condition)"], "true on the frame on which the condition begins to hold"),
+    function(
+        "squeeze_of",
+        &["squeeze_of(left.fingers, right.fingers)"],
+        "the force with which both hands press an object between them",
+    ),
+    function("sum", &["sum(array)"], "the sum of an array; zero when it has no elements"),
+    function(
+        "tangential",
+        &["tangential(v, contacts.normal)"],
+        "the part of a vec3 that is at right angles to a direction",
+    ),
 ];
+
+/// The function with this name.
+pub fn signature(name: &str) -> Option<&'static Signature> {
+    FUNCTIONS.iter().find(|function| function.name == name)
+}
 
 impl Resolver {
     /// `norm(x)`
     pub(super) fn call(&mut self, path: &Path, arguments: &[syntax::Expr], span: Span, scope: Scope) -> Option<Expr> {
         let name = path.text();
         let name = name.as_str();
-        if !FUNCTIONS.contains(&name) {
+        let Some(signature) = signature(name) else {
             self.unknown_function(path);
             return None;
-        }
+        };
         let counts: &[usize] = match name {
             "dot" | "tangential" | "rate" | "squeeze_of" | "in_contact" => &[2],
             "min" | "max" => &[1, 2],
@@ -53,7 +92,7 @@ impl Resolver {
             self.report(
                 Diagnostic::error(codes::WRONG_COUNT, format!("`{name}` takes {wanted}"))
                     .at(span, format!("{} given", arguments.len()))
-                    .help(example(name)),
+                    .help(format!("write `{}`", signature.calls.join("`, or `"))),
             );
             return None;
         }
@@ -217,20 +256,6 @@ impl Resolver {
             );
             return;
         }
-        self.unknown("function", &name, path.span, |_| FUNCTIONS.iter().map(ToString::to_string).collect());
+        self.unknown("function", &name, path.span, |_| FUNCTIONS.iter().map(|known| known.name.to_string()).collect());
     }
-}
-
-/// How a function is written.
-fn example(name: &str) -> String {
-    let arguments = match name {
-        "dot" => "a, b",
-        "tangential" => "v, contacts.normal",
-        "rate" => "x, 100 ms",
-        "squeeze_of" => "left.fingers, right.fingers",
-        "in_contact" => "left.target, right.target",
-        "min" | "max" => "array)`, or `{name}(a, b",
-        _ => "x",
-    };
-    format!("write `{name}({})`", arguments.replace("{name}", name))
 }

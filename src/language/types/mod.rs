@@ -7,7 +7,7 @@ mod equality;
 mod functions;
 mod paths;
 
-pub use functions::FUNCTIONS;
+pub use functions::{FUNCTIONS, Signature, signature};
 
 use super::codes;
 use super::resolve::Resolver;

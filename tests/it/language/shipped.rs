@@ -12,7 +12,7 @@ fn load(file: &str, hand: Option<&str>, overrides: &[(&str, &str)]) -> Loaded {
         files: vec![PathBuf::from(file)],
         hand_file: hand.map(str::to_string),
         overrides: overrides.iter().map(|(name, value)| ((*name).to_string(), (*value).to_string())).collect(),
-        needs_tree: false,
+        ..Request::default()
     })
 }
 

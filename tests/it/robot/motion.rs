@@ -9,8 +9,9 @@ use teachtree::command::{Commands, Contact, Grasp, Segment, Task, Tip};
 use teachtree::robot::arm::solve_arm;
 use teachtree::robot::control::limited;
 use teachtree::robot::dynamics::Motion;
+use teachtree::robot::executor::Executor;
 use teachtree::robot::plan::Target;
-use teachtree::robot::simulate::{Executor, simulate};
+use teachtree::robot::simulate::{Performance, simulate};
 use teachtree::robot::{Kind, Robot};
 use teachtree::world::{Fingertips, World};
 
@@ -223,7 +224,7 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
         teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
         let grasp = &commands.tasks[0].grasps[0];
         assert!(grasp.mapped.is_some(), "{:?}", grasp.infeasible);
-        let (recording, outcomes) = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
+        let Performance { recording, outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
         let outcome = &outcomes[0];
         assert!(outcome.done, "{name}: {outcome:?}");
         // From when it hangs still: grasp 0.9 s, lift 1.5 s, and half a second.

@@ -1,0 +1,121 @@
+//! Learning params from labelled recordings: a space of params and what points of it are worth in, better values out, and whether recordings that
+//! were held out bear them out. docs/fitting.md says what is searched and how it is judged.
+//!
+//! Invariants: nothing is read, run or printed here; the same worths give the same result; a point that cannot run is never chosen.
+
+mod json;
+mod judge;
+mod search;
+mod worth;
+
+pub use json::{SCHEMA, json};
+pub use judge::{Fold, HeldOut, MIN_LOGS, Verdict, judge};
+pub use search::{MIN_GAIN, Progress, idle, search};
+pub use worth::{TOLERANCE_S, Worth, mean};
+
+use std::rc::Rc;
+
+/// A param that may be changed; all in the unit in which it is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Knob {
+    /// Its name.
+    pub name: String,
+    /// The unit.
+    pub unit: String,
+    /// The value in the file.
+    pub value: f64,
+    /// The declared range.
+    pub range: (f64, f64),
+}
+
+/// A value for each knob, in its unit.
+pub type Point = Vec<f64>;
+
+/// What points are worth: for each point the worth of each recording, or nothing when its rules cannot run.
+pub type Worths<'a> = dyn FnMut(&[Point]) -> Vec<Option<Rc<[Worth]>>> + 'a;
+
+/// What can be changed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Space {
+    /// The params.
+    pub knobs: Vec<Knob>,
+    /// Pairs that are the two thresholds of one hysteresis, which are also moved together; by position.
+    pub pairs: Vec<(usize, usize)>,
+}
+
+/// What was fitted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fit {
+    /// The recordings, as the user named them.
+    pub logs: Vec<String>,
+    /// What could be changed.
+    pub space: Space,
+    /// The params that change nothing on these recordings, by position.
+    pub idle: Vec<usize>,
+    /// The values that were found for all recordings.
+    pub point: Point,
+    /// The mean worth of all recordings with the values in the files.
+    pub before: Worth,
+    /// The same with those that were found.
+    pub after: Worth,
+    /// What comes of holding recordings out.
+    pub held_out: Option<HeldOut>,
+    /// What is to be thought of it.
+    pub verdict: Verdict,
+}
+
+impl Fit {
+    /// The params that were changed: the position of each, and its value.
+    pub fn changed(&self) -> Vec<(usize, f64)> {
+        let all = self.space.knobs.iter().zip(&self.point).enumerate();
+        all.filter(|(_, (knob, value))| knob.value.to_bits() != value.to_bits())
+            .map(|(at, (_, value))| (at, *value))
+            .collect()
+    }
+}
+
+impl Space {
+    /// The values in the files.
+    pub fn start(&self) -> Point {
+        self.knobs.iter().map(|knob| knob.value).collect()
+    }
+}
+
+impl Knob {
+    /// A value as it is written: `12 mm/s`.
+    pub fn show(&self, value: f64) -> String {
+        let number = number(value);
+        if self.unit.is_empty() { number } else { format!("{number} {}", self.unit) }
+    }
+
+    /// The value at a part of the range, 0 to 1: even steps of the value, or of its logarithm where the range spans a factor of four or more.
+    fn at(&self, part: f64) -> f64 {
+        let (low, high) = self.range;
+        let value = if self.is_geometric() { low * (high / low).powf(part) } else { low + (high - low) * part };
+        rounded(value, 3).clamp(low, high)
+    }
+
+    /// The part of the range at which a value lies.
+    fn part(&self, value: f64) -> f64 {
+        let (low, high) = self.range;
+        let part =
+            if self.is_geometric() { (value / low).ln() / (high / low).ln() } else { (value - low) / (high - low) };
+        if part.is_finite() { part.clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    fn is_geometric(&self) -> bool {
+        self.range.0 > 0.0 && self.range.1 >= 4.0 * self.range.0
+    }
+}
+
+/// A value to so many significant digits.
+fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{:.*e}", digits.saturating_sub(1), value).parse().unwrap_or(value)
+}
+
+/// A number as people write it.
+fn number(value: f64) -> String {
+    let short = format!("{value}");
+    // Only the very small are written with a power of ten.
+    if short.len() > 9 { format!("{value:e}") } else { short }
+}

@@ -1,0 +1,270 @@
+//! `teachtree fit`: params learned from labelled recordings, held against recordings that were held out.
+
+mod patch;
+mod run;
+
+use super::progress::Progress;
+use super::rules::{RuleArgs, load, request};
+use super::score::all_logs;
+use super::source::SourceArgs;
+use super::truth::TruthArgs;
+use super::{Failure, output};
+use crate::analysis::fit::{self, Fit, Knob, MIN_LOGS, Space, Verdict, Worths};
+use crate::analysis::score::{Known, NameMap, Stage};
+use crate::base::error::InputError;
+use crate::language::written::{Written, thresholds, written};
+use crate::language::{Request, Rules};
+use crate::report;
+use crate::stream::{self, names::nearest};
+use patch::{Patch, patch};
+use rayon::prelude::*;
+use run::{Recording, Runner};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Groups in which recordings are held out when nothing is said, at most.
+const GROUPS: usize = 8;
+
+/// Options of `fit`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nThe patch comes only where recordings that were held out bear it out. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
+)]
+pub struct Args {
+    /// Labelled recordings; a folder stands for all `.csv` logs in it
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    /// The params to change; all that have a range when left out
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    params: Vec<String>,
+    /// Hold the recordings out in so many groups; each by itself, but at most 8 groups, when left out
+    #[arg(long, value_name = "GROUPS")]
+    hold_out: Option<usize>,
+    /// Give a patch although held-out recordings do not bear it out, or are too few
+    #[arg(long)]
+    anyway: bool,
+    /// Compare segments before relabelling with the truth
+    #[arg(long)]
+    raw: bool,
+    #[command(flatten)]
+    truth: TruthArgs,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Where to write the patch; standard output when left out
+    #[arg(long, short, value_name = "FILE.patch")]
+    out: Option<PathBuf>,
+}
+
+/// Forms of what was fitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Tables for people
+    Text,
+    /// `teachtree.fit/1`
+    Json,
+}
+
+/// Runs `fit`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let logs = all_logs(&args.logs)?;
+    args.truth.check(logs.len())?;
+    let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
+    if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
+        let message = format!("{groups} groups of {} recordings", logs.len());
+        return Err(InputError::new("--hold-out", message)
+            .help("at least 2, and no more than there are recordings")
+            .into());
+    }
+    let (runner, params) = opened(args, &logs)?;
+    let space = space(&runner.rules, &params);
+    let fitted = fitted(args, runner.names(), &space, groups, &mut |points| runner.worths(&space, points));
+    let found = if fitted.verdict == Verdict::Gain || args.anyway && !fitted.changed().is_empty() {
+        Some(patch(&runner.rules, &params, &space.knobs, &fitted.point))
+    } else {
+        None
+    };
+    tell(args, &logs, &runner.rules, &fitted, found.as_ref())?;
+    if found.is_some() { Ok(()) } else { Err(Failure::No) }
+}
+
+/// A recording that was opened, with the rules that read it.
+struct Opened {
+    recording: Recording,
+    rules: Rules,
+    request: Request,
+    /// Params that the binding or the command line sets.
+    fixed: Vec<(String, String)>,
+    warnings: Vec<String>,
+}
+
+fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
+    let opened = stream::open(&args.source.request(log))?;
+    let rules = load(&args.rules, &opened)?;
+    let fixed = opened.params.iter().chain(&args.rules.set).cloned().collect();
+    let request = request(&args.rules, &opened);
+    let mut warnings = Vec::new();
+    let recording = Recording::open(log, opened, &rules, |opened, analysis| {
+        let (truth, more) = args.truth.of(opened, analysis, names, &Known::new(&rules))?;
+        warnings = more;
+        Ok(truth)
+    })?;
+    Ok(Opened { recording, rules, request, fixed, warnings })
+}
+
+/// Opens the recordings: what runs them, and the params that may be changed.
+fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<Written>), Failure> {
+    let names = args.truth.names()?;
+    let progress = Progress::new("reading");
+    let done = AtomicUsize::new(0);
+    let read = logs.par_iter().map(|log| {
+        let opened = open(args, log, &names);
+        progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / logs.len() as f64);
+        opened
+    });
+    let read: Vec<Result<Opened, Failure>> = read.collect();
+    drop(progress);
+    let mut failures = Vec::new();
+    let mut all = Vec::new();
+    for (log, one) in logs.iter().zip(read) {
+        match one {
+            Ok(one) => all.push((log, one)),
+            // What is wrong with all of them is said once.
+            Err(failure) if !failures.contains(&failure) => failures.push(failure),
+            Err(_) => {}
+        }
+    }
+    Failure::all(failures)?;
+    let Some((rules, request, fixed)) =
+        all.first().map(|(_, first)| (first.rules.clone(), first.request.clone(), first.fixed.clone()))
+    else {
+        return Err(InputError::new("the command line", "there are no recordings").into());
+    };
+    let mut recordings = Vec::new();
+    for (log, one) in all {
+        if one.rules.digest() != rules.digest() {
+            let message = "the recording is read by other rules than the first one";
+            return Err(InputError::new(log.display().to_string(), message)
+                .help("name the rules with --rules; recordings of one and of two hands are fitted apart")
+                .into());
+        }
+        for warning in &one.warnings {
+            eprintln!("warning: {warning}");
+        }
+        recordings.push(one.recording);
+    }
+    let params = chosen(args, &rules, &fixed)?;
+    let stage = if args.raw { Stage::Raw } else { Stage::Relabelled };
+    Ok((Runner::new(recordings, rules, request, stage), params))
+}
+
+/// The params that may be changed: those that are named, or all that are one number with a range and not set otherwise.
+fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<Written>, InputError> {
+    let all = written(rules);
+    let is_fixed = |name: &str| fixed.iter().any(|(set, _)| set == name);
+    for name in &args.params {
+        let wrong = |message: String| InputError::new("--params", message);
+        if is_fixed(name) {
+            return Err(wrong(format!("`{name}` is set by the binding or by --set")).help("leave it out on one side"));
+        }
+        if all.iter().any(|one| one.name == *name) {
+            continue;
+        }
+        return Err(match rules.param(name) {
+            Some(param) if param.range.is_none() => wrong(format!("`{name}` has no range"))
+                .help(format!("declare between what it may lie: `param {name} = … in LOW .. HIGH`")),
+            Some(_) => wrong(format!("`{name}` is computed from others")).help("name those that it is computed from"),
+            None => {
+                let near = nearest(name, rules.params.iter().map(|param| param.name.as_str()));
+                let error = wrong(format!("there is no param `{name}`"));
+                match near {
+                    Some(near) => error.help(format!("did you mean `{near}`?")),
+                    None => error,
+                }
+            }
+        });
+    }
+    let named = |one: &Written| args.params.is_empty() || args.params.contains(&one.name);
+    let chosen: Vec<Written> = all.into_iter().filter(|one| named(one) && !is_fixed(&one.name)).collect();
+    if chosen.is_empty() {
+        let message = "no param of the rules has a range to be searched";
+        return Err(InputError::new("--params", message).help("`param NAME = VALUE in LOW .. HIGH` declares one"));
+    }
+    Ok(chosen)
+}
+
+fn space(rules: &Rules, params: &[Written]) -> Space {
+    let knob =
+        |one: &Written| Knob { name: one.name.clone(), unit: one.unit.clone(), value: one.value, range: one.range };
+    let at = |id: crate::language::rules::ParamId| {
+        let name = &rules.params.get(id.index())?.name;
+        params.iter().position(|one| one.name == *name)
+    };
+    let pairs = thresholds(rules).into_iter().filter_map(|(on, off)| Some((at(on)?, at(off)?)));
+    Space { knobs: params.iter().map(knob).collect(), pairs: pairs.collect() }
+}
+
+/// Searches, and holds recordings out.
+fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, worths: &mut Worths) -> Fit {
+    let all: Vec<usize> = (0..logs.len()).collect();
+    let start = space.start();
+    let worth_of = |worths: &mut Worths, point: &fit::Point| {
+        let found = worths(std::slice::from_ref(point)).pop().flatten();
+        found.map(|found| fit::mean(&found, &all)).unwrap_or_default()
+    };
+    let before = worth_of(worths, &start);
+    let mut fitted = Fit {
+        space: space.clone(),
+        idle: Vec::new(),
+        point: start,
+        before,
+        after: before,
+        held_out: None,
+        verdict: Verdict::TooFew,
+        logs,
+    };
+    let too_few = all.len() < MIN_LOGS;
+    if too_few && !args.anyway {
+        return fitted;
+    }
+    let progress = Progress::new("fitting");
+    let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
+    fitted.idle = fit::idle(space, worths);
+    fitted.point = fit::search(space, &all, &fitted.idle, worths, &mut |part| progress.set(part / searches));
+    fitted.after = worth_of(worths, &fitted.point);
+    if fitted.changed().is_empty() {
+        fitted.verdict = Verdict::NothingToGain;
+    } else if !too_few {
+        let mut inner = |part: f64| progress.set((1.0 + part * groups as f64) / searches);
+        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, worths, &mut inner);
+        fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
+        fitted.held_out = Some(held_out);
+    }
+    fitted
+}
+
+fn tell(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Option<&Patch>) -> Result<(), InputError> {
+    let files: Vec<String> = rules.sources.files.iter().map(|file| file.name.clone()).collect();
+    if let (Some(path), Some(found)) = (&args.out, found) {
+        let named = [&args.truth.labels, &args.source.binding, &args.source.scene].into_iter().flatten();
+        let inputs = logs.iter().chain(named).map(PathBuf::as_path).chain(files.iter().map(Path::new));
+        output::write(path, &found.diff, &inputs.collect::<Vec<_>>())?;
+    }
+    let diff = found.map(|found| found.diff.as_str());
+    if args.format == Format::Json {
+        return output::print(&fit::json(fitted, &files, diff));
+    }
+    let mut said = report::fit(fitted, &files);
+    if let Some(found) = found {
+        said.push_str(&report::fit_patch(fitted, &found.lacking, args.out.as_deref().map(Path::display)));
+        if args.out.is_none() {
+            said.push('\n');
+            said.push_str(&found.diff);
+        }
+    }
+    output::print(&said)
+}

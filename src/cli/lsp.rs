@@ -1,0 +1,56 @@
+//! `teachtree lsp`: the language server on standard input and output.
+
+use super::Failure;
+use crate::base::error::InputError;
+use crate::base::units::time;
+use crate::lsp::{Settings, serve};
+use std::path::PathBuf;
+
+/// Options of `lsp`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree lsp\n  teachtree lsp --log demonstration.csv --at 8.5s     hover shows values of this recording, at this time\n  teachtree lsp --log log.csv --binding lab.binding.yaml --at 3410ms\n\nHow editors start it: editors/README.md"
+)]
+pub struct Args {
+    /// The recording whose values hover shows
+    #[arg(long, value_name = "LOG")]
+    log: Option<PathBuf>,
+    /// The time in it, `3.41s` or `3410ms`; its beginning when left out
+    #[arg(long, value_name = "TIME", value_parser = as_written)]
+    at: Option<String>,
+    /// How the columns of a foreign recording become channels
+    #[arg(long, value_name = "FILE")]
+    binding: Option<PathBuf>,
+    /// A scene instead of the one that the recording carries
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    #[arg(long, value_name = "FILE")]
+    hand: Option<String>,
+    /// What some editors add for every server: there is no other way than standard input and output
+    #[arg(long, hide = true)]
+    stdio: bool,
+}
+
+/// A time, not yet in seconds.
+fn as_written(text: &str) -> Result<String, String> {
+    time(text).map(|_| text.to_string())
+}
+
+/// Runs `lsp`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let Args { log, at, binding, scene, hand, stdio: _ } = args;
+    let settings = Settings {
+        log: log.clone(),
+        at: at.clone(),
+        binding: binding.clone(),
+        scene: scene.clone(),
+        hand: hand.clone(),
+    };
+    match serve(std::io::stdin(), std::io::stdout().lock(), settings) {
+        Ok(true) => Ok(()),
+        // The editor went without a word.
+        Ok(false) => Err(Failure::No),
+        Err(error) => Err(InputError::new("the editor", format!("cannot be written to: {error}")).into()),
+    }
+}

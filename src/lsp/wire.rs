@@ -1,0 +1,59 @@
+//! Messages from bytes. What is no message is said and skipped, so that a client's mistake does not end the server, and no length that is
+//! only claimed takes memory.
+
+use lsp_server::Message;
+use std::io::{self, BufRead, Read};
+
+/// The longest message: far beyond the largest rule file.
+const MAX_MESSAGE: u64 = 64 << 20;
+/// The longest line of a header.
+const MAX_HEADER: u64 = 4096;
+
+/// What was read.
+pub enum Incoming {
+    /// A message.
+    Message(Message),
+    /// Something else, and what is wrong with it.
+    Broken(String),
+}
+
+/// Reads the next message; `None` when the input has ended.
+///
+/// # Errors
+/// When the input cannot be read.
+pub fn read(input: &mut impl BufRead) -> io::Result<Option<Incoming>> {
+    let mut length = None;
+    loop {
+        let mut line = Vec::new();
+        if input.by_ref().take(MAX_HEADER).read_until(b'\n', &mut line)? == 0 {
+            return Ok(None);
+        }
+        let line = String::from_utf8_lossy(&line);
+        let line = line.trim_end();
+        if line.is_empty() {
+            break;
+        }
+        if let Some((name, value)) = line.split_once(':')
+            && name.trim().eq_ignore_ascii_case("content-length")
+        {
+            length = Some(value.trim().parse::<u64>());
+        }
+    }
+    let length = match length {
+        Some(Ok(length)) => length,
+        Some(Err(_)) => return Ok(Some(Incoming::Broken("`Content-Length` is no number of bytes".into()))),
+        None => return Ok(Some(Incoming::Broken("a message begins with `Content-Length`".into()))),
+    };
+    if length > MAX_MESSAGE {
+        io::copy(&mut input.take(length), &mut io::sink())?;
+        return Ok(Some(Incoming::Broken(format!("a message has at most {MAX_MESSAGE} bytes, found {length}"))));
+    }
+    let mut body = Vec::new();
+    if (input.take(length).read_to_end(&mut body)? as u64) < length {
+        return Ok(None);
+    }
+    Ok(Some(match serde_json::from_slice(&body) {
+        Ok(message) => Incoming::Message(message),
+        Err(error) => Incoming::Broken(format!("this is no message: {error}")),
+    }))
+}

@@ -1,0 +1,119 @@
+//! The page to work in: what its scripts read, as one JSON document, and the scripts themselves.
+//!
+//! `curves.js` reads curves, `replay.js` draws the demonstration in three dimensions, `signals.js` the signals, `why.js` writes explanations, and
+//! `work.js` draws the lanes, answers pointer and keys, and keeps all in step; none asks for anything outside the page. Curves are thinned
+//! (`thin`), so that the size is bounded however long the log is.
+
+mod changes;
+mod quantities;
+mod replay;
+mod thin;
+
+use super::palette::{self, TASKS};
+use super::remarks;
+use crate::analysis::explain::Analysed;
+use crate::analysis::json::Meta;
+use crate::analysis::{Segment, Track};
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use crate::engine::probe::Probe;
+use changes::Book;
+use serde_json::{Map, Value, json};
+use thin::rounded;
+
+/// The style of the page.
+pub(super) const STYLE: &str = include_str!("page.css");
+/// The place of the lanes, signals and replay, hidden until a script fills it.
+pub(super) const PLACE: &str = include_str!("work.html");
+const SCRIPTS: [&str; 5] = [
+    include_str!("curves.js"),
+    include_str!("replay.js"),
+    include_str!("signals.js"),
+    include_str!("why.js"),
+    include_str!("work.js"),
+];
+
+/// The data and the scripts, as elements.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub(super) fn scripts(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+    // Within a string of JSON any letter may be written by its number; so nothing in the data ends the element.
+    let data = data(analysed, recording, meta)?.to_string();
+    let data = data.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
+    Ok(format!(
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>\n",
+        SCRIPTS.concat()
+    ))
+}
+
+fn data(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
+    let Analysed { rules, frames, leaves, analysis } = *analysed;
+    let mut probes: Vec<Probe> = leaves.iter().map(|leaves| Probe::new(rules, frames, leaves)).collect();
+    let signals = quantities::all(rules, frames, &mut probes)?;
+    let mut book = Book::default();
+    let mut tracks = Vec::new();
+    for track in &analysis.tracks {
+        let changes = changes::boundaries(analysed, &mut probes, track, &mut book)?;
+        let tried = changes::tasks(analysed, &probes, track);
+        tracks.push(self::track(track, changes, tried));
+    }
+    let (texts, reasons) = book.tables();
+    let stretches = frames.stretches.iter().map(|stretch| {
+        let start = frames.time.get(stretch.start).copied().unwrap_or_default();
+        json!([stretch.start, stretch.end, rounded(start)])
+    });
+    let issues = analysis
+        .issues
+        .iter()
+        .map(|issue| json!([rounded(issue.start_s), rounded(issue.end_s), issue.kind, issue.channel, issue.message]));
+    Ok(json!({
+        "log": meta.log,
+        "start": rounded(analysis.start_s),
+        "end": rounded(analysis.end_s),
+        "rate": frames.layout.rate_hz,
+        "stretches": stretches.collect::<Vec<_>>(),
+        "colors": colors(&analysis.tracks),
+        "tracks": tracks,
+        "texts": texts,
+        "reasons": reasons,
+        "groups": quantities::GROUPS,
+        "signals": signals,
+        "issues": issues.collect::<Vec<_>>(),
+        "replay": replay::replay(frames, recording),
+    }))
+}
+
+fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
+    let segment = |segment: &Segment| {
+        let mut value = json!([segment.primitive, rounded(segment.start_s), rounded(segment.end_s)]);
+        if let Some(list) = value.as_array_mut().filter(|_| !segment.by.is_empty()) {
+            list.extend([json!(segment.was), json!(segment.by)]);
+        }
+        value
+    };
+    let tasks = track.tasks.iter().zip(tried).zip(TASKS.iter().cycle()).map(|((task, tried), color)| {
+        json!({
+            "task": task.task,
+            "start": rounded(task.start_s),
+            "end": rounded(task.end_s),
+            "open": [task.open_start, task.open_end],
+            "remarks": remarks(task),
+            "color": color.hex(),
+            "tried": tried,
+        })
+    });
+    json!({
+        "who": track.who.to_string(),
+        "raw": track.segments.iter().map(segment).collect::<Vec<_>>(),
+        "relabelled": track.relabelled.iter().map(segment).collect::<Vec<_>>(),
+        "tasks": tasks.collect::<Vec<_>>(),
+        "changes": changes,
+    })
+}
+
+/// The colours of the primitives that there are.
+fn colors(tracks: &[Track]) -> Map<String, Value> {
+    let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabelled));
+    segments.map(|segment| (segment.primitive.clone(), palette::color(&segment.primitive).hex().into())).collect()
+}

@@ -1,0 +1,369 @@
+//! What can be drawn over time: the curves of the figures, whatever the rules compare with a threshold, their signals and latches, and the
+//! channels of the log.
+
+use super::thin::{Thinning, curve, toggles};
+use crate::analysis::explain::{quantities, slots, text};
+use crate::base::channels::{Axis, Shape};
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::units::Dimension;
+use crate::engine::probe::Probe;
+use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
+use crate::report::signals::{Panel, Signals, of_both};
+use crate::stream::frames::{ColumnKey, Frames};
+use serde_json::{Value, json};
+
+/// Knots of all curves together, about; a knot takes three to four bytes.
+const KNOTS: usize = 200_000;
+/// Knots of one curve: more are not seen, with fewer it is no curve.
+const KNOTS_OF_ONE: std::ops::RangeInclusive<usize> = 150..=3000;
+/// Conditions whose truth is shaded behind a curve.
+const MAX_SHADES: usize = 3;
+
+/// The groups of the list, in order.
+pub(super) const GROUPS: [&str; 4] =
+    ["figures of the chapter", "compared in the rules", "signals and latches", "channels"];
+
+/// Something to draw, not evaluated yet.
+struct Wanted {
+    group: usize,
+    title: String,
+    /// What it is, as the rules have it.
+    note: String,
+    side: Option<Side>,
+    of: Of,
+    thresholds: Vec<Threshold>,
+    /// Conditions on it, by name.
+    shades: Vec<(String, Expr)>,
+}
+
+enum Of {
+    /// An expression of the rules.
+    Expr(Expr),
+    /// A channel of the frames, by its position.
+    Channel(u32),
+    /// Curves that are known, in their unit.
+    Panel(Panel),
+}
+
+/// A threshold, SI, with its name.
+struct Threshold {
+    value: f64,
+    name: String,
+}
+
+/// Evaluates all that can be drawn, one list entry each.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub(super) fn all<'a>(rules: &'a Rules, frames: &Frames, probes: &mut [Probe<'a>]) -> Result<Vec<Value>, InputError> {
+    let mut wanted = panels(frames);
+    wanted.extend(compared(rules, frames));
+    wanted.extend(declared(rules, frames));
+    wanted.extend(channels(frames));
+    let curves: usize = wanted.iter().map(|wanted| curves_of(wanted, frames)).sum();
+    let most = (KNOTS / curves.max(1)).clamp(*KNOTS_OF_ONE.start(), *KNOTS_OF_ONE.end());
+    let mut entries = Vec::new();
+    for wanted in wanted {
+        entries.extend(evaluated(wanted, frames, probes, most)?);
+    }
+    Ok(entries)
+}
+
+/// The hands of the log, then nobody.
+fn owners(frames: &Frames) -> Vec<Option<Side>> {
+    frames.layout.hands.iter().map(|hand| Some(hand.side)).chain([None]).collect()
+}
+
+fn panels(frames: &Frames) -> Vec<Wanted> {
+    let of_hands = frames.layout.hands.iter().flat_map(|hand| {
+        let panels = Signals::new(frames, hand.side).panels();
+        panels.into_iter().map(|panel| (Some(hand.side), panel)).collect::<Vec<_>>()
+    });
+    let both = if frames.layout.hands.len() > 1 { of_both(frames) } else { Vec::new() };
+    let panels = of_hands.chain(both.into_iter().map(|panel| (None, panel)));
+    panels
+        .filter(|(_, panel)| panel.curves.is_ok())
+        .map(|(side, panel)| Wanted {
+            group: 0,
+            title: panel.title.into(),
+            note: String::new(),
+            side,
+            of: Of::Panel(panel),
+            thresholds: Vec::new(),
+            shades: Vec::new(),
+        })
+        .collect()
+}
+
+/// Every number that the rules hold against a constant, with all constants that it is held against.
+fn compared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
+    let mut found: Vec<Wanted> = Vec::new();
+    let signals = rules.signals.iter().map(|signal| (signal.per_hand, Some(signal.name.as_str()), &signal.expr));
+    let latches =
+        rules.latches.iter().flat_map(|latch| [&latch.set, &latch.clear].map(|expr| (latch.per_hand, None, expr)));
+    let trees = rules.trees.iter().flat_map(|tree| {
+        let asked = tree.root.ways().into_iter().flat_map(|way| way.asked);
+        asked.map(|(_, condition, _)| (tree.scope == TreeScope::EachHand, None, condition))
+    });
+    let all: Vec<(bool, Option<&str>, &Expr)> = signals.chain(latches).chain(trees).collect();
+    for side in owners(frames) {
+        for (per_hand, name, expr) in &all {
+            if *per_hand == side.is_some() {
+                expr.walk(&mut |part| {
+                    // What a signal is as a whole has its name.
+                    let name = name.filter(|_| part.span == expr.span);
+                    add_comparison(rules, side, name, part, &mut found);
+                });
+            }
+        }
+    }
+    found
+}
+
+fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, condition: &Expr, found: &mut Vec<Wanted>) {
+    let (value, thresholds) = match &condition.kind {
+        ExprKind::Hysteresis { value, on, off, .. } => {
+            let of = |constant: &crate::language::rules::Constant| Threshold {
+                value: constant.value,
+                name: if constant.params.is_empty() { String::new() } else { text(rules, constant.span) },
+            };
+            (value.as_ref(), vec![of(on), of(off)])
+        }
+        ExprKind::Compare(comparison, a, b) if a.ty.shape == Shape::Scalar => {
+            let (value, other) = if constant(rules, a).is_some() { (b, a) } else { (a, b) };
+            let Some(threshold) = constant(rules, other) else { return };
+            if constant(rules, value).is_some() {
+                return;
+            }
+            let named = !matches!(other.kind, ExprKind::Number(_)) && *comparison != Comparison::Equal;
+            let name = if named { text(rules, other.span) } else { String::new() };
+            (value.as_ref(), vec![Threshold { value: threshold, name }])
+        }
+        _ => return,
+    };
+    let shown = text(rules, value.span);
+    let at = found.iter().position(|wanted| wanted.side == side && wanted.note == shown).unwrap_or_else(|| {
+        let title = match name {
+            Some(name) => format!("{name}: {shown}"),
+            None => shown.clone(),
+        };
+        let (of, shades) = (Of::Expr(value.clone()), Vec::new());
+        found.push(Wanted { group: 1, title, note: shown.clone(), side, of, thresholds: Vec::new(), shades });
+        found.len() - 1
+    });
+    let Some(wanted) = found.get_mut(at) else { return };
+    for threshold in thresholds {
+        let known =
+            |other: &Threshold| other.value.to_bits() == threshold.value.to_bits() && other.name == threshold.name;
+        if !wanted.thresholds.iter().any(known) {
+            wanted.thresholds.push(threshold);
+        }
+    }
+    let said = name.map_or_else(|| text(rules, condition.span), str::to_string);
+    if condition.ty.axis.is_none()
+        && wanted.shades.len() < MAX_SHADES
+        && !wanted.shades.iter().any(|(known, _)| *known == said)
+    {
+        wanted.shades.push((said, condition.clone()));
+    }
+}
+
+/// The value of a scalar that no frame changes.
+fn constant(rules: &Rules, expr: &Expr) -> Option<f64> {
+    match &expr.kind {
+        ExprKind::Number(number) => Some(*number),
+        ExprKind::Param(id) => rules.params.get(id.index()).map(|param| param.value),
+        ExprKind::Negate(inner) => constant(rules, inner).map(|number| -number),
+        ExprKind::Arithmetic(operation, a, b) => Some(operation.apply(constant(rules, a)?, constant(rules, b)?)),
+        _ => None,
+    }
+}
+
+/// Every signal and latch by its name.
+fn declared(rules: &Rules, frames: &Frames) -> Vec<Wanted> {
+    let mut found = Vec::new();
+    for side in owners(frames) {
+        let hand = if side.is_some() { Hand::This } else { Hand::Nobody };
+        let mut add = |name: &str, note: String, kind: ExprKind, ty: Type, span| {
+            let of = Of::Expr(Expr { kind, ty, span });
+            let (thresholds, shades) = (Vec::new(), Vec::new());
+            found.push(Wanted { group: 2, title: name.into(), note, side, of, thresholds, shades });
+        };
+        for (at, signal) in (0..).zip(&rules.signals).filter(|(_, signal)| signal.per_hand == side.is_some()) {
+            let kind = ExprKind::Signal(SignalId(at), hand);
+            add(&signal.name, text(rules, signal.expr.span), kind, signal.ty, signal.expr.span);
+        }
+        for (at, latch) in (0..).zip(&rules.latches).filter(|(_, latch)| latch.per_hand == side.is_some()) {
+            let note = format!("set {} clear {}", text(rules, latch.set.span), text(rules, latch.clear.span));
+            add(&latch.name, note, ExprKind::Latch(LatchId(at), hand), Type::BOOL, latch.span);
+        }
+    }
+    found
+}
+
+fn channels(frames: &Frames) -> Vec<Wanted> {
+    let mut found = Vec::new();
+    for side in owners(frames) {
+        for (at, channel) in (0..).zip(&frames.channels) {
+            let drawn = !matches!(channel.shape, Shape::Object | Shape::Rotation);
+            if drawn && channel.per_hand == side.is_some() {
+                let (thresholds, shades, note) = (Vec::new(), Vec::new(), String::new());
+                let of = Of::Channel(at);
+                found.push(Wanted { group: 3, title: channel.name.clone(), note, side, of, thresholds, shades });
+            }
+        }
+    }
+    found
+}
+
+/// How many curves something has, about.
+fn curves_of(wanted: &Wanted, frames: &Frames) -> usize {
+    let (shape, axis) = match &wanted.of {
+        Of::Expr(expr) => (expr.ty.shape, expr.ty.axis.map(|(axis, _)| axis)),
+        Of::Channel(at) => {
+            frames.channels.get(*at as usize).map_or((Shape::Scalar, None), |spec| (spec.shape, spec.axis))
+        }
+        Of::Panel(panel) => return panel.curves.as_ref().map_or(0, Vec::len),
+    };
+    let hand = wanted.side.and_then(|side| frames.layout.hand(side));
+    let slots = axis.map_or(1, |axis| match axis {
+        Axis::Fingers => hand.map_or(0, |hand| hand.fingers.len()),
+        Axis::Contacts => hand.map_or(0, |hand| hand.contacts.len()),
+    });
+    if shape == Shape::Bool { 0 } else { slots * shape.components().len() }
+}
+
+/// Rows of values with their names; each as long as the log, not a number outside of its stretches.
+type Rows = Vec<(String, Vec<f64>)>;
+
+fn evaluated<'a>(
+    wanted: Wanted,
+    frames: &Frames,
+    probes: &mut [Probe<'a>],
+    most: usize,
+) -> Result<Option<Value>, InputError> {
+    let Wanted { group, title, note, side, of, thresholds, shades } = wanted;
+    let (rows, ty, unit): (Rows, (Shape, Dimension), Option<&str>) = match of {
+        Of::Expr(expr) => (of_expr(&expr, side, frames, probes)?, (expr.ty.shape, expr.ty.dimension), None),
+        Of::Channel(at) => {
+            let Some(spec) = frames.channels.get(at as usize) else { return Ok(None) };
+            (of_channel(at, side, frames), (spec.shape, spec.dimension), None)
+        }
+        Of::Panel(panel) => {
+            let rows = panel.curves.unwrap_or_default().into_iter().map(|curve| (curve.name.to_string(), curve.values));
+            (rows.collect(), (Shape::Scalar, Dimension::NONE), Some(panel.unit))
+        }
+    };
+    if !rows.iter().any(|(_, row)| row.iter().any(|value| value.is_finite())) {
+        return Ok(None);
+    }
+    let mut entry = json!({ "group": group, "title": title, "side": side.map_or("", Side::name) });
+    let Some(fields) = entry.as_object_mut() else { return Ok(None) };
+    if !note.is_empty() && note != title {
+        fields.insert("note".into(), note.into());
+    }
+    if ty.0 == Shape::Bool {
+        let truth = |row: &[f64]| toggles(&row.iter().map(|value| *value > 0.5).collect::<Vec<bool>>());
+        fields.insert("truths".into(), rows.iter().map(|(name, row)| json!([name, truth(row)])).collect());
+        return Ok(Some(entry));
+    }
+    let limits = thresholds.iter().map(|threshold| threshold.value);
+    let values = rows.iter().flat_map(|(_, row)| row).copied().chain(limits).filter(|value| value.is_finite());
+    let largest = values.map(f64::abs).fold(0.0, f64::max);
+    let (scale, unit) = match unit {
+        Some(unit) => (1.0, unit.to_string()),
+        None => shown_in(&ty.1.si_unit(), largest),
+    };
+    fields.insert("unit".into(), unit.into());
+    if !thresholds.is_empty() {
+        let told = thresholds.iter().map(|Threshold { value, name }| {
+            let [quantity] = quantities([*value], &ty.1.si_unit());
+            json!([value * scale, if name.is_empty() { quantity } else { format!("{name} {quantity}") }])
+        });
+        fields.insert("thresholds".into(), told.collect());
+    }
+    let mut shaded = Vec::new();
+    for (name, condition) in shades {
+        let truth =
+            of_expr(&condition, side, frames, probes)?.into_iter().next().map(|(_, row)| row).unwrap_or_default();
+        shaded.push(json!([name, toggles(&truth.iter().map(|value| *value > 0.5).collect::<Vec<bool>>())]));
+    }
+    if !shaded.is_empty() {
+        fields.insert("shades".into(), shaded.into());
+    }
+    let drawn = rows.into_iter().map(|(name, mut row)| {
+        row.iter_mut().for_each(|value| *value *= scale);
+        json!([name, curve(&row, &frames.stretches, Thinning { within: 0.0, most })])
+    });
+    fields.insert("curves".into(), drawn.collect());
+    Ok(Some(entry))
+}
+
+/// What people read numbers of a unit in, when the largest is this: the factor and the unit.
+fn shown_in(unit: &str, largest: f64) -> (f64, String) {
+    match unit {
+        "m" | "m/s" | "s" if largest < 1.0 => (1e3, format!("m{unit}")),
+        "N" if largest < 0.1 => (1e3, "mN".into()),
+        _ => (1.0, unit.to_string()),
+    }
+}
+
+fn of_expr<'a>(expr: &Expr, side: Option<Side>, frames: &Frames, probes: &mut [Probe<'a>]) -> Result<Rows, InputError> {
+    let whose = |hand| match hand {
+        Hand::This => side,
+        Hand::Named(side) => Some(side),
+        Hand::Nobody => None,
+    };
+    let axis = expr.ty.axis.and_then(|(axis, hand)| Some((axis, frames.layout.hand(whose(hand)?)?)));
+    let names = axis.map_or_else(Vec::new, |(axis, hand)| match (&expr.kind, probes.first()) {
+        // Which fingers a signal leaves out stands where it is declared.
+        (ExprKind::Signal(id, _), Some(probe)) => slots(&probe.rules().signals[id.index()].expr, axis, hand),
+        _ => slots(expr, axis, hand),
+    });
+    let mut rows: Rows = Vec::new();
+    for probe in probes {
+        let column = probe.column(expr, side)?;
+        let width = column.at(0, 0).len();
+        let stretch = probe.leaves().frames.clone();
+        for slot in 0..column.slots() {
+            for component in 0..width {
+                let at = slot * width + component;
+                if rows.len() <= at {
+                    let name = names.get(slot).map_or("", String::as_str);
+                    rows.push((component_name(name, width, component), vec![f64::NAN; frames.len]));
+                }
+                let row = rows.get_mut(at).and_then(|(_, row)| row.get_mut(stretch.clone()));
+                for (frame, value) in row.into_iter().flatten().enumerate() {
+                    *value = column.at(slot, frame).get(component).copied().unwrap_or(f64::NAN);
+                }
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn component_name(slot: &str, width: usize, component: usize) -> String {
+    let component = if width == 3 { ["x", "y", "z"].get(component).copied().unwrap_or("") } else { "" };
+    [slot, component].join(" ").trim().to_string()
+}
+
+fn of_channel(at: u32, side: Option<Side>, frames: &Frames) -> Rows {
+    let Some(spec) = frames.channels.get(at as usize) else { return Vec::new() };
+    let hand = side.and_then(|side| frames.layout.hand(side));
+    let names: Vec<String> = match (spec.axis, hand) {
+        (Some(Axis::Fingers), Some(hand)) => hand.fingers.iter().map(ToString::to_string).collect(),
+        (Some(Axis::Contacts), Some(hand)) => hand.contacts.clone(),
+        _ => vec![String::new()],
+    };
+    let width = spec.shape.components().len();
+    let mut rows = Rows::new();
+    for (slot, name) in (0..).zip(&names) {
+        for component in 0..width {
+            let key = ColumnKey { channel: at, side, slot, component: u32::try_from(component).unwrap_or(0) };
+            let values = frames.column(key).map(<[f64]>::to_vec);
+            rows.extend(values.map(|values| (component_name(name, width, component), values)));
+        }
+    }
+    rows
+}

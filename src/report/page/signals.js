@@ -1,0 +1,209 @@
+// The signals below the lanes: which are shown, their curves with thresholds, and their values at the cursor.
+
+const panels = [];
+
+function hueOf(at) {
+  return paint(`--curve${at % CURVES}`);
+}
+
+const isConstant = (entry) => entry.curves ? entry.curves.every(([, curve]) => curve.k === undefined) : entry.truths.every(([, truth]) => truth === "");
+const nameOf = (entry) => `${entry.side ? `${entry.side} ` : ""}${entry.title}`;
+
+/** What is shown at first: for each hand what it measures against thresholds, and the contacts; with two hands the forces of both. */
+function usual() {
+  const chosen = [];
+  const add = (entry) => { if (entry !== undefined && !chosen.includes(entry)) chosen.push(entry); };
+  const varied = data.signals.filter((entry) => !isConstant(entry));
+  const sides = [...new Set(data.tracks.map((track) => track.who))].filter((who) => who !== "both");
+  if (sides.length > 1) varied.filter((entry) => entry.group === 0 && entry.side === "").slice(0, 2).forEach(add);
+  for (const side of sides) {
+    const own = varied.filter((entry) => entry.side === side);
+    const crossed = (entry) => (entry.shades || []).some(([, truth]) => truth !== "");
+    own.filter((entry) => entry.group === 1 && entry.curves && entry.curves.length === 1 && entry.unit && crossed(entry)).slice(0, sides.length > 1 ? 2 : 4).forEach(add);
+    if (sides.length === 1) add(own.find((entry) => entry.group === 0 && entry.curves.length > 1));
+  }
+  if (!chosen.length) varied.slice(0, 3).forEach(add);
+  return chosen.map((entry) => data.signals.indexOf(entry));
+}
+
+function options(chosen) {
+  let list = "";
+  data.groups.forEach((group, number) => {
+    for (const side of ["left", "right", ""]) {
+      const own = data.signals.map((entry, at) => [entry, at]).filter(([entry]) => entry.group === number && entry.side === side);
+      if (!own.length) continue;
+      list += `<optgroup label="${escaped(`${group}${side ? `, ${side}` : ""}`)}">`;
+      for (const [entry, at] of own) {
+        const whole = data.tracks.length > 1 ? nameOf(entry) : entry.title;
+        const name = whole.length > 90 ? `${whole.slice(0, 88)}…` : whole;
+        list += `<option value="${at}"${at === chosen ? " selected" : ""}>${escaped(name)}${isConstant(entry) ? " (constant)" : ""}</option>`;
+      }
+      list += "</optgroup>";
+    }
+  });
+  return list;
+}
+
+function addPanel(number) {
+  const element = document.createElement("div");
+  element.className = "panel";
+  element.innerHTML = `<header><select aria-label="signal">${options(number)}</select><span class="values"></span><button type="button" aria-label="remove">×</button></header><canvas></canvas>`;
+  const panel = { element, number, canvas: element.querySelector("canvas"), values: element.querySelector(".values") };
+  element.querySelector("select").addEventListener("change", (event) => { panel.number = Number(event.target.value); drawPanel(panel); readOut(panel); });
+  element.querySelector("button").addEventListener("click", () => { panels.splice(panels.indexOf(panel), 1); element.remove(); });
+  byId("panels").append(element);
+  panels.push(panel);
+  return panel;
+}
+
+/** The curves of an entry; of many, those that vary. */
+function drawn(entry) {
+  const varied = entry.curves.filter(([, curve]) => curve.k !== undefined);
+  return varied.length && entry.curves.length > 3 ? varied : entry.curves;
+}
+
+function rangeOf(entry) {
+  if (entry.range) return entry.range;
+  let least = Infinity, greatest = -Infinity;
+  for (const [, curve] of entry.curves) { const line = lineOf(curve); least = Math.min(least, line.least); greatest = Math.max(greatest, line.greatest); }
+  for (const [value] of entry.thresholds || []) { least = Math.min(least, value); greatest = Math.max(greatest, value); }
+  if (!(least <= greatest)) [least, greatest] = [0, 1];
+  // Zero belongs to the picture unless it is far away.
+  if (least > 0 && least < 0.7 * greatest) least = 0;
+  if (greatest < 0 && greatest > 0.7 * least) greatest = 0;
+  const room = (greatest - least || Math.abs(greatest) || 1) * 0.06;
+  return entry.range = [least - (least < 0 ? room : 0), greatest + room];
+}
+
+function drawPanel(panel) {
+  const entry = data.signals[panel.number], { canvas } = panel;
+  const width = plotWidth(signals), sharp = window.devicePixelRatio || 1;
+  const height = entry.truths ? Math.max(18, entry.truths.length * 13 + 6) : 96;
+  canvas.style.height = `${height}px`;
+  canvas.width = Math.round((width + GUTTER + RIGHT) * sharp);
+  canvas.height = Math.round(height * sharp);
+  canvas.setAttribute("role", "img");
+  canvas.setAttribute("aria-label", nameOf(entry));
+  const context = canvas.getContext("2d");
+  context.scale(sharp, sharp);
+  context.font = `11px ${paint("--font")}`;
+  context.translate(GUTTER, 0);
+  const x = (time) => xOf(time, width);
+  const clip = () => { context.save(); context.beginPath(); context.rect(0, 0, width, height); context.clip(); };
+  const track = data.tracks.find((one) => one.who === (entry.side || "both")) || data.tracks[0];
+  clip();
+  context.fillStyle = paint("--shade");
+  const [, shaded] = (entry.shades || [])[0] || [];
+  if (shaded !== undefined) for (const [from, to] of spansOf(shaded)) if (to > state.from && from < state.to) context.fillRect(x(from), 0, Math.max(1, x(to) - x(from)), height);
+  context.strokeStyle = paint("--line");
+  context.beginPath();
+  for (const time of ticks(state.from, state.to, Math.max(3, width / 90)).list) { context.moveTo(x(time), 0); context.lineTo(x(time), height); }
+  context.stroke();
+  if (track) {
+    context.strokeStyle = paint("--cut");
+    context.setLineDash([2, 3]);
+    context.beginPath();
+    for (const [, start] of track.raw) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
+    context.stroke();
+    context.setLineDash([]);
+    for (const [name, start, end] of track.relabelled) if (end > state.from && start < state.to) { context.fillStyle = data.colors[name]; context.fillRect(x(start), 0, Math.max(1, x(end) - x(start)), 3); }
+  }
+  const selected = state.selected && startOf(state.selected);
+  if (selected !== undefined) { context.fillStyle = paint("--chosen"); context.fillRect(x(selected) - 0.75, 0, 1.5, height); }
+  context.restore();
+  if (entry.truths) {
+    entry.truths.forEach(([name, truth], at) => {
+      const y = 6 + at * 13;
+      context.fillStyle = paint("--quiet");
+      context.textAlign = "right";
+      context.fillText(name, -8, y + 9, GUTTER - 12);
+      clip();
+      context.fillStyle = hueOf(0);
+      for (const [from, to] of spansOf(truth)) if (to > state.from && from < state.to) context.fillRect(x(from), y, Math.max(1, x(to) - x(from)), 9);
+      context.restore();
+    });
+    return;
+  }
+  const [least, greatest] = rangeOf(entry);
+  const y = (value) => height - 5 - (value - least) / (greatest - least) * (height - 13);
+  const levels = ticks(least, greatest, 4);
+  context.textAlign = "right";
+  for (const value of levels.list) {
+    context.strokeStyle = paint(Math.abs(value) < 1e-12 ? "--zero" : "--line");
+    context.beginPath();
+    context.moveTo(0, y(value));
+    context.lineTo(width, y(value));
+    context.stroke();
+    context.fillStyle = paint("--quiet");
+    context.fillText(value.toFixed(levels.digits), -8, y(value) + 4);
+  }
+  clip();
+  drawn(entry).forEach(([, curve], at) => {
+    context.strokeStyle = hueOf(at);
+    context.setLineDash(at >= CURVES ? [5, 2] : []);
+    context.lineWidth = 1.4;
+    context.lineJoin = "round";
+    context.beginPath();
+    for (const piece of lineOf(curve).pieces) trace(context, piece, x, y, width);
+    context.stroke();
+  });
+  context.restore();
+  clip();
+  // Thresholds that lie close together are named side by side.
+  const taken = [];
+  for (const [value, name] of entry.thresholds || []) {
+    context.strokeStyle = context.fillStyle = paint("--threshold");
+    context.setLineDash([6, 4]);
+    context.beginPath();
+    context.moveTo(0, y(value));
+    context.lineTo(width, y(value));
+    context.stroke();
+    context.setLineDash([]);
+    const at = Math.max(10, y(value) - 3), size = context.measureText(name).width;
+    const end = Math.min(width - 4, ...taken.filter(([other]) => Math.abs(other - at) < 11).map(([, left]) => left - 12));
+    taken.push([at, end - size]);
+    context.textAlign = "right";
+    context.strokeStyle = paint("--paper");
+    context.lineWidth = 3;
+    context.strokeText(name, end, at);
+    context.fillText(name, end, at);
+    context.lineWidth = 1;
+  }
+  context.restore();
+}
+
+/** A piece of a line; where many knots share a column, its least and greatest. */
+function trace(context, { t, v }, x, y, width) {
+  const first = Math.max(0, lastNotAfter(t, state.from)), last = Math.min(t.length - 1, lastNotAfter(t, state.to) + 1);
+  if (last - first < 2 * width) {
+    for (let at = first; at <= last; at++) if (at === first) context.moveTo(x(t[at]), y(v[at])); else context.lineTo(x(t[at]), y(v[at]));
+    if (first === last) context.lineTo(x(t[first] + step), y(v[first]));
+    return;
+  }
+  for (let at = first; at <= last;) {
+    const column = Math.floor(x(t[at]));
+    let least = v[at], greatest = v[at];
+    if (at === first) context.moveTo(column, y(v[at])); else context.lineTo(column, y(v[at]));
+    for (; at <= last && Math.floor(x(t[at])) === column; at++) { least = Math.min(least, v[at]); greatest = Math.max(greatest, v[at]); }
+    context.lineTo(column, y(least));
+    context.lineTo(column, y(greatest));
+  }
+}
+
+/** The values of a panel at the cursor. */
+function readOut(panel) {
+  const entry = data.signals[panel.number];
+  const number = (value) => {
+    if (!Number.isFinite(value)) return "–";
+    const [least, greatest] = rangeOf(entry);
+    const digits = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(Math.max(1e-9, greatest - least)))));
+    return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
+  };
+  const rows = entry.truths
+    ? entry.truths.map(([name, truth]) => [name, isSo(truth, state.cursor) ? "yes" : "no", 0])
+    : drawn(entry).map(([name, curve], at) => [name, `${number(valueAt(curve, state.cursor))}${entry.unit ? ` ${entry.unit}` : ""}`, at]);
+  const shown = rows.map(([name, value, at]) => `<span class="value" style="color:${hueOf(at)}">${escaped(name)} <b>${escaped(value)}</b></span>`);
+  const shade = (entry.shades || [])[0];
+  if (shade) shown.push(`<span class="value shade">${escaped(shade[0].length > 40 ? "the condition" : shade[0])} <b>${isSo(shade[1], state.cursor) ? "yes" : "no"}</b></span>`);
+  panel.values.innerHTML = shown.join(" ");
+}

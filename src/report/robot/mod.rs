@@ -1,0 +1,134 @@
+//! The page of what a robot did: pictures of it at each primitive (the chapter's Figure 6), the thumb's force desired and achieved (Figure 7), the
+//! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
+
+mod picture;
+mod plot;
+
+use super::svg::escape;
+use crate::analysis::number::decimals;
+use crate::base::hands::Finger;
+use crate::command::Commands;
+use crate::robot::simulate::Outcome;
+use crate::robot::trace::{Moment, Trace};
+use nalgebra::Vector3;
+use picture::picture;
+use plot::{Line, Plot};
+
+/// Names of the components of a vector.
+const AXES: [&str; 3] = ["x", "y", "z"];
+
+/// Writes the page.
+pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String {
+    let title = format!("{} – the robot {}", escape(&commands.log), escape(&trace.limb.name));
+    let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    page.push_str(&format!("<title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
+    page.push_str(&format!("<h1>{title}</h1>\n"));
+    page.push_str(
+        "<p>Forces are those on the object, in its frame; dashed as commanded, drawn through as exerted.</p>\n",
+    );
+    for (number, (task, outcome)) in commands.tasks.iter().zip(outcomes).enumerate() {
+        let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
+        let verdict = if outcome.done { "done" } else { "not done" };
+        page.push_str(&format!(
+            "<section>\n<h2>{} of <code>{}</code>: {verdict}</h2>\n<p>{} mm and {}° from where the person left it; palm within {} mm of its way, \
+             forces {} N off on average, {} N at most.</p>\n",
+            escape(&task.task),
+            escape(&task.object),
+            decimals(outcome.off * 1e3, 1),
+            decimals(outcome.turned.to_degrees(), 1),
+            decimals(outcome.palm_error * 1e3, 1),
+            decimals(outcome.force_error, 2),
+            decimals(outcome.largest_force, 2),
+        ));
+        page.push_str(&pictures(trace, &moments, &task.object));
+        for plot in plots(trace, &moments) {
+            page.push_str(&plot.draw(&moments));
+        }
+        page.push_str("</section>\n");
+    }
+    page.push_str("</body>\n</html>\n");
+    page
+}
+
+/// A picture of the middle of each primitive.
+fn pictures(trace: &Trace, moments: &[&Moment], object: &str) -> String {
+    let runs = moments.chunk_by(|one, next| one.primitive == next.primitive);
+    let drawn = runs.filter_map(|run| {
+        let moment = run.get(run.len() / 2)?;
+        let caption = format!("{}, {} s", escape(&moment.primitive), decimals(moment.time_s, 2));
+        Some(format!("<figure>{}<figcaption>{caption}</figcaption></figure>\n", picture(trace, moment, object)))
+    });
+    format!("<div class=\"pictures\">\n{}</div>\n", drawn.collect::<String>())
+}
+
+/// What is plotted of a task.
+fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
+    let mut plots = Vec::new();
+    let fingers: Vec<Finger> =
+        moments.first().map_or(Vec::new(), |first| first.forces.iter().map(|force| force.finger).collect());
+    let pressing = |finger: &Finger| {
+        moments
+            .iter()
+            .any(|moment| moment.forces.iter().any(|force| force.finger == *finger && force.wanted.norm() > 0.0))
+    };
+    // The thumb as in the chapter; where it takes no part, the first finger that does.
+    let shown = fingers.iter().find(|finger| **finger == Finger::Thumb && pressing(finger));
+    if let Some(shown) = shown.or_else(|| fingers.iter().find(|finger| pressing(finger))) {
+        let of = |moment: &Moment| {
+            moment.forces.iter().find(|force| force.finger == *shown).map_or_else(zeros, |it| [it.wanted, it.exerted])
+        };
+        plots.extend(forces(&format!("force of the {shown}"), moments, of));
+    }
+    let total =
+        |moment: &Moment| moment.forces.iter().fold(zeros(), |[a, b], force| [a + force.wanted, b + force.exerted]);
+    plots.extend(forces("total force on the object", moments, total));
+
+    let Some(hand) = trace.limb.hands.get(&trace.side) else { return plots };
+    let joints = |dofs: &[usize]| -> Vec<Line> {
+        let line = |(place, dof): (usize, &usize)| {
+            let value = |moment: &&Moment| moment.q.get(*dof).copied().unwrap_or(f64::NAN);
+            let name = trace.limb.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
+            Line { name: name.into(), color: place, dashed: false, values: moments.iter().map(value).collect() }
+        };
+        dofs.iter().enumerate().map(line).collect()
+    };
+    if !hand.arm.is_empty() {
+        plots.push(Plot { title: "joints of the arm, rad or m".into(), lines: joints(&hand.arm), shortest: 0.1 });
+    }
+    for finger in &hand.fingers {
+        let title = format!("joints of the {} finger, rad or m", finger.finger).replace("thumb finger", "thumb");
+        plots.push(Plot { title, lines: joints(&finger.dofs), shortest: 0.1 });
+    }
+    let measures = hand.fingers.iter().enumerate().map(|(place, finger)| {
+        let measure = |moment: &&Moment| finger.measure(&finger.angles(&moment.q));
+        let values = moments.iter().map(measure).collect();
+        Line { name: finger.finger.name().into(), color: place, dashed: false, values }
+    });
+    let title = "manipulability of each finger with its freedom from joint limits".into();
+    plots.push(Plot { title, lines: measures.collect(), shortest: 0.05 });
+    plots
+}
+
+fn zeros() -> [Vector3<f64>; 2] {
+    [Vector3::zeros(); 2]
+}
+
+/// A plot of a force, desired and achieved, for each component.
+fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64>; 2]) -> Vec<Plot> {
+    let both: Vec<[Vector3<f64>; 2]> = moments.iter().map(|moment| of(moment)).collect();
+    let plot = |(axis, name): (usize, &str)| {
+        let line = |which: usize, name: &str| Line {
+            name: name.into(),
+            color: 1 - which,
+            dashed: which == 0,
+            values: both.iter().map(|pair| pair[which][axis]).collect(),
+        };
+        Plot {
+            title: format!("{title}, {name}, N"),
+            lines: vec![line(1, "exerted"), line(0, "commanded")],
+            shortest: 0.2,
+        }
+    };
+    AXES.into_iter().enumerate().map(plot).collect()
+}

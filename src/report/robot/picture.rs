@@ -1,0 +1,224 @@
+//! A picture of the robot and what it handles: an orthographic view from across the table, painted from the farthest to the nearest.
+
+use crate::base::geometry::pose;
+use crate::base::scene::{Body, Role, Shape};
+use crate::report::svg::length;
+use crate::robot::Solid;
+use crate::robot::trace::{Moment, Trace};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// Size of a picture, and how many of its units are a metre.
+const WIDTH: f64 = 286.0;
+const HEIGHT: f64 = 230.0;
+const SCALE: f64 = 560.0;
+/// From where it is seen: from the far right and above.
+const EYE: [f64; 3] = [0.62, 0.72, 0.50];
+/// A round body has this many sides.
+const SIDES: usize = 20;
+/// A newton is drawn this long, m.
+const NEWTON_M: f64 = 0.030;
+/// Least light on a face.
+const SHADE: f64 = 0.55;
+
+/// Something to be painted: how far away it is, and its drawing.
+struct Painted {
+    depth: f64,
+    svg: String,
+}
+
+struct View {
+    eye: Vector3<f64>,
+    right: Vector3<f64>,
+    up: Vector3<f64>,
+    middle: Point3<f64>,
+    painted: Vec<Painted>,
+}
+
+/// Draws a moment; `object` is what the task is about.
+pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str) -> String {
+    let poses: Vec<Isometry3<f64>> =
+        trace.limb.forward(&moment.q).into_iter().map(|root_from_link| moment.root * root_from_link).collect();
+    let place = |name: &str| {
+        trace.scene.bodies.get_index_of(name).and_then(|at| moment.bodies.get(at)).map(|pose| pose.translation.vector)
+    };
+    let palm = trace.limb.hands.get(&trace.side).and_then(|hand| poses.get(hand.palm));
+    let palm = palm.map(|pose| pose.translation.vector);
+    let middle = match (place(object), palm) {
+        (Some(object), Some(palm)) => (object + palm) / 2.0,
+        (one, other) => one.or(other).unwrap_or_default(),
+    };
+    let mut view = View::new(middle.into());
+    for ((name, body), pose) in trace.scene.bodies.iter().zip(&moment.bodies) {
+        let class = match body.role {
+            Role::Support | Role::Wall => None,
+            _ if name == object => Some("task"),
+            _ => Some("solid"),
+        };
+        view.body(body, pose, class);
+    }
+    for (link, pose) in trace.limb.links.iter().zip(&poses) {
+        for solid in &link.solids {
+            match solid {
+                Solid::Capsule(from, to, radius) => view.capsule(pose * from, pose * to, *radius),
+                Solid::Box(at, half) => view.cuboid(&(pose * at), half, Some("robot")),
+            }
+        }
+    }
+    if let Some(hand) = trace.limb.hands.get(&trace.side) {
+        let object_pose = trace.scene.bodies.get_index_of(object).and_then(|at| moment.bodies.get(at));
+        for (finger, force) in hand.fingers.iter().zip(&moment.forces) {
+            let tip = poses.get(finger.tip_link).map(|pose| pose * finger.tip_in_link);
+            if let (Some(tip), Some(object)) = (tip, object_pose) {
+                view.capsule(tip, tip, finger.radius);
+                view.arrow(tip, object * force.exerted * NEWTON_M);
+            }
+        }
+    }
+    view.draw(&format!("the robot in {}, {:.2} s", moment.primitive, moment.time_s))
+}
+
+impl View {
+    fn new(middle: Point3<f64>) -> Self {
+        let eye = Vector3::from(EYE).normalize();
+        let right = Vector3::z().cross(&eye).normalize();
+        Self { eye, right, up: eye.cross(&right), middle, painted: Vec::new() }
+    }
+
+    /// Where a point is in the picture.
+    fn seen(&self, point: &Point3<f64>) -> (f64, f64) {
+        let from = point - self.middle;
+        (WIDTH / 2.0 + SCALE * from.dot(&self.right), HEIGHT / 2.0 - SCALE * from.dot(&self.up))
+    }
+
+    fn depth(&self, point: &Point3<f64>) -> f64 {
+        -(point - self.middle).dot(&self.eye)
+    }
+
+    fn path(&self, corners: &[Point3<f64>]) -> String {
+        let points = corners.iter().map(|corner| {
+            let (x, y) = self.seen(corner);
+            format!("{} {}", length(x), length(y))
+        });
+        format!("M{}Z", points.collect::<Vec<_>>().join("L"))
+    }
+
+    /// A flat face that is seen from its normal's side; without a class only its outline.
+    fn face(&mut self, corners: &[Point3<f64>], normal: &Vector3<f64>, class: Option<&str>) {
+        let facing = normal.dot(&self.eye);
+        let path = self.path(corners);
+        let Some(class) = class else {
+            // What stands behind everything.
+            let svg = format!(r#"<path d="{path}" fill="none" stroke="var(--line)"/>"#);
+            self.painted.push(Painted { depth: f64::INFINITY, svg });
+            return;
+        };
+        if facing <= 0.0 {
+            return;
+        }
+        let middle = corners.iter().map(|corner| corner.coords).sum::<Vector3<f64>>() / corners.len().max(1) as f64;
+        let light = SHADE + (1.0 - SHADE) * normal.dot(&Vector3::new(0.3, 0.5, 0.81)).max(0.0);
+        let svg = format!(
+            r#"<path d="{path}" fill="color-mix(in srgb, var(--{class}) {}%, black)" stroke="var(--edge)" stroke-width="0.6" stroke-linejoin="round"/>"#,
+            (light * 100.0).round()
+        );
+        self.painted.push(Painted { depth: self.depth(&middle.into()), svg });
+    }
+
+    fn body(&mut self, body: &Body, world_from_body: &Isometry3<f64>, class: Option<&str>) {
+        for part in &body.parts {
+            let at = world_from_body * pose(part.at.map(|length| length.0), part.turned);
+            match part.shape {
+                Shape::Box(edges) => self.cuboid(&at, &(Vector3::from(edges.map(|edge| edge.0)) / 2.0), class),
+                Shape::Cylinder([radius, height]) => self.cylinder(&at, radius.0, height.0 / 2.0, class),
+                Shape::Ball(radius) => self.ball(&at, radius.0, class),
+            }
+        }
+    }
+
+    fn cuboid(&mut self, at: &Isometry3<f64>, half: &Vector3<f64>, class: Option<&str>) {
+        for axis in 0..3 {
+            let (one, other) = ((axis + 1) % 3, (axis + 2) % 3);
+            for side in [-1.0, 1.0] {
+                let corner = |a: f64, b: f64| {
+                    let mut corner = Vector3::zeros();
+                    (corner[axis], corner[one], corner[other]) = (side * half[axis], a * half[one], b * half[other]);
+                    at * Point3::from(corner)
+                };
+                let mut normal = Vector3::zeros();
+                normal[axis] = side;
+                let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+                self.face(&corners, &(at.rotation * normal), class);
+            }
+        }
+    }
+
+    fn cylinder(&mut self, at: &Isometry3<f64>, radius: f64, half: f64, class: Option<&str>) {
+        let rim = |number: usize, height: f64| {
+            let angle = std::f64::consts::TAU * number as f64 / SIDES as f64;
+            at * Point3::new(radius * angle.cos(), radius * angle.sin(), height)
+        };
+        for number in 0..SIDES {
+            let angle = std::f64::consts::TAU * (number as f64 + 0.5) / SIDES as f64;
+            let normal = at.rotation * Vector3::new(angle.cos(), angle.sin(), 0.0);
+            let corners = [rim(number, -half), rim(number + 1, -half), rim(number + 1, half), rim(number, half)];
+            self.face(&corners, &normal, class);
+        }
+        for side in [-1.0, 1.0] {
+            let cap: Vec<Point3<f64>> = (0..SIDES).map(|number| rim(number, side * half)).collect();
+            self.face(&cap, &(at.rotation * Vector3::z() * side), class);
+        }
+    }
+
+    fn ball(&mut self, at: &Isometry3<f64>, radius: f64, class: Option<&str>) {
+        let centre = Point3::from(at.translation.vector);
+        let (x, y) = self.seen(&centre);
+        let fill = class.map_or_else(|| "none".into(), |class| format!("var(--{class})"));
+        let svg = format!(
+            r#"<circle cx="{}" cy="{}" r="{}" fill="{fill}" stroke="var(--edge)" stroke-width="0.6"/>"#,
+            length(x),
+            length(y),
+            length(radius * SCALE)
+        );
+        self.painted.push(Painted { depth: self.depth(&centre), svg });
+    }
+
+    fn capsule(&mut self, from: Point3<f64>, to: Point3<f64>, radius: f64) {
+        let ((x0, y0), (x1, y1)) = (self.seen(&from), self.seen(&to));
+        let d = format!("M{} {}L{} {}", length(x0), length(y0), length(x1), length(y1));
+        let wide = 2.0 * radius * SCALE;
+        let bar = |colour: &str, width: f64| {
+            format!(
+                r#"<path d="{d}" stroke="var(--{colour})" stroke-width="{}" stroke-linecap="round"/>"#,
+                length(width)
+            )
+        };
+        let svg = bar("edge", wide + 1.2) + &bar("robot", wide);
+        self.painted.push(Painted { depth: self.depth(&nalgebra::center(&from, &to)), svg });
+    }
+
+    /// A force from a point, over everything.
+    fn arrow(&mut self, from: Point3<f64>, way: Vector3<f64>) {
+        let ((x0, y0), (x1, y1)) = (self.seen(&from), self.seen(&(from + way)));
+        let (dx, dy) = (x1 - x0, y1 - y0);
+        let long = dx.hypot(dy);
+        if long < 2.0 {
+            return;
+        }
+        let (ux, uy) = (dx / long, dy / long);
+        let barb = |side: f64| (x1 - 6.0 * ux - side * 3.0 * uy, y1 - 6.0 * uy + side * 3.0 * ux);
+        let ((ax, ay), (bx, by)) = (barb(1.0), barb(-1.0));
+        let d = [x0, y0, x1, y1, ax, ay, x1, y1, bx, by].map(length);
+        let svg = format!(
+            r#"<path d="M{} {}L{} {}M{} {}L{} {}L{} {}" fill="none" stroke="var(--force)" stroke-width="2"/>"#,
+            d[0], d[1], d[2], d[3], d[4], d[5], d[6], d[7], d[8], d[9]
+        );
+        self.painted.push(Painted { depth: f64::NEG_INFINITY, svg });
+    }
+
+    fn draw(mut self, label: &str) -> String {
+        self.painted.sort_by(|one, other| other.depth.total_cmp(&one.depth));
+        let painted: String = self.painted.into_iter().map(|painted| painted.svg).collect();
+        let label = crate::report::svg::escape(label);
+        format!("<svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{label}\">{painted}</svg>")
+    }
+}
