@@ -12,10 +12,12 @@
 //!
 //! `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta` writes it, is passed over.
 
+use super::score::Known;
 use super::{Analysis, Who};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
+use crate::language::rules::Rules;
 use std::fmt::Write;
 
 /// How far a boundary may move when nothing else is said, s.
@@ -119,6 +121,12 @@ impl Expectation {
                         "such as `Grasp 3.31 .. 4.27` or `task push 0 .. 9.5`",
                     )
                 })?;
+                if line.end_s < line.start_s {
+                    return Err(fail(
+                        format!("`{said}` ends before it begins"),
+                        "times are s in the recording, the start first",
+                    ));
+                }
                 read.lines.push(line);
             }
         }
@@ -126,6 +134,22 @@ impl Expectation {
             return Err(InputError::new(name, "does not say which log it is about").help("begin it with `log: FILE`"));
         }
         Ok(read)
+    }
+
+    /// Checks that the rules have what is expected; `name` is what the file is called in errors.
+    ///
+    /// # Errors
+    /// At the first line that names something else.
+    pub fn check(&self, rules: &Rules, name: &str) -> Result<(), InputError> {
+        let known = Known::new(rules);
+        for line in &self.lines {
+            let (names, what) = if line.is_task { (&known.tasks, "task") } else { (&known.primitives, "primitive") };
+            if line.name != super::UNKNOWN && !names.contains(&line.name) {
+                let message = format!("the rules have no {what} `{}`", line.name);
+                return Err(known.advise(InputError::new(format!("{name}:{}", line.line), message), &line.name));
+            }
+        }
+        Ok(())
     }
 
     fn setting(&mut self, said: &str) -> Result<(), String> {

@@ -73,6 +73,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.report.is_some() && args.logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
+    let outputs: Vec<&Path> = args.out.iter().chain(&args.report).map(PathBuf::as_path).collect();
+    output::refuse_one_for_two(&outputs)?;
     let mut inputs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
     inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();

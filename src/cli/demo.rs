@@ -30,7 +30,7 @@ pub struct Args {
     #[arg(long)]
     both_hands: bool,
     /// The folder to write
-    #[arg(long, value_name = "DIR", default_value = "teachtree-demo")]
+    #[arg(long, short, value_name = "DIR", default_value = "teachtree-demo")]
     out: PathBuf,
     /// The person who teaches
     #[arg(long, default_value_t = 1)]

@@ -105,16 +105,34 @@ impl Failure {
         if failures.is_empty() { Ok(()) } else { Err(Self::Several(failures)) }
     }
 
+    /// The same, found while something was read that named the cause.
+    fn named_in(self, file: &str) -> Self {
+        match self {
+            Self::Text(text) => Self::Text(format!("{file}: what it names cannot be used\n{text}")),
+            other => other,
+        }
+    }
+
     /// Says what went wrong; how the program is to exit.
     fn say(&self) -> u8 {
         match self {
             Self::No => return 1,
-            Self::Input(error) => eprintln!("error: {error}"),
+            Self::Input(error) => eprintln!("error: {}", printable(&error.to_string())),
             Self::Text(text) => eprint!("{text}"),
             Self::Several(failures) => return failures.iter().map(Self::say).max().unwrap_or(0),
         }
         2
     }
+}
+
+/// A text that may quote anything, for a terminal: what would steer it is shown.
+fn printable(text: &str) -> String {
+    let shown = |letter: char| match letter {
+        '\n' | '\t' => letter.to_string(),
+        letter if letter.is_control() => letter.escape_default().to_string(),
+        letter => letter.to_string(),
+    };
+    text.chars().map(shown).collect()
 }
 
 impl From<InputError> for Failure {

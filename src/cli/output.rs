@@ -2,9 +2,11 @@
 
 use crate::base::error::InputError;
 use crate::stream::csv::beside;
+#[cfg(feature = "world")]
+use crate::stream::formats;
 use crate::stream::whole;
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The width of a line where no terminal says one, in characters.
 const USUAL_WIDTH: usize = 100;
@@ -25,8 +27,29 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
 /// When it would.
 #[cfg(feature = "world")]
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+    formats::check_name(path)?;
     refuse_inputs(path, inputs)?;
     BESIDE.iter().try_for_each(|ending| refuse_inputs(&path.with_extension(ending), inputs))
+}
+
+/// Refuses one file for two things that a command writes. Asked before the work is done.
+///
+/// # Errors
+/// When two of them are one.
+pub fn refuse_one_for_two(places: &[&Path]) -> Result<(), InputError> {
+    // What is not there yet is known by its folder and its name.
+    let known = |path: &Path| -> PathBuf {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        let folder = std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
+        std::fs::canonicalize(path).unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()))
+    };
+    for (at, place) in places.iter().enumerate() {
+        if !place.starts_with("/dev") && places[..at].iter().any(|other| known(other) == known(place)) {
+            let message = "is to be written twice, and only one of the two would be left";
+            return Err(InputError::new(place.display().to_string(), message).help("write to two files"));
+        }
+    }
+    Ok(())
 }
 
 /// What stands beside a log and is read with it.

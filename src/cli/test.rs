@@ -237,7 +237,8 @@ fn read(path: &Path) -> Result<Case, Failure> {
         set: expectation.set.clone(),
     };
     let opened = stream::open(&source.request(&folder.join(&expectation.log)))?;
-    let rules = load(&rules, &opened)?;
+    let rules = load(&rules, &opened).map_err(|failure| failure.named_in(&shown))?;
+    expectation.check(&rules, &shown)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
     Ok(Case { path: path.to_path_buf(), expectation, rules, analysed })
 }

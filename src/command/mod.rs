@@ -156,7 +156,8 @@ impl Commands {
         let commands: Self = serde_json::from_str(text).map_err(|error| {
             let place = format!("{file}:{}:{}", error.line(), error.column());
             let message = error.to_string();
-            InputError::new(place, message.split(" at line ").next().unwrap_or(&message))
+            let wanted = "commands are the JSON file that `teachtree command` writes";
+            InputError::new(place, message.split(" at line ").next().unwrap_or(&message)).help(wanted)
         })?;
         if commands.schema != SCHEMA {
             let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);

@@ -151,7 +151,10 @@ impl ValueAxis {
 
     /// Lines at round values with their numbers.
     pub fn ticks(&self) -> String {
-        let step = round_step((self.greatest - self.least) / 3.0);
+        // One line alone tells no scale.
+        let lines = |step: f64| (self.greatest / step).floor() - (self.least / step).ceil();
+        let wide = round_step((self.greatest - self.least) / 3.0);
+        let step = if lines(wide) < 1.0 { round_step((self.greatest - self.least) / 6.0) } else { wide };
         let first = (self.least / step).ceil();
         let mut drawn = String::new();
         for tick in (0..8).map(|tick| (first + f64::from(tick)) * step).take_while(|tick| *tick <= self.greatest) {

@@ -231,6 +231,31 @@ fn an_input_is_never_written_over() {
     assert!(std::fs::read(&log).unwrap() == before);
 }
 
+/// Two things in one file would leave one of them; a recording under a name that cannot be read again would be lost.
+#[test]
+fn one_file_is_not_written_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let log = "demos/robosuite/stack_panda_demo_1.csv";
+    let binding = ["--binding", "demos/robosuite/panda_stack.binding.yaml"];
+    let (one, other) = (place("a.txt"), format!("{}/./a.txt", folder.path().display()));
+    let twice = teachtree(&[&["analyze", log, "-o", &one, "--report", &other][..], &binding].concat());
+    assert_eq!(twice.status.code(), Some(2));
+    assert!(complained(&twice).contains("is to be written twice"), "{}", complained(&twice));
+    assert!(!Path::new(&one).exists());
+    for name in ["taught.html", "log.scene.yaml"] {
+        let taught = teachtree(&["teach", "slide", "slide", "-o", &place(name)]);
+        assert_eq!(taught.status.code(), Some(2), "{name}");
+        assert!(complained(&taught).contains("wanted the name of a log"), "{}", complained(&taught));
+    }
+    // What a log quotes does not steer the terminal.
+    let steering = place("steering.csv");
+    std::fs::write(&steering, "a\u{1b}[31mRED,b\n1,2\n").unwrap();
+    let output = teachtree(&["analyze", &steering]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(!complained(&output).contains('\u{1b}'), "{:?}", complained(&output));
+}
+
 #[test]
 fn a_bad_recording_does_not_hide_the_good_ones() {
     let good = "demos/robosuite/stack_panda_demo_1.csv";

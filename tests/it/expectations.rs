@@ -127,12 +127,36 @@ fn broken_expectations_are_bad_input() {
         ("log: a.csv\ntrack right\n  Grasp 1\n", "a.expect:3: expected a segment"),
         ("log: a.csv\ntrack upper\n", "a.expect:2: there is no track `upper`"),
         ("log: a.csv\ncolour: red\n", "a.expect:2: there is no setting `colour`"),
+        ("log: a.csv\ntrack right\n  Grasp 2 .. 1\n", "a.expect:3: `Grasp 2 .. 1` ends before it begins"),
     ] {
         std::fs::write(folder.path().join("a.expect"), text).unwrap();
         let output = teachtree_in(folder.path(), &["test"]);
         assert_eq!(output.status.code(), Some(2), "{text}");
         assert!(all_said(&output).contains(wanted), "{text}: {}", all_said(&output));
     }
+}
+
+/// What an expectation names is looked up before it is compared, and errors say which expectation it was.
+#[test]
+fn names_in_expectations_are_those_of_the_rules() {
+    let folder = folder();
+    let path = folder.path().join(EXPECT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, wanted) in [
+        ("  Push ", "  Psuh ", "there is no primitive"),
+        ("task pick_and_place", "task pick_and_plaec", "there is no task"),
+        ("tolerance: 20 ms", "tolerance: 20 ms\nset: nope = 3 mm", "what it names cannot be used"),
+    ] {
+        let wrong = text.replace(from, to);
+        assert_ne!(wrong, text, "{from}");
+        std::fs::write(&path, wrong).unwrap();
+        let output = teachtree_in(folder.path(), &["test"]);
+        assert_eq!(output.status.code(), Some(2), "{to}: {}", all_said(&output));
+        let wanted = wanted.replace("there is", "the rules have");
+        assert!(all_said(&output).contains(&wanted) && all_said(&output).contains(EXPECT), "{}", all_said(&output));
+    }
+    std::fs::write(&path, text.replace("  Push ", "  Psuh ")).unwrap();
+    assert!(all_said(&teachtree_in(folder.path(), &["test"])).contains("did you mean `Push`?"));
 }
 
 #[test]

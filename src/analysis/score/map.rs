@@ -137,7 +137,7 @@ impl Known {
     }
 
     /// The error with the nearest known name, else with all of them.
-    pub(super) fn advise(&self, error: InputError, name: &str) -> InputError {
+    pub(crate) fn advise(&self, error: InputError, name: &str) -> InputError {
         let names: Vec<&str> = self.primitives.iter().chain(&self.tasks).map(String::as_str).collect();
         match nearest(name, names.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),

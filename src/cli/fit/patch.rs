@@ -36,7 +36,9 @@ pub fn patch(rules: &Rules, written: &[Written], knobs: &[Knob], point: &Point) 
             replace(&mut changed, one.span.start as usize, one.span.end as usize, &number);
         }
         let name = below_here(&source.name);
-        let diff = TextDiff::from_lines(&source.text, &changed).unified_diff().header(&name, &name).to_string();
+        // A name with a blank ends at a tab.
+        let named = if name.contains(char::is_whitespace) { format!("{name}\t") } else { name.clone() };
+        let diff = TextDiff::from_lines(&source.text, &changed).unified_diff().header(&named, &named).to_string();
         patch.diff.push_str(&diff);
         let on_disk = text::read(Path::new(&source.name), source.text.len() as u64);
         if on_disk.ok().as_ref() != Some(&source.text) {

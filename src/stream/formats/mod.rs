@@ -69,6 +69,20 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     }
 }
 
+/// Refuses a name under which a recording could not be read again: what it ends in tells the format.
+///
+/// # Errors
+/// When it is one.
+pub fn check_name(path: &Path) -> Result<(), InputError> {
+    let ending = ending(path);
+    // A pipe has none.
+    if ending.is_empty() || text_ending(path) || cfg!(feature = "parquet") && ending == "parquet" {
+        return Ok(());
+    }
+    let message = format!("ends in .{ending}, wanted the name of a log, which ends in .csv or .parquet");
+    Err(InputError::new(path.display().to_string(), message))
+}
+
 /// Writes a recording as a log of the format that the name tells: Parquet, or CSV with files beside it.
 ///
 /// # Errors
