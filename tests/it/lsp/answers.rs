@@ -149,7 +149,7 @@ fn hover_tells_values_of_a_recording() {
     let by_options = ["--log", LOG, "--binding", BINDING, "--at", "9.5s"];
     let by_settings = json!({ "teachtree": { "log": format!("{root}/{LOG}"), "binding": format!("{root}/{BINDING}"), "at": "9.5s" } });
     for mut editor in [Editor::new(&by_options), Editor::with(&["--at", "8s"], by_settings)] {
-        let text = "use \"contact.rules\"\nfor each hand {\n  signal high = target.position.z > 0.5 m\n}\nextend single_hand.held before Press {\n  high and not touching and lifted => Press\n}\n";
+        let text = "use \"contact.rules\"\nfor each hand {\n  signal high = target.position.z > 0.5 m\n}\nextend single_hand.held before Press {\n  high and touching and lifted => Press\n}\n";
         editor.open("main.rules", text);
         assert_eq!(editor.codes("main.rules"), Vec::<String>::new(), "the hand file is that of the binding");
         let touching = hover(&mut editor, "main.rules", "t|ouching");
