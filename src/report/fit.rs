@@ -15,10 +15,12 @@ pub fn fit(fit: &Fit, rules: &[String]) -> String {
     let names = |at: &[usize]| -> String {
         at.iter().filter_map(|at| Some(fit.space.knobs.get(*at)?.name.as_str())).collect::<Vec<_>>().join(", ")
     };
-    if !fit.idle.is_empty() {
-        let _ = writeln!(text, "no effect on these recordings: {}", names(&fit.idle));
-    }
     let changed = fit.changed();
+    // A threshold that moves along with the other one of its hysteresis has an effect.
+    let idle: Vec<usize> = fit.idle.iter().copied().filter(|at| changed.iter().all(|(moved, _)| moved != at)).collect();
+    if !idle.is_empty() {
+        let _ = writeln!(text, "no effect on these recordings: {}", names(&idle));
+    }
     if !changed.is_empty() {
         worths(&mut text, fit);
         params(&mut text, fit, &changed);
