@@ -28,8 +28,14 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
 #[cfg(feature = "world")]
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     formats::check_name(path)?;
-    refuse_inputs(path, inputs)?;
-    BESIDE.iter().try_for_each(|ending| refuse_inputs(&path.with_extension(ending), inputs))
+    of_recording(path).iter().try_for_each(|file| refuse_inputs(file, inputs))
+}
+
+/// The files that a recording at this place consists of.
+#[cfg(feature = "world")]
+pub fn of_recording(path: &Path) -> [PathBuf; 3] {
+    let [scene, events] = BESIDE.map(|ending| path.with_extension(ending));
+    [path.to_path_buf(), scene, events]
 }
 
 /// Refuses one file for two things that a command writes. Asked before the work is done.

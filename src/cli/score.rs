@@ -84,6 +84,8 @@ impl From<TrackArg> for Who {
 
 /// Runs `score`.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let outputs: Vec<&Path> = args.out.iter().chain(&args.picture).map(PathBuf::as_path).collect();
+    output::refuse_one_for_two(&outputs)?;
     let logs = all_logs(&args.logs)?;
     args.truth.check(logs.len())?;
     let map = args.truth.names()?;

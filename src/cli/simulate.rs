@@ -53,9 +53,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::may_record(&args.out, &inputs)?;
     let more: Vec<&Path> = args.report.iter().chain(&args.trajectory).map(PathBuf::as_path).collect();
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
-    let beside = ["scene.yaml", "events.csv"].map(|ending| args.out.with_extension(ending));
-    let all: Vec<&Path> = [args.out.as_path(), &beside[0], &beside[1]].into_iter().chain(more).collect();
-    output::refuse_one_for_two(&all)?;
+    let recorded = output::of_recording(&args.out);
+    output::refuse_one_for_two(&recorded.iter().map(PathBuf::as_path).chain(more).collect::<Vec<_>>())?;
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
     let Performance { recording, outcomes, trace } = perform(&commands, &robot, &scene)?;
     formats::write(&recording, &args.out)?;
