@@ -1,4 +1,4 @@
-//! `cargo run --release --example robot -- 1..10` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
+//! `cargo run --release --example robot -- 1..20` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
 //! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`. With
 //! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
