@@ -5,7 +5,7 @@ use super::stretch::samples;
 use crate::base::channels::{ChannelSpec, Derived, derived};
 use crate::base::hands::Side;
 use crate::language::rules::{Key, Rules};
-use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::frames::{ColumnKey, Frames, Values};
 
 /// The channels to make frames with, so that the keys of the tasks can be judged: those of the rules first, in their order.
 pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
@@ -43,9 +43,9 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
 /// What the log says about the target of one hand.
 pub(super) struct Measures<'a> {
     rate_hz: f64,
-    target: Option<&'a [f64]>,
-    position: Option<[&'a [f64]; 3]>,
-    spin: Option<&'a [f64]>,
+    target: Option<Values<'a>>,
+    position: Option<[Values<'a>; 3]>,
+    spin: Option<Values<'a>>,
 }
 
 impl<'a> Measures<'a> {
@@ -81,7 +81,7 @@ impl<'a> Measures<'a> {
     /// The target at a frame, as its number among the objects; `None` when the log does not say.
     pub fn target(&self, frame: usize) -> Option<i64> {
         // Objects are numbered in column form; the cast cannot lose anything that matters.
-        self.target.and_then(|target| target.get(frame)).map(|target| *target as i64)
+        self.target.and_then(|target| target.get(frame)).map(|target| target as i64)
     }
 
     /// Whether a key is found among pieces: its primitive lasts and travels far enough in one piece,
@@ -99,7 +99,7 @@ impl<'a> Measures<'a> {
     /// The greatest distance of the target from where it was when the piece began, m.
     pub fn travelled(&self, piece: &Piece) -> f64 {
         let Some(axes) = self.position else { return 0.0 };
-        let at = |frame: usize| axes.map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
+        let at = |frame: usize| axes.map(|axis| axis.get(frame).unwrap_or(f64::NAN));
         let origin = at(piece.frames.start);
         let distance = |frame| {
             let [x, y, z] = at(frame);
@@ -114,7 +114,7 @@ impl<'a> Measures<'a> {
         let Some(spin) = self.spin else { return 0.0 };
         let frames = pieces.iter().flat_map(|piece| piece.frames.clone());
         let angles = frames.scan(0.0, |angle, frame| {
-            *angle += spin.get(frame).copied().unwrap_or_default() / self.rate_hz;
+            *angle += spin.get(frame).unwrap_or_default() / self.rate_hz;
             Some(f64::abs(*angle))
         });
         angles.fold(0.0, f64::max)

@@ -134,11 +134,11 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
                 }
                 continue;
             }
-            let mut values = columns.flatten();
-            let Some(first) = values.next().copied() else { continue };
+            let mut values = columns.flat_map(|column| column.values().iter());
+            let Some(first) = values.next() else { continue };
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
             let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
-            if fixed && values.all(|value| *value == first) {
+            if fixed && values.all(|value| value == first) {
                 let told = if first == 0.0 { "zero" } else { "constant" };
                 silent
                     .insert((index, side), (format!("`{}` is {told} all along", channel.name), Known::Constant(first)));

@@ -3,8 +3,10 @@
 //! Bits beyond the end of a block are garbage: whoever looks at single bits masks them away ([`frames_of`]).
 //! A *restart* bit makes its frame the first one: what came before is forgotten.
 
+use crate::stream::frames::Values;
+
 /// The most frames that are evaluated at once.
-pub const BLOCK: usize = 512;
+pub const BLOCK: usize = 4096;
 /// Words of a block.
 pub const WORDS: usize = BLOCK / 64;
 
@@ -12,18 +14,21 @@ pub const WORDS: usize = BLOCK / 64;
 pub type Bits = [u64; WORDS];
 
 /// How many words `len` frames take.
+#[inline]
 pub const fn words(len: usize) -> usize {
     len.div_ceil(64)
 }
 
 /// The bits of word `word` that are frames of a block of `len` frames.
+#[inline]
 pub const fn frames_of(len: usize, word: usize) -> u64 {
     let left = len.saturating_sub(word * 64);
     if left >= 64 { u64::MAX } else { (1 << left) - 1 }
 }
 
 /// One bit.
-pub const fn get(bits: &Bits, at: usize) -> bool {
+#[inline]
+pub const fn get(bits: &[u64], at: usize) -> bool {
     bits[at / 64] >> (at % 64) & 1 != 0
 }
 
@@ -34,7 +39,7 @@ pub const fn put(bits: &mut Bits, at: usize, value: bool) {
 }
 
 /// The bits one frame later: bit 0 is `before`, the last bit of the block before.
-pub fn shifted(bits: &Bits, before: bool, out: &mut Bits) {
+pub fn shifted(bits: &[u64], before: bool, out: &mut [u64]) {
     let mut carry = u64::from(before);
     for (out, word) in out.iter_mut().zip(bits) {
         *out = word << 1 | carry;
@@ -45,7 +50,7 @@ pub fn shifted(bits: &Bits, before: bool, out: &mut Bits) {
 /// A flip-flop: on where `set`, else as on the frame before where `keep`, else off. Hysteresis and latches are this.
 ///
 /// The chain "as on the frame before" runs through a word like the carry of an addition, so a word costs one addition.
-pub fn flip_flop(set: &Bits, keep: &Bits, len: usize, memory: &mut bool, out: &mut Bits) {
+pub fn flip_flop(set: &[u64], keep: &[u64], len: usize, memory: &mut bool, out: &mut [u64]) {
     let mut carry = *memory;
     for word in 0..words(len) {
         let (generate, propagate) = (set[word], set[word] | keep[word]);
@@ -73,7 +78,7 @@ pub struct Held<'a> {
 
 impl Held<'_> {
     /// True on each of the last `limit` frames.
-    pub fn throughout(self, condition: &Bits, restart: Option<&Bits>, len: usize, out: &mut Bits) {
+    pub fn throughout(self, condition: &[u64], restart: Option<&[u64]>, len: usize, out: &mut [u64]) {
         let Self { count, limit } = self;
         for word in 0..words(len) {
             let inside = frames_of(len, word);
@@ -101,7 +106,7 @@ impl Held<'_> {
     }
 
     /// True on at least one of the last `limit` frames. `count` begins at `limit`: nothing has been true yet.
-    pub fn at_least_once(self, condition: &Bits, restart: Option<&Bits>, len: usize, out: &mut Bits) {
+    pub fn at_least_once(self, condition: &[u64], restart: Option<&[u64]>, len: usize, out: &mut [u64]) {
         let Self { count, limit } = self;
         for word in 0..words(len) {
             let inside = frames_of(len, word);
@@ -175,38 +180,51 @@ impl Iterator for Runs {
 /// A delay line of bits: what goes in comes out `frames` frames later, false before.
 #[derive(Clone, Debug)]
 pub struct BitDelay {
-    ring: Vec<u64>,
+    /// What is still inside, the oldest first; zero behind the last.
+    held: Vec<u64>,
     frames: usize,
-    at: usize,
 }
 
 impl BitDelay {
     /// A line of this many frames, at least 1.
     pub fn new(frames: usize) -> Self {
-        Self { ring: vec![0; words(frames)], frames, at: 0 }
+        Self { held: vec![0; words(frames)], frames }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.ring.fill(0);
-        self.at = 0;
+        self.held.fill(0);
     }
 
     /// Moves a block through.
-    pub fn run(&mut self, bits: &Bits, len: usize, out: &mut Bits) {
-        let mut frame = 0;
-        while frame < len {
-            // As many bits as lie in one word of the ring, one word of the block, and before the ring's end.
-            let (word, bit) = (self.at / 64, self.at % 64);
-            let step = (64 - bit).min(64 - frame % 64).min(self.frames - self.at).min(len - frame);
-            let mask = if step == 64 { u64::MAX } else { (1 << step) - 1 };
-            let incoming = bits[frame / 64] >> (frame % 64) & mask;
-            let outgoing = self.ring[word] >> bit & mask;
-            self.ring[word] = self.ring[word] & !(mask << bit) | incoming << bit;
-            out[frame / 64] = out[frame / 64] & !(mask << (frame % 64)) | outgoing << (frame % 64);
-            self.at = (self.at + step) % self.frames;
-            frame += step;
+    pub fn run(&mut self, bits: &[u64], len: usize, out: &mut [u64]) {
+        // What is held and the block after it are one row of bits: its beginning comes out, its end is held.
+        for (word, out) in out.iter_mut().enumerate() {
+            let held = self.held.get(word).copied().unwrap_or(0);
+            *out = held | (word * 64 + 64).checked_sub(self.frames).map_or(0, |end| up_to(bits, end));
         }
+        for word in 0..self.held.len() {
+            let from = len + word * 64;
+            let held = word_at(&self.held, from);
+            let fresh = (from + 64).checked_sub(self.frames).map_or(0, |end| up_to(bits, end));
+            self.held[word] = (held | fresh) & frames_of(self.frames, word);
+        }
+    }
+}
+
+/// The 64 bits from one on; zeros beyond the last word.
+fn word_at(bits: &[u64], from: usize) -> u64 {
+    let (word, shift) = (from / 64, from % 64);
+    let low = bits.get(word).map_or(0, |bits| bits >> shift);
+    if shift == 0 { low } else { low | bits.get(word + 1).map_or(0, |bits| bits << (64 - shift)) }
+}
+
+/// The 64 bits that end before `end`; zeros before the first.
+fn up_to(bits: &[u64], end: usize) -> u64 {
+    match end.checked_sub(64) {
+        Some(from) => word_at(bits, from),
+        None if end == 0 => 0,
+        None => bits.first().map_or(0, |bits| bits << (64 - end)),
     }
 }
 
@@ -230,26 +248,41 @@ impl NumberDelay {
     }
 
     /// Moves a block through.
-    pub fn run(&mut self, numbers: &[f64], out: &mut [f64]) {
+    pub fn run(&mut self, numbers: Values<'_>, out: &mut [f64]) {
         let (frames, len) = (self.ring.len(), numbers.len());
-        if frames <= len {
-            // All that is held comes out, then what has just gone in.
-            let (later, first) = self.ring.split_at(self.at);
-            out[..first.len()].copy_from_slice(first);
-            out[first.len()..frames].copy_from_slice(later);
-            out[frames..len].copy_from_slice(&numbers[..len - frames]);
-            self.ring.copy_from_slice(&numbers[len - frames..]);
-            self.at = 0;
-            return;
-        }
         let mut done = 0;
         while done < len {
             let step = (frames - self.at).min(len - done);
             let held = &mut self.ring[self.at..self.at + step];
             out[done..done + step].copy_from_slice(held);
-            held.copy_from_slice(&numbers[done..done + step]);
+            copy(numbers, done, held);
             self.at = (self.at + step) % frames;
             done += step;
+        }
+    }
+
+    /// Moves a block through whose outcome nobody asks for.
+    pub fn pass(&mut self, numbers: Values<'_>) {
+        // Only what is still inside afterwards counts.
+        let frames = self.ring.len();
+        let mut done = numbers.len().saturating_sub(frames);
+        while done < numbers.len() {
+            let step = (frames - self.at).min(numbers.len() - done);
+            copy(numbers, done, &mut self.ring[self.at..self.at + step]);
+            self.at = (self.at + step) % frames;
+            done += step;
+        }
+    }
+}
+
+/// Some numbers from a frame on.
+fn copy(numbers: Values<'_>, from: usize, to: &mut [f64]) {
+    match numbers {
+        Values::Wide(numbers) => to.copy_from_slice(&numbers[from..from + to.len()]),
+        Values::Narrow(numbers) => {
+            for (to, number) in to.iter_mut().zip(&numbers[from..]) {
+                *to = f64::from(*number);
+            }
         }
     }
 }

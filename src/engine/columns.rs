@@ -2,10 +2,12 @@
 
 use super::bits::{BLOCK, BitDelay, Bits, Held, NumberDelay, WORDS, flip_flop, frames_of, get, shifted, words};
 use super::buffers::Buffers;
-use super::kernels::{Side, at_least, compare, map, squares, zip};
-use super::plan::{BitId, Condition, Number, NumberId, Plan, Step};
-use crate::graph::Exact;
+use super::kernels::{
+    Of, Several, Sum, add, at_least, compare, dot, squared_distance, squares, stands_still, with_slices, write,
+};
+use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
 use crate::language::rules::{Arithmetic, Comparison};
+use crate::stream::frames::Values;
 use pulp::{Arch, NullaryFnOnce};
 
 /// The columns of one block and the memory between blocks. Allocates when it is made and never again.
@@ -38,19 +40,28 @@ enum ConditionMemory {
 #[derive(Clone, Copy, Debug)]
 pub struct Block<'a> {
     /// The columns; at least `start + len` long each.
-    pub columns: &'a [&'a [f64]],
+    pub columns: &'a [Values<'a>],
     /// The first frame of the block in the columns.
     pub start: usize,
     /// How many frames, 1 to [`BLOCK`].
     pub len: usize,
+    /// How many frames before `start` in the columns came just before, in the same stretch.
+    pub known: usize,
     /// Whether these are frames of the log.
     pub inside: bool,
 }
 
-impl Block<'_> {
-    fn column(&self, at: u32) -> &[f64] {
-        let column = self.columns.get(at as usize).copied().unwrap_or(&[]);
-        column.get(self.start..self.start + self.len).unwrap_or(&ZEROS[..self.len])
+impl<'a> Block<'a> {
+    #[inline(always)]
+    fn column(&self, at: u32) -> Values<'a> {
+        self.earlier(at, 0).unwrap_or(Values::Wide(&ZEROS[..self.len]))
+    }
+
+    /// The column so many frames before, when it is known.
+    #[inline(always)]
+    fn earlier(&self, at: u32, frames: usize) -> Option<Values<'a>> {
+        let start = self.start.checked_sub(frames).filter(|_| frames <= self.known)?;
+        self.columns.get(at as usize)?.part(start..start + self.len)
     }
 }
 
@@ -130,21 +141,47 @@ impl Columns {
         let mut taken = self.numbers.take(id);
         let Some(out) = taken.get_mut(..block.len) else { return };
         let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
+        let constant = |id: &NumberId| match plan.numbers[id.index()].0 {
+            Number::Constant(number) => Some(number.get()),
+            _ => None,
+        };
         let memory = &mut self.number_memory[id.index()];
         match number {
             Number::Input(_) | Number::Constant(_) => {}
-            Number::Negate(a) => map(arg(a), out, |a| -a),
-            Number::Abs(a) => map(arg(a), out, |a| a.abs()),
-            Number::Arithmetic(operation, a, b) => match operation {
-                Arithmetic::Add => zip(arg(a), arg(b), out, |a, b| a + b),
-                Arithmetic::Subtract => zip(arg(a), arg(b), out, |a, b| a - b),
-                Arithmetic::Multiply => zip(arg(a), arg(b), out, |a, b| a * b),
-                Arithmetic::Divide => zip(arg(a), arg(b), out, |a, b| a / b),
+            Number::Negate(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| -a), out)),
+            Number::Abs(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| a.abs()), out)),
+            Number::Arithmetic(operation, a, b) => match (constant(a), constant(b)) {
+                (None, Some(b)) => with_slices!([a = arg(a);] match operation {
+                    Arithmetic::Add => write(Of((a,), |a: f64| a + b), out),
+                    Arithmetic::Subtract => write(Of((a,), |a: f64| a - b), out),
+                    Arithmetic::Multiply => write(Of((a,), |a: f64| a * b), out),
+                    Arithmetic::Divide => write(Of((a,), |a: f64| a / b), out),
+                }),
+                _ => with_slices!([a = arg(a); b = arg(b);] match operation {
+                    Arithmetic::Add => write(Of((a, b), |a: f64, b: f64| a + b), out),
+                    Arithmetic::Subtract => write(Of((a, b), |a: f64, b: f64| a - b), out),
+                    Arithmetic::Multiply => write(Of((a, b), |a: f64, b: f64| a * b), out),
+                    Arithmetic::Divide => write(Of((a, b), |a: f64, b: f64| a / b), out),
+                }),
             },
-            Number::Norm(vector) => squares(vector.each_ref().map(arg), out, f64::sqrt),
-            Number::SquaredNorm(vector) => squares(vector.each_ref().map(arg), out, |squared| squared),
-            Number::Min(a, b) => zip(arg(a), arg(b), out, |a, b| a.min(b)),
-            Number::Max(a, b) => zip(arg(a), arg(b), out, |a, b| a.max(b)),
+            Number::Sum(all) => sum(all, arg, out),
+            Number::Dot(a, b) => {
+                with_slices!([a = each a.each_ref().map(arg); b = each b.each_ref().map(arg);] write(dot(a, b), out));
+            }
+            Number::LessProduct(a, b, c) => with_slices!([a = arg(a); b = arg(b); c = arg(c);]
+                write(Of((a, b, c), |a: f64, b: f64, c: f64| a - b * c), out)),
+            Number::Norm(Vector { of, minus: None }) => with_slices!([of = each of.each_ref().map(arg);]
+                write(Of((squares(of),), f64::sqrt), out)),
+            Number::Norm(Vector { of, minus: Some(minus) }) => {
+                with_slices!([of = each of.each_ref().map(arg); minus = each minus.each_ref().map(arg);]
+                    write(Of((squared_distance(of, minus),), f64::sqrt), out));
+            }
+            Number::Min(a, b) => {
+                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: f64, b: f64| a.min(b)), out));
+            }
+            Number::Max(a, b) => {
+                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: f64, b: f64| a.max(b)), out));
+            }
             Number::Count(bits) => {
                 out.fill(0.0);
                 for bits in bits {
@@ -156,23 +193,30 @@ impl Columns {
             }
             Number::Rate { number, frames, restart } => {
                 let NumberMemory::Rate { past, age } = memory else { return };
-                let number = arg(number);
-                past.run(number, out);
-                let per_second = plan.layout.rate_hz / f64::from(*frames);
+                let (now, per_second) = (arg(number), plan.layout.rate_hz / f64::from(*frames));
+                let before = match plan.numbers[number.index()].0 {
+                    Number::Input(column) if *age >= *frames => block.earlier(column, *frames as usize),
+                    _ => None,
+                };
                 let restart = restart.map(|restart| &self.conditions[restart.index()]);
                 let restarts = restart
                     .is_some_and(|bits| (0..words(block.len)).any(|at| bits[at] & frames_of(block.len, at) != 0));
-                if *age >= *frames && !restarts {
-                    for (out, now) in out.iter_mut().zip(number) {
-                        *out = (now - *out) * per_second;
+                match before.filter(|_| !restarts) {
+                    // Read where it is; the delay line only learns what comes last.
+                    Some(before) => {
+                        past.pass(now);
+                        with_slices!([now = now; before = before;]
+                            write(Of((now, before), |now: f64, before: f64| (now - before) * per_second), out));
                     }
-                } else {
-                    for (at, (out, now)) in out.iter_mut().zip(number).enumerate() {
-                        if restart.is_some_and(|bits| get(bits, at)) {
-                            *age = 0;
+                    None => {
+                        past.run(now, out);
+                        for (at, (out, now)) in out.iter_mut().zip(now.iter()).enumerate() {
+                            if restart.is_some_and(|bits| get(bits, at)) {
+                                *age = 0;
+                            }
+                            *out = if *age >= *frames { (now - *out) * per_second } else { 0.0 };
+                            *age = (*age + 1).min(*frames);
                         }
-                        *out = if *age >= *frames { (now - *out) * per_second } else { 0.0 };
-                        *age = (*age + 1).min(*frames);
                     }
                 }
             }
@@ -188,38 +232,56 @@ impl Columns {
     fn bits(&mut self, plan: &Plan, id: BitId, block: &Block<'_>) {
         let len = block.len;
         let (before, rest) = self.conditions.split_at_mut(id.index());
-        let Some(out) = rest.first_mut() else { return };
-        let arg = |id: &BitId| &before[id.index()];
+        let words = words(len);
+        let Some(out) = rest.first_mut().and_then(|out| out.get_mut(..words)) else { return };
+        let arg = |id: &BitId| &before[id.index()][..words];
         let memory = &mut self.condition_memory[id.index()];
         match &plan.conditions[id.index()].0 {
-            Condition::Input(column) => compare(Comparison::Greater, block.column(*column), Side::Constant(0.5), out),
-            Condition::Constant(value) => *out = [if *value { u64::MAX } else { 0 }; WORDS],
-            Condition::Inside => *out = [if block.inside { u64::MAX } else { 0 }; WORDS],
+            Condition::Input(column) => with_slices!([column = block.column(*column);]
+                compare(Comparison::Greater, column, 0.5, len, out)),
+            Condition::Constant(value) => out.fill(if *value { u64::MAX } else { 0 }),
+            Condition::Inside => out.fill(if block.inside { u64::MAX } else { 0 }),
             Condition::First => {
-                *out = [0; WORDS];
+                out.fill(0);
                 out[0] = u64::from(self.fresh);
             }
             Condition::Changes(column) => {
                 let ConditionMemory::Number(last) = memory else { return };
                 let column = block.column(*column);
-                let mut before = if self.fresh { column[0] } else { *last };
-                *out = [0; WORDS];
-                for (at, now) in column.iter().enumerate() {
-                    // Compared by bits: objects are counted, not measured.
-                    let changed = block.inside && now.to_bits() != before.to_bits();
-                    out[at / 64] |= u64::from(changed) << (at % 64);
-                    before = *now;
+                let mut before = if self.fresh { column.get(0).unwrap_or_default() } else { *last };
+                out.fill(0);
+                // Compared by bits: objects are counted, not measured. Most columns stand still.
+                if block.inside && with_slices!([column = column;] !stands_still(column, before, len)) {
+                    for (at, now) in column.iter().enumerate() {
+                        out[at / 64] |= u64::from(now.to_bits() != before.to_bits()) << (at % 64);
+                        before = now;
+                    }
                 }
-                *last = before;
+                *last = column.get(len - 1).unwrap_or(before);
             }
             Condition::Compare(comparison, a, b) => {
-                let (a, b) = (side(plan, &self.numbers, *a, block), side(plan, &self.numbers, *b, block));
-                match (a, b) {
-                    (Side::Column(a), b) => compare(*comparison, a, b, out),
-                    (Side::Constant(a), Side::Column(b)) => compare(comparison.swapped(), b, Side::Constant(a), out),
-                    (Side::Constant(a), Side::Constant(b)) => {
-                        *out = [if comparison.holds(a, b) { u64::MAX } else { 0 }; WORDS];
-                    }
+                let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
+                let constant = |id: &NumberId| match plan.numbers[id.index()].0 {
+                    Number::Constant(number) => Some(number.get()),
+                    _ => None,
+                };
+                match (constant(a), constant(b)) {
+                    (Some(a), Some(b)) => out.fill(if comparison.holds(a, b) { u64::MAX } else { 0 }),
+                    (None, Some(b)) => with_slices!([a = arg(a);] compare(*comparison, a, b, len, out)),
+                    (Some(a), None) => with_slices!([b = arg(b);] compare(comparison.swapped(), b, a, len, out)),
+                    (None, None) => with_slices!([a = arg(a); b = arg(b);] {
+                        let holds = Of((a, b), |a: f64, b: f64| f64::from(u8::from(comparison.holds(a, b))));
+                        compare(Comparison::Greater, holds, 0.5, len, out);
+                    }),
+                }
+            }
+            Condition::Length(comparison, Vector { of, minus }, threshold) => {
+                let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
+                let (of, threshold) = (of.each_ref().map(arg), threshold.get());
+                match minus {
+                    None => with_slices!([of = each of;] compare(*comparison, squares(of), threshold, len, out)),
+                    Some(minus) => with_slices!([of = each of; minus = each minus.each_ref().map(arg);]
+                        compare(*comparison, squared_distance(of, minus), threshold, len, out)),
                 }
             }
             Condition::Not(a) => {
@@ -227,22 +289,8 @@ impl Columns {
                     *out = !a;
                 }
             }
-            Condition::And(all) => {
-                *out = [u64::MAX; WORDS];
-                for one in all {
-                    for (out, one) in out.iter_mut().zip(arg(one)) {
-                        *out &= one;
-                    }
-                }
-            }
-            Condition::Or(any) => {
-                *out = [0; WORDS];
-                for one in any {
-                    for (out, one) in out.iter_mut().zip(arg(one)) {
-                        *out |= one;
-                    }
-                }
-            }
+            Condition::And(all) => fold(all, arg, out, u64::MAX, |all, one| all & one),
+            Condition::Or(any) => fold(any, arg, out, 0, |any, one| any | one),
             Condition::AtLeast(conditions, wanted) => at_least(conditions.iter().map(arg), *wanted, out),
             Condition::FlipFlop { set, keep } => {
                 let ConditionMemory::Bit(memory) = memory else { return };
@@ -276,18 +324,19 @@ impl Columns {
 
     /// The frames of the block on which one of these conditions differs from the frame before; `last` holds their bits at its end.
     pub fn changes(&self, conditions: &[BitId], last: &mut [bool], len: usize) -> Bits {
+        let words = words(len);
         let mut changes = [0; WORDS];
-        let mut earlier = [0; WORDS];
         for (id, last) in conditions.iter().zip(last) {
             let bits = self.condition(*id);
-            shifted(bits, *last, &mut earlier);
-            for ((changes, now), earlier) in changes.iter_mut().zip(bits).zip(&earlier) {
-                *changes |= now ^ earlier;
+            let mut carry = u64::from(*last);
+            for (changes, now) in changes.iter_mut().zip(&bits[..words]) {
+                *changes |= now ^ (now << 1 | carry);
+                carry = now >> 63;
             }
             *last = get(bits, len - 1);
         }
-        for (word, changes) in changes.iter_mut().enumerate() {
-            *changes &= if word < words(len) { frames_of(len, word) } else { 0 };
+        for (word, changes) in changes.iter_mut().enumerate().take(words) {
+            *changes &= frames_of(len, word);
         }
         changes
     }
@@ -316,17 +365,60 @@ impl NullaryFnOnce for Steps<'_, '_> {
 }
 
 #[inline(always)]
-fn number_column<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &'a Block<'_>) -> &'a [f64] {
+fn number_column<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &Block<'a>) -> Values<'a> {
     match plan.numbers[id.index()].0 {
         Number::Input(column) => block.column(column),
-        _ => numbers.get(id, block.len),
+        _ => Values::Wide(numbers.get(id, block.len)),
     }
 }
 
+/// Puts conditions together, word by word.
 #[inline(always)]
-fn side<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &'a Block<'_>) -> Side<'a> {
-    match plan.numbers[id.index()].0 {
-        Number::Constant(number) => Side::Constant(Exact::get(number)),
-        _ => Side::Column(number_column(plan, numbers, id, block)),
+fn fold<'a>(
+    ids: &[BitId],
+    arg: impl Fn(&BitId) -> &'a [u64],
+    out: &mut [u64],
+    nothing: u64,
+    f: impl Fn(u64, u64) -> u64,
+) {
+    let rest = match ids {
+        [] => {
+            out.fill(nothing);
+            return;
+        }
+        [one] => {
+            out.copy_from_slice(arg(one));
+            return;
+        }
+        [a, b, rest @ ..] => {
+            for ((out, a), b) in out.iter_mut().zip(arg(a)).zip(arg(b)) {
+                *out = f(*a, *b);
+            }
+            rest
+        }
+    };
+    for one in rest {
+        for (out, one) in out.iter_mut().zip(arg(one)) {
+            *out = f(*out, *one);
+        }
+    }
+}
+
+/// The sum of some columns, from the first to the last: in one go for the fingers of a hand.
+#[inline(always)]
+fn sum<'a>(all: &[NumberId], arg: impl Fn(&NumberId) -> Values<'a> + Copy, out: &mut [f64]) {
+    let rest = match all {
+        [] => return,
+        [a, b, c, d, e, rest @ ..] => {
+            with_slices!([all = each [a, b, c, d, e].map(arg);] write(Sum(all), out));
+            rest
+        }
+        [a, b, c, d] => return with_slices!([all = each [a, b, c, d].map(arg);] write(Sum(all), out)),
+        [a, b, c] => return with_slices!([all = each [a, b, c].map(arg);] write(Sum(all), out)),
+        [a, b] => return with_slices!([all = each [a, b].map(arg);] write(Sum(all), out)),
+        [a] => return with_slices!([a = arg(a);] write(a, out)),
+    };
+    for a in rest {
+        with_slices!([a = arg(a);] add(a, out));
     }
 }

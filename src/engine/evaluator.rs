@@ -8,7 +8,7 @@ use super::plan::Plan;
 use super::runs::{Leaves, Run, append};
 use crate::base::error::InputError;
 use crate::graph::Graph;
-use crate::stream::frames::{Frames, Layout};
+use crate::stream::frames::{Frames, Layout, Values};
 
 /// A run in progress.
 #[derive(Clone, Debug)]
@@ -37,10 +37,10 @@ impl Evaluator {
 
     /// Takes frames `start..start + len` of columns in the order of `Plan::inputs`. Runs of leaves that end are given to `emit` with the
     /// position of their tree in `Plan::trees`; frames are counted from the beginning of the stretch.
-    pub fn push(&mut self, columns: &[&[f64]], start: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
+    pub fn push(&mut self, columns: &[Values<'_>], start: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
         for offset in (0..len).step_by(BLOCK) {
             let len = BLOCK.min(len - offset);
-            self.block(&Block { columns, start: start + offset, len, inside: true }, emit);
+            self.block(&Block { columns, start: start + offset, len, known: offset, inside: true }, emit);
         }
     }
 
@@ -50,7 +50,7 @@ impl Evaluator {
             let delay = self.plan.delay as usize;
             for offset in (0..delay).step_by(BLOCK) {
                 let len = BLOCK.min(delay - offset);
-                self.block(&Block { columns: &[], start: 0, len, inside: false }, emit);
+                self.block(&Block { columns: &[], start: 0, len, known: 0, inside: false }, emit);
             }
             self.machine.finish(emit);
         }
@@ -83,7 +83,7 @@ pub fn evaluate(graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputErro
 pub fn evaluate_in_blocks(graph: &Graph, frames: &Frames, block: usize) -> Result<Vec<Leaves>, InputError> {
     let mut evaluator = Evaluator::new(graph, &frames.layout)?;
     let inputs = evaluator.plan().inputs.clone();
-    let columns: Vec<&[f64]> = inputs.iter().map(|key| frames.column(*key).unwrap_or(&[])).collect();
+    let columns: Vec<Values<'_>> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
     let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
     let mut all = Vec::with_capacity(frames.stretches.len());
     for stretch in &frames.stretches {

@@ -1,94 +1,348 @@
 //! Loops over a block that the compiler turns into vector instructions. They are inlined into [`super::columns::Columns::run`], which is compiled
 //! once for every instruction set of the processor family and picks one at run time; no product is fused with a sum, so all give the same bits.
+//!
+//! What a loop computes is put together from [`Lanes`] and written once: columns of 32 bits are widened in a register, and the differences and
+//! squares of a length are never written down.
 
-use super::bits::{Bits, WORDS};
 use crate::language::rules::Comparison;
+use crate::stream::frames::Values;
 
-/// One side of a comparison.
-#[derive(Clone, Copy)]
-pub enum Side<'a> {
-    /// A number per frame.
-    Column(&'a [f64]),
-    /// The same on every frame.
-    Constant(f64),
+/// Frames that a loop takes at once: what the widest registers hold.
+pub const ROW: usize = 8;
+
+/// A number per frame of a block: a column, or what is made of some.
+///
+/// Loops go over rows by their position: iterators are not always inlined into code for other instructions than the program's own.
+pub trait Lanes: Copy {
+    /// The frames, a row at a time.
+    type Rows: Rows;
+    /// The first `count` rows; all of them are there.
+    fn rows(self, count: usize) -> Self::Rows;
+    /// The first `len` frames; all of them are there.
+    fn first(self, len: usize) -> Self;
+    /// The number of a frame.
+    fn at(self, frame: usize) -> f64;
 }
 
-/// `f(a)`.
-#[inline(always)]
-pub fn map(a: &[f64], out: &mut [f64], f: impl Fn(f64) -> f64) {
-    for (out, a) in out.iter_mut().zip(a) {
-        *out = f(*a);
+/// Rows of [`ROW`] frames.
+pub trait Rows: Copy {
+    /// The numbers of a row.
+    fn row(self, at: usize) -> [f64; ROW];
+}
+
+impl<'a, T: Copy + Into<f64>> Lanes for &'a [T] {
+    type Rows = &'a [[T; ROW]];
+
+    #[inline(always)]
+    fn rows(self, count: usize) -> Self::Rows {
+        &self.as_chunks().0[..count]
+    }
+
+    #[inline(always)]
+    fn first(self, len: usize) -> Self {
+        &self[..len]
+    }
+
+    #[inline(always)]
+    fn at(self, frame: usize) -> f64 {
+        self[frame].into()
     }
 }
 
-/// `f(a, b)`.
-#[inline(always)]
-pub fn zip(a: &[f64], b: &[f64], out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
-    for ((out, a), b) in out.iter_mut().zip(a).zip(b) {
-        *out = f(*a, *b);
-    }
-}
-
-/// `f(x² + y² + z²)`.
-#[inline(always)]
-pub fn squares([x, y, z]: [&[f64]; 3], out: &mut [f64], f: impl Fn(f64) -> f64) {
-    for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
-        *out = f(x * x + y * y + z * z);
-    }
-}
-
-/// `a op b`, a bit a frame.
-#[inline(always)]
-pub fn compare(comparison: Comparison, a: &[f64], b: Side<'_>, out: &mut Bits) {
-    match comparison {
-        Comparison::Less => test(a, b, out, |a, b| a < b),
-        Comparison::LessEqual => test(a, b, out, |a, b| a <= b),
-        Comparison::Greater => test(a, b, out, |a, b| a > b),
-        Comparison::GreaterEqual => test(a, b, out, |a, b| a >= b),
-        Comparison::Equal | Comparison::NotEqual => test(a, b, out, |a, b| comparison.holds(a, b)),
-    }
-}
-
-#[inline(always)]
-fn test(a: &[f64], b: Side<'_>, out: &mut Bits, f: impl Fn(f64, f64) -> bool) {
-    match b {
-        Side::Constant(b) => {
-            for (out, a) in out.iter_mut().zip(a.chunks(64)) {
-                *out = word(a, a, |a, _| f(a, b));
-            }
-        }
-        Side::Column(b) => {
-            for ((out, a), b) in out.iter_mut().zip(a.chunks(64)).zip(b.chunks(64)) {
-                *out = word(a, b, &f);
-            }
-        }
-    }
-}
-
-/// Up to 64 tests as a word. Each of eight lanes gathers every eighth bit, so that nothing goes from lane to lane but at the end.
-#[inline(always)]
-fn word(a: &[f64], b: &[f64], f: impl Fn(f64, f64) -> bool) -> u64 {
-    let (Ok(a), Ok(b)) = (<&[f64; 64]>::try_from(a), <&[f64; 64]>::try_from(b)) else {
-        return a.iter().zip(b).enumerate().fold(0, |word, (at, (a, b))| word | u64::from(f(*a, *b)) << at);
-    };
-    let mut lanes = [0_u64; 8];
-    let mut row = 0;
-    while row < 64 {
+impl<T: Copy + Into<f64>> Rows for &[[T; ROW]] {
+    #[inline(always)]
+    fn row(self, at: usize) -> [f64; ROW] {
+        let mut row = [0.0; ROW];
         let mut lane = 0;
-        while lane < 8 {
-            lanes[lane] |= u64::from(f(a[row + lane], b[row + lane])) << (row + lane);
+        while lane < ROW {
+            row[lane] = self[at][lane].into();
             lane += 1;
         }
-        row += 8;
+        row
     }
-    let [a, b, c, d, e, f, g, h] = lanes;
-    a | b | c | d | e | f | g | h
+}
+
+/// Columns of different widths, which are asked one by one: for the few vectors that are made of such.
+impl<'a> Lanes for Values<'a> {
+    type Rows = Values<'a>;
+
+    #[inline(always)]
+    fn rows(self, _: usize) -> Self::Rows {
+        self
+    }
+
+    #[inline(always)]
+    fn first(self, _: usize) -> Self {
+        self
+    }
+
+    #[inline(always)]
+    fn at(self, frame: usize) -> f64 {
+        self.get(frame).unwrap_or_default()
+    }
+}
+
+impl Rows for Values<'_> {
+    fn row(self, at: usize) -> [f64; ROW] {
+        std::array::from_fn(|lane| self.get(at * ROW + lane).unwrap_or_default())
+    }
+}
+
+/// `f` of the numbers of some lanes.
+#[derive(Clone, Copy)]
+pub struct Of<L, F>(pub L, pub F);
+
+macro_rules! of {
+    ($($part:ident: $kind:ident $number:ident),+) => {
+        impl<$($kind: Lanes,)+ F: Copy + Fn($($number),+) -> f64> Lanes for Of<($($kind,)+), F> {
+            type Rows = Of<($($kind::Rows,)+), F>;
+
+            #[inline(always)]
+            fn rows(self, count: usize) -> Self::Rows {
+                let Self(($($part,)+), f) = self;
+                Of(($($part.rows(count),)+), f)
+            }
+
+            #[inline(always)]
+            fn first(self, len: usize) -> Self {
+                let Self(($($part,)+), f) = self;
+                Self(($($part.first(len),)+), f)
+            }
+
+            #[inline(always)]
+            fn at(self, frame: usize) -> f64 {
+                let Self(($($part,)+), f) = self;
+                f($($part.at(frame)),+)
+            }
+        }
+
+        impl<$($kind: Rows,)+ F: Copy + Fn($($number),+) -> f64> Rows for Of<($($kind,)+), F> {
+            #[inline(always)]
+            fn row(self, at: usize) -> [f64; ROW] {
+                let Self(($($part,)+), f) = self;
+                $(let $part = $part.row(at);)+
+                let mut row = [0.0; ROW];
+                let mut lane = 0;
+                while lane < ROW {
+                    row[lane] = f($($part[lane]),+);
+                    lane += 1;
+                }
+                row
+            }
+        }
+    };
+}
+
+of!(a: A f64);
+of!(a: A f64, b: B f64);
+of!(a: A f64, b: B f64, c: C f64);
+of!(a: A f64, b: B f64, c: C f64, d: D f64, e: E f64, g: G f64);
+
+/// The sum of some lanes, from the first to the last.
+#[derive(Clone, Copy)]
+pub struct Sum<L, const N: usize>(pub [L; N]);
+
+impl<L: Lanes, const N: usize> Lanes for Sum<L, N> {
+    type Rows = Sum<L::Rows, N>;
+
+    #[inline(always)]
+    fn rows(self, count: usize) -> Self::Rows {
+        Sum(self.0.map(|part| part.rows(count)))
+    }
+
+    #[inline(always)]
+    fn first(self, len: usize) -> Self {
+        Self(self.0.map(|part| part.first(len)))
+    }
+
+    #[inline(always)]
+    fn at(self, frame: usize) -> f64 {
+        let mut sum = self.0[0].at(frame);
+        let mut part = 1;
+        while part < N {
+            sum += self.0[part].at(frame);
+            part += 1;
+        }
+        sum
+    }
+}
+
+impl<L: Rows, const N: usize> Rows for Sum<L, N> {
+    #[inline(always)]
+    fn row(self, at: usize) -> [f64; ROW] {
+        let mut sums = self.0[0].row(at);
+        let mut part = 1;
+        while part < N {
+            let row = self.0[part].row(at);
+            let mut lane = 0;
+            while lane < ROW {
+                sums[lane] += row[lane];
+                lane += 1;
+            }
+            part += 1;
+        }
+        sums
+    }
+}
+
+/// Runs an expression with columns as slices of the width that they have. Lists of columns are of one width, or else asked one by one.
+macro_rules! with_slices {
+    ([] $body:expr) => { $body };
+    ([$name:ident = each $columns:expr; $($rest:tt)*] $body:expr) => {{
+        let columns = $columns;
+        if let Some($name) = columns.wide() {
+            with_slices!([$($rest)*] $body)
+        } else if let Some($name) = columns.narrow() {
+            with_slices!([$($rest)*] $body)
+        } else {
+            let $name = columns;
+            with_slices!([$($rest)*] $body)
+        }
+    }};
+    ([$name:ident = $column:expr; $($rest:tt)*] $body:expr) => {
+        match $column {
+            Values::Wide($name) => with_slices!([$($rest)*] $body),
+            Values::Narrow($name) => with_slices!([$($rest)*] $body),
+        }
+    };
+}
+pub(super) use with_slices;
+
+/// Several columns.
+pub trait Several<'a, const N: usize> {
+    /// Their slices, when all are of 64 bits.
+    fn wide(&self) -> Option<[&'a [f64]; N]>;
+    /// Their slices, when all are of 32 bits.
+    fn narrow(&self) -> Option<[&'a [f32]; N]>;
+}
+
+impl<'a, const N: usize> Several<'a, N> for [Values<'a>; N] {
+    #[inline(always)]
+    fn wide(&self) -> Option<[&'a [f64]; N]> {
+        let mut slices: [&[f64]; N] = [&[]; N];
+        for (slice, values) in slices.iter_mut().zip(self) {
+            let Values::Wide(values) = values else { return None };
+            *slice = values;
+        }
+        Some(slices)
+    }
+
+    #[inline(always)]
+    fn narrow(&self) -> Option<[&'a [f32]; N]> {
+        let mut slices: [&[f32]; N] = [&[]; N];
+        for (slice, values) in slices.iter_mut().zip(self) {
+            let Values::Narrow(values) = values else { return None };
+            *slice = values;
+        }
+        Some(slices)
+    }
+}
+
+/// Writes lanes down.
+#[inline(always)]
+pub fn write(lanes: impl Lanes, out: &mut [f64]) {
+    put(lanes, out, |_, number| number);
+}
+
+/// Adds lanes to what is written.
+#[inline(always)]
+pub fn add(lanes: impl Lanes, out: &mut [f64]) {
+    put(lanes, out, |sum, number| sum + number);
+}
+
+#[inline(always)]
+fn put(lanes: impl Lanes, out: &mut [f64], f: impl Fn(f64, f64) -> f64) {
+    let len = out.len();
+    let numbers = lanes.first(len);
+    let mut frame = 0;
+    while frame < len {
+        out[frame] = f(out[frame], numbers.at(frame));
+        frame += 1;
+    }
+}
+
+/// `x² + y² + z²`.
+#[inline(always)]
+pub fn squares<L: Lanes>([x, y, z]: [L; 3]) -> impl Lanes {
+    Of((x, y, z), |x: f64, y: f64, z: f64| x * x + y * y + z * z)
+}
+
+/// The squared length of a difference.
+#[inline(always)]
+pub fn squared_distance<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
+    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| {
+        let (x, y, z) = (ax - bx, ay - by, az - bz);
+        x * x + y * y + z * z
+    })
+}
+
+/// `ax * bx + ay * by + az * bz`.
+#[inline(always)]
+pub fn dot<A: Lanes, B: Lanes>([ax, ay, az]: [A; 3], [bx, by, bz]: [B; 3]) -> impl Lanes {
+    Of((ax, ay, az, bx, by, bz), |ax: f64, ay: f64, az: f64, bx: f64, by: f64, bz: f64| ax * bx + ay * by + az * bz)
+}
+
+/// `lanes op constant` on the first `len` frames, a bit a frame.
+#[inline(always)]
+pub fn compare(comparison: Comparison, lanes: impl Lanes, constant: f64, len: usize, out: &mut [u64]) {
+    match comparison {
+        Comparison::Less => test(lanes, len, out, |number| number < constant),
+        Comparison::LessEqual => test(lanes, len, out, |number| number <= constant),
+        Comparison::Greater => test(lanes, len, out, |number| number > constant),
+        Comparison::GreaterEqual => test(lanes, len, out, |number| number >= constant),
+        Comparison::Equal => test(lanes, len, out, |number| number == constant),
+        Comparison::NotEqual => test(lanes, len, out, |number| number != constant),
+    }
+}
+
+/// Each lane of a row gathers the bits of its own frames, so that nothing goes from lane to lane but at the end of a word.
+#[inline(always)]
+fn test(lanes: impl Lanes, len: usize, out: &mut [u64], f: impl Fn(f64) -> bool) {
+    let count = len / ROW;
+    let rows = lanes.rows(count);
+    let mut word = 0;
+    while word * 64 < len {
+        let (mut gathered, mut bits) = ([0_u64; ROW], FIRST_BITS);
+        let end = count.min((word + 1) * (64 / ROW));
+        let mut at = word * (64 / ROW);
+        while at < end {
+            let row = rows.row(at);
+            let mut lane = 0;
+            while lane < ROW {
+                gathered[lane] |= if f(row[lane]) { bits[lane] } else { 0 };
+                bits[lane] <<= ROW;
+                lane += 1;
+            }
+            at += 1;
+        }
+        let [a, b, c, d, e, f, g, h] = gathered;
+        out[word] = a | b | c | d | e | f | g | h;
+        word += 1;
+    }
+    for frame in count * ROW..len {
+        out[frame / 64] |= u64::from(f(lanes.at(frame))) << (frame % 64);
+    }
+}
+
+/// The bits of the first row.
+const FIRST_BITS: [u64; ROW] = [1, 2, 4, 8, 16, 32, 64, 128];
+
+/// Whether all frames are one number, bit for bit.
+#[inline(always)]
+pub fn stands_still(lanes: impl Lanes, number: f64, len: usize) -> bool {
+    let lanes = lanes.first(len);
+    let (mut differs, mut frame) = (0, 0);
+    while frame < len {
+        differs |= lanes.at(frame).to_bits() ^ number.to_bits();
+        frame += 1;
+    }
+    differs == 0
 }
 
 /// Whether at least `wanted` of these bits are set, frame by frame; at most 255 of them.
 #[inline(always)]
-pub fn at_least<'a>(conditions: impl Iterator<Item = &'a Bits> + Clone, wanted: u32, out: &mut Bits) {
-    for (word, out) in out.iter_mut().enumerate().take(WORDS) {
+pub fn at_least<'a>(conditions: impl Iterator<Item = &'a [u64]> + Clone, wanted: u32, out: &mut [u64]) {
+    for (word, out) in out.iter_mut().enumerate() {
         // The counts of 64 frames, in binary: one word a digit.
         let mut digits = [0_u64; 8];
         for condition in conditions.clone() {

@@ -80,10 +80,25 @@ impl Machine {
                     None => break,
                 }
             }
-            self.frame(plan, columns, at, self.frames + at - skip, emit);
+            let import = |import: u32| get(columns.condition(plan.imports[import as usize]), at);
+            self.frame(plan, &import, self.frames + at - skip, emit);
             at += 1;
         }
         self.frames += len - skip;
+    }
+
+    /// Runs one frame; nothing is done when no import has changed and nothing else can.
+    pub fn step(
+        &mut self,
+        plan: &Plan,
+        import: impl Fn(u32) -> bool,
+        changed: bool,
+        emit: &mut impl FnMut(usize, Run),
+    ) {
+        if changed || self.restless {
+            self.frame(plan, &import, self.frames, emit);
+        }
+        self.frames += 1;
     }
 
     /// Ends the stretch: the running leaves end with it.
@@ -93,11 +108,11 @@ impl Machine {
         }
     }
 
-    fn frame(&mut self, plan: &Plan, columns: &Columns, at: usize, frame: usize, emit: &mut impl FnMut(usize, Run)) {
+    fn frame(&mut self, plan: &Plan, import: &impl Fn(u32) -> bool, frame: usize, emit: &mut impl FnMut(usize, Run)) {
         let mut moved = false;
         for (id, memory) in plan.memories.iter().enumerate() {
             let kept = self.kept[id];
-            let (value, keep) = self.memory(plan, columns, memory, at, kept);
+            let (value, keep) = self.memory(import, memory, kept);
             self.values[id] = value;
             self.kept[id] = keep;
             moved |= keep != kept;
@@ -122,11 +137,11 @@ impl Machine {
     }
 
     /// A memory's value on this frame and what it keeps.
-    fn memory(&self, plan: &Plan, columns: &Columns, memory: &Memory, at: usize, kept: u32) -> (bool, u32) {
+    fn memory(&self, import: &impl Fn(u32) -> bool, memory: &Memory, kept: u32) -> (bool, u32) {
         let value = |id: &MemoryId| self.values[id.index()];
         let anew = |restart: &Option<MemoryId>| restart.as_ref().is_some_and(value);
         match memory {
-            Memory::Import(import) => (get(columns.condition(plan.imports[*import as usize]), at), 0),
+            Memory::Import(at) => (import(*at), 0),
             Memory::From { tree, labels, none } => (
                 match self.states[*tree as usize] {
                     State::None => *none,

@@ -9,5 +9,7 @@ pub mod machine;
 pub mod open;
 pub mod plan;
 pub mod probe;
+mod ranks;
 pub mod reference;
 pub mod runs;
+pub mod stepper;

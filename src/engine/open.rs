@@ -209,10 +209,10 @@ impl<'a> Opening<'a> {
         }
     }
 
-    /// Two numbers brought to the same delay.
-    fn together(&mut self, a: NumberId, b: NumberId) -> (NumberId, NumberId, u32) {
-        let delay = self.number_delay(a).max(self.number_delay(b));
-        (self.late_number(a, delay), self.late_number(b, delay), delay)
+    /// Some numbers brought to the same delay.
+    fn together<const N: usize>(&mut self, numbers: [NumberId; N]) -> ([NumberId; N], u32) {
+        let delay = numbers.iter().map(|id| self.number_delay(*id)).max().unwrap_or(0);
+        (numbers.map(|id| self.late_number(id, delay)), delay)
     }
 
     fn bits_together(&mut self, bits: &[BitId]) -> (Vec<BitId>, u32) {

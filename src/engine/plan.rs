@@ -25,20 +25,39 @@ pub struct MemoryId(pub u32);
 
 impl NumberId {
     /// The position as an index.
+    #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 }
 impl BitId {
     /// The position as an index.
+    #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 }
 impl MemoryId {
     /// The position as an index.
+    #[inline]
     pub const fn index(self) -> usize {
         self.0 as usize
+    }
+}
+
+/// A vector, or the difference of two that nobody else needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Vector {
+    /// Its components.
+    pub of: [NumberId; 3],
+    /// What is taken away from them.
+    pub minus: Option<[NumberId; 3]>,
+}
+
+impl Vector {
+    /// The numbers that it is made of.
+    pub fn numbers(&self) -> impl Iterator<Item = NumberId> {
+        self.of.into_iter().chain(self.minus.into_iter().flatten())
     }
 }
 
@@ -55,10 +74,14 @@ pub enum Number {
     Abs(NumberId),
     /// `a op b`.
     Arithmetic(Arithmetic, NumberId, NumberId),
+    /// All of them, added from the first to the last; at least one.
+    Sum(Vec<NumberId>),
+    /// `ax*bx + ay*by + az*bz`.
+    Dot([NumberId; 3], [NumberId; 3]),
+    /// `a - b * c`.
+    LessProduct(NumberId, NumberId, NumberId),
     /// `sqrt(x*x + y*y + z*z)`.
-    Norm([NumberId; 3]),
-    /// `x*x + y*y + z*z`, for comparisons that need no root ([`super::open`]).
-    SquaredNorm([NumberId; 3]),
+    Norm(Vector),
     /// The smaller; NaN loses.
     Min(NumberId, NumberId),
     /// The larger; NaN loses.
@@ -93,6 +116,8 @@ pub enum Condition {
     Changes(u32),
     /// `a op b`; false when one is NaN, except `!=`.
     Compare(Comparison, NumberId, NumberId),
+    /// `x*x + y*y + z*z op c`: a length compared with a constant needs no root ([`super::open`]).
+    Length(Comparison, Vector, Exact),
     /// Not a.
     Not(BitId),
     /// All of them; true of none.
@@ -227,7 +252,10 @@ impl Plan {
                 Number::Input(_) | Number::Constant(_) => (vec![], vec![]),
                 Number::Negate(a) | Number::Abs(a) | Number::Delay(a, _) => (vec![*a], vec![]),
                 Number::Arithmetic(_, a, b) | Number::Min(a, b) | Number::Max(a, b) => (vec![*a, *b], vec![]),
-                Number::Norm(vector) | Number::SquaredNorm(vector) => (vector.to_vec(), vec![]),
+                Number::Sum(all) => (all.clone(), vec![]),
+                Number::Dot(a, b) => ([*a, *b].concat(), vec![]),
+                Number::LessProduct(a, b, c) => (vec![*a, *b, *c], vec![]),
+                Number::Norm(vector) => (vector.numbers().collect(), vec![]),
                 Number::Count(bits) => (vec![], bits.clone()),
                 Number::Rate { number, restart, .. } => (vec![*number], restart.iter().copied().collect()),
             },
@@ -238,6 +266,7 @@ impl Plan {
                 | Condition::First
                 | Condition::Changes(_) => (vec![], vec![]),
                 Condition::Compare(_, a, b) => (vec![*a, *b], vec![]),
+                Condition::Length(_, vector, _) => (vector.numbers().collect(), vec![]),
                 Condition::Not(a) | Condition::Delay(a, _) => (vec![], vec![*a]),
                 Condition::And(bits) | Condition::Or(bits) | Condition::AtLeast(bits, _) => (vec![], bits.clone()),
                 Condition::FlipFlop { set, keep } => (vec![], vec![*set, *keep]),

@@ -16,7 +16,7 @@ use crate::base::hands::Side;
 use crate::language::rules::{
     Branch, ChannelId, Comparison, Expr, ExprKind, Hand, Label, LatchId, Rules, SignalId, Then, Tree, TreeScope,
 };
-use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::frames::{ColumnKey, Frames, Values};
 use operators::{arithmetic, bit, call, edge, hysteresis, rate, window};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -264,12 +264,12 @@ impl<'a> Probe<'a> {
         let stretch = self.leaves.frames.clone();
         let column = |side: &Side| {
             let key = ColumnKey { channel: self.frames.channel("target")?, side: Some(*side), slot: 0, component: 0 };
-            self.frames.column(key)?.get(stretch.clone())
+            self.frames.column(key)?.part(stretch.clone())
         };
-        let columns: Vec<&[f64]> = targets.iter().filter_map(column).collect();
-        let changes = |column: &&[f64], frame: usize| match column.get(frame.saturating_sub(1)..=frame) {
-            Some([before, now]) => before.to_bits() != now.to_bits(),
-            _ => false,
+        let columns: Vec<Values<'_>> = targets.iter().filter_map(column).collect();
+        let changes = |column: &Values<'_>, frame: usize| {
+            let bits = |frame| column.get(frame).map(f64::to_bits);
+            frame > 0 && bits(frame - 1) != bits(frame)
         };
         let mut begin = 0;
         let begins = (0..stretch.len()).map(|frame| {
@@ -442,10 +442,9 @@ impl<'a> Probe<'a> {
                 let component = u32::try_from(component).unwrap_or(0);
                 self.frames.column(ColumnKey { channel: channel.0, side, slot, component })
             };
-            let columns: Vec<Option<&[f64]>> = (0..width).map(component).collect();
-            let of = |frame: usize, column: &Option<&[f64]>| {
-                column.and_then(|column| column.get(frame)).copied().unwrap_or(0.0)
-            };
+            let columns: Vec<Option<Values<'_>>> = (0..width).map(component).collect();
+            let of =
+                |frame: usize, column: &Option<Values<'_>>| column.and_then(|column| column.get(frame)).unwrap_or(0.0);
             let frames = self.leaves.frames.clone();
             frames.flat_map(|frame| columns.iter().map(move |column| of(frame, column))).collect()
         };

@@ -141,7 +141,10 @@ impl<'a> Reference<'a> {
             targets.iter().any(|side| {
                 let key = ColumnKey { channel, side: Some(*side), slot: 0, component: 0 };
                 let column = self.frames.column(key);
-                column.is_some_and(|column| column[frame].to_bits() != column[frame - 1].to_bits())
+                column.is_some_and(|column| {
+                    let bits = |frame| column.get(frame).map(f64::to_bits);
+                    bits(frame) != bits(frame - 1)
+                })
             })
         };
         (self.stretch.start + 1..=frame).rev().find(|frame| changed(*frame)).unwrap_or(self.stretch.start)
@@ -274,7 +277,7 @@ impl<'a> Reference<'a> {
                 let slot = u32::try_from(slot).unwrap_or(0);
                 let component = u32::try_from(component).unwrap_or(0);
                 let column = self.frames.column(ColumnKey { channel: channel.0, side, slot, component });
-                column.and_then(|column| column.get(frame)).copied().unwrap_or(0.0)
+                column.and_then(|column| column.get(frame)).unwrap_or(0.0)
             };
             match spec.shape {
                 Shape::Bool => Value::Bool(component(0) > 0.5),

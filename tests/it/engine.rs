@@ -3,9 +3,18 @@
 pub mod random;
 
 use proptest::prelude::*;
+use std::ops::Range;
+use teachtree::analysis::channels;
+use teachtree::base::hands::Side;
 use teachtree::engine::evaluator::{evaluate, evaluate_in_blocks};
 use teachtree::engine::reference;
-use teachtree::graph::lower;
+use teachtree::engine::runs::{Leaves, Run, append};
+use teachtree::engine::stepper::Stepper;
+use teachtree::graph::{Graph, lower};
+use teachtree::language::{Request, load};
+use teachtree::stream;
+use teachtree::stream::frames::{Column, ColumnKey, Frames, Values};
+use teachtree::world;
 
 proptest! {
     // PROPTEST_CASES asks for more than the usual 256.
@@ -19,9 +28,83 @@ proptest! {
         let expected = reference::evaluate(&rules, &frames).unwrap();
         let whole = evaluate(&graph, &frames).unwrap();
         prop_assert_eq!(&whole, &expected);
+        let stepped = stepped(&graph, &frames);
+        prop_assert_eq!(&stepped, &expected);
         let blocks = evaluate_in_blocks(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
+}
+
+/// Where the columns' blocks join, rates look back into the block before, or into what was kept of it: a log of several blocks has the same
+/// leaves in one piece, in pieces that have no block before them, and frame by frame.
+#[test]
+fn blocks_of_a_long_log_join() {
+    for seed in 0..60 {
+        let (rules, mut frames) = random::case(seed, 3);
+        let times = 9000 / frames.len + 1;
+        for column in frames.columns.values_mut() {
+            *column = match &*column {
+                Column::Wide(values) => values.repeat(times).into(),
+                Column::Narrow(values) => values.repeat(times).into(),
+            };
+        }
+        frames.len *= times;
+        frames.stretches = std::iter::once(0..frames.len).collect();
+        let graph = lower(&rules);
+        let whole = evaluate(&graph, &frames).unwrap();
+        assert_eq!(whole, evaluate_in_blocks(&graph, &frames, 700).unwrap(), "seed {seed}");
+        assert_eq!(whole, stepped(&graph, &frames), "seed {seed}");
+    }
+}
+
+/// The leaves of a log that comes in frame by frame.
+fn stepped(graph: &Graph, frames: &Frames) -> Vec<Leaves> {
+    let mut stepper = Stepper::new(graph, &frames.layout).unwrap();
+    let sides: Vec<Option<Side>> = stepper.plan().trees.iter().map(|tree| tree.side).collect();
+    let rows = rows(frames, &stepper);
+    let stretch = |stretch: &Range<usize>| {
+        let mut leaves = Leaves { frames: stretch.clone(), ..Leaves::default() };
+        let mut emit = |tree: usize, run: Run| {
+            let run = Run { start: run.start + stretch.start, end: run.end + stretch.start, ..run };
+            append(sides[tree].map_or(&mut leaves.both, |side| leaves.hands.entry(side).or_default()), run);
+        };
+        for row in &rows[stretch.clone()] {
+            stepper.push(row, &mut emit);
+        }
+        stepper.finish(&mut emit);
+        leaves
+    };
+    frames.stretches.iter().map(stretch).collect()
+}
+
+/// A log frame by frame, as a run wants it.
+fn rows(frames: &Frames, stepper: &Stepper) -> Vec<Vec<f64>> {
+    let column = |key: &ColumnKey| frames.column(*key).unwrap_or(Values::NONE);
+    let columns: Vec<Values<'_>> = stepper.plan().inputs.iter().map(column).collect();
+    (0..frames.len).map(|frame| columns.iter().map(|column| column.get(frame).unwrap_or(0.0)).collect()).collect()
+}
+
+/// All shipped rules over a hand-over, frame by frame: the same leaves, and no memory is asked for once the run is made.
+#[test]
+fn a_live_log_takes_no_memory() {
+    let loaded = load(&Request { files: vec!["bimanual.rules".into()], ..Request::default() });
+    let (rules, scene) = (loaded.rules.unwrap(), "hand_over_left_to_right");
+    let recording = world::teach(&world::scene(scene).unwrap(), &world::operator(scene).unwrap(), 4).unwrap();
+    let frames = stream::frames(&recording, &channels(&rules)).unwrap();
+    let graph = lower(&rules);
+    assert_eq!(stepped(&graph, &frames), evaluate(&graph, &frames).unwrap());
+
+    let mut stepper = Stepper::new(&graph, &frames.layout).unwrap();
+    let rows = rows(&frames, &stepper);
+    let mut runs = 0;
+    let asked = allocation_counter::measure(|| {
+        for row in &rows {
+            stepper.push(row, &mut |_, _| runs += 1);
+        }
+        stepper.finish(&mut |_, _| runs += 1);
+    });
+    assert_eq!(asked.count_total, 0, "{asked:?}");
+    assert!(runs > 10, "only {runs} runs in {} frames", frames.len);
 }
 
 /// The random cases are no walk-over: they reach many different leaves and all kinds of operators.

@@ -14,7 +14,7 @@ use teachtree::base::units::Dimension;
 use teachtree::engine::runs::Leaves;
 use teachtree::language::rules::Rules;
 use teachtree::report::{CHANNELS, channels};
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Issue, Layout};
 
 const RATE_HZ: f64 = 1000.0;
 
@@ -195,7 +195,8 @@ fn elements_are_closed_in_order() {
 fn noise(frames: &mut Frames) {
     for (key, column) in &mut frames.columns {
         let mut state = u64::from(key.channel) * 31 + u64::from(key.slot) * 7 + u64::from(key.component) + 1;
-        for value in column {
+        let Column::Wide(values) = column else { unreachable!("made above") };
+        for value in values {
             state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             *value = (state >> 33) as f64 / f64::from(u32::MAX);
         }
@@ -301,7 +302,8 @@ fn a_thinned_curve_passes_every_sample_and_stops_at_gaps() {
     assert_eq!(touches[0], "middle");
     let channel = frames.channel("fingers.contact").unwrap();
     let column = frames.column(ColumnKey { channel, side: Some(Side::Left), slot: 2, component: 0 }).unwrap();
-    let changes: Vec<i64> = (1..column.len()).filter(|at| column[*at] != column[*at - 1]).map(|at| at as i64).collect();
+    let changes: Vec<i64> =
+        (1..column.len()).filter(|at| column.get(*at) != column.get(*at - 1)).map(|at| at as i64).collect();
     let mut at = 0;
     let told: Vec<i64> = numbers(touches[1].as_str().unwrap())
         .into_iter()
@@ -320,7 +322,8 @@ fn noise_keeps_its_peaks() {
     noise(&mut frames);
     let force = frames.channel("fingers.force").unwrap();
     let key = ColumnKey { channel: force, side: Some(Side::Right), slot: 0, component: 2 };
-    frames.columns.get_mut(&key).unwrap()[31_234] = 25.0;
+    let Some(Column::Wide(values)) = frames.columns.get_mut(&key) else { unreachable!("made above") };
+    values[31_234] = 25.0;
     let analysis = Analysis::default();
     let data = data(&html(&analysis, &frames, &[], &meta()));
     let entries = data["signals"].as_array().unwrap();
@@ -337,7 +340,7 @@ fn without_poses() -> String {
     let position = frames.channel("fingers.position").unwrap();
     for (key, column) in &mut frames.columns {
         if key.channel == position {
-            column.fill(f64::NAN);
+            *column = vec![f64::NAN; frames.len].into();
         }
     }
     let normal = frames.channel("contacts.normal").unwrap();

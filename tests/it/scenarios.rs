@@ -110,7 +110,7 @@ fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
                 let values = atoms.iter().zip(depths.iter().zip(&ways)).map(|((now, at), (depth, way))| {
                     value(&spec.name, slot, now, *at, (*depth, *way)).get(component).copied().unwrap_or(0.0)
                 });
-                columns.insert(key, values.collect::<Vec<f64>>());
+                columns.insert(key, values.collect());
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use super::Opening;
 use crate::engine::plan::{BitId, Condition, Number, NumberId};
+use crate::graph::Exact;
 use crate::language::rules::Comparison;
 
 /// So many conditions are counted in binary digits, at most.
@@ -12,7 +13,7 @@ const SQUARES: std::ops::RangeInclusive<f64> = 1e-150..=1e150;
 impl Opening<'_> {
     /// `a op b`.
     pub(super) fn compare(&mut self, comparison: Comparison, a: NumberId, b: NumberId) -> BitId {
-        let (a, b, delay) = self.together(a, b);
+        let ([a, b], delay) = self.together([a, b]);
         let number = |id: NumberId| self.plan.numbers[id.index()].0.clone();
         let (towards, number, constant) = match (number(a), number(b)) {
             (Number::Constant(_), Number::Constant(_)) => return self.bit(Condition::Compare(comparison, a, b), delay),
@@ -21,10 +22,8 @@ impl Opening<'_> {
             _ => return self.bit(Condition::Compare(comparison, a, b), delay),
         };
         let simpler = match number {
-            Number::Norm(vector) => squared(towards, constant).map(|threshold| {
-                let (squared, threshold) = (self.number(Number::SquaredNorm(vector), delay), self.constant(threshold));
-                self.bit(Condition::Compare(towards, squared, threshold), delay)
-            }),
+            Number::Norm(vector) => squared(towards, constant)
+                .map(|threshold| self.bit(Condition::Length(towards, vector, Exact::new(threshold)), delay)),
             Number::Count(conditions) if conditions.len() <= COUNTED => {
                 self.counted(towards, &conditions, constant, delay)
             }

@@ -1,7 +1,7 @@
 //! The functions of the language, taken apart into single numbers and conditions.
 
 use super::{Item, Opening, Slots};
-use crate::engine::plan::{Number, NumberId};
+use crate::engine::plan::{Number, NumberId, Vector};
 use crate::language::rules::{Arithmetic, Function};
 use std::rc::Rc;
 
@@ -22,14 +22,11 @@ impl Opening<'_> {
             Function::Tangential => {
                 let (vector, normal) = (numbers(0), numbers(1));
                 let along = self.dot(&vector, &normal);
-                vector
-                    .iter()
-                    .zip(&normal)
-                    .map(|(v, n)| {
-                        let part = self.binary(Arithmetic::Multiply, *n, along);
-                        Item::Number(self.binary(Arithmetic::Subtract, *v, part))
-                    })
-                    .collect()
+                let across = vector.iter().zip(&normal).map(|(v, n)| {
+                    let ([v, n, along], delay) = self.together([*v, *n, along]);
+                    Item::Number(self.number(Number::LessProduct(v, n, along), delay))
+                });
+                across.collect()
             }
             Function::Min | Function::Max => {
                 let pairs: Vec<(NumberId, NumberId)> = numbers(0).into_iter().zip(numbers(1)).collect();
@@ -79,35 +76,48 @@ impl Opening<'_> {
     }
 
     fn norm(&mut self, vector: &[NumberId]) -> NumberId {
-        let [x, y, z] = *vector else { return self.constant(0.0) };
-        let delay = self.number_delay(x).max(self.number_delay(y)).max(self.number_delay(z));
-        let vector = [self.late_number(x, delay), self.late_number(y, delay), self.late_number(z, delay)];
+        let Ok(vector) = <[NumberId; 3]>::try_from(vector) else { return self.constant(0.0) };
+        let (vector, delay) = self.together(vector);
+        // A difference that only its length is asked of is not written down.
+        let difference = vector.map(|id| match self.plan.numbers[id.index()].0 {
+            Number::Arithmetic(Arithmetic::Subtract, a, b) => Some((a, b)),
+            _ => None,
+        });
+        let vector = match difference {
+            [Some((ax, bx)), Some((ay, by)), Some((az, bz))] => Vector { of: [ax, ay, az], minus: Some([bx, by, bz]) },
+            _ => Vector { of: vector, minus: None },
+        };
         self.number(Number::Norm(vector), delay)
     }
 
     fn dot(&mut self, a: &[NumberId], b: &[NumberId]) -> NumberId {
-        let mut sum = None;
-        for (a, b) in a.iter().zip(b) {
-            let product = self.binary(Arithmetic::Multiply, *a, *b);
-            sum = Some(match sum {
-                Some(sum) => self.binary(Arithmetic::Add, sum, product),
-                None => product,
-            });
-        }
-        sum.unwrap_or_else(|| self.constant(0.0))
+        let (Ok(a), Ok(b)) = (<[NumberId; 3]>::try_from(a), <[NumberId; 3]>::try_from(b)) else {
+            return self.constant(0.0);
+        };
+        let ([ax, ay, az, bx, by, bz], delay) = self.together([a[0], a[1], a[2], b[0], b[1], b[2]]);
+        self.number(Number::Dot([ax, ay, az], [bx, by, bz]), delay)
     }
 
     fn extreme(&mut self, function: Function, a: NumberId, b: NumberId) -> NumberId {
-        let (a, b, delay) = self.together(a, b);
+        let ([a, b], delay) = self.together([a, b]);
         self.number(if function == Function::Min { Number::Min(a, b) } else { Number::Max(a, b) }, delay)
     }
 
     fn sum(&mut self, slots: &[Vec<Item>]) -> Vec<Item> {
-        let Some((first, rest)) = slots.split_first() else {
+        match slots {
             // The checker knows the shape; an empty sum is zero in as many components as anyone asks for.
-            return vec![Item::Number(self.constant(0.0)); 3];
-        };
-        rest.iter().fold(first.clone(), |sum, slot| self.arithmetic(Arithmetic::Add, &sum, slot))
+            [] => vec![Item::Number(self.constant(0.0)); 3],
+            [one] => one.clone(),
+            [first, ..] => (0..first.len())
+                .map(|component| {
+                    let all: Vec<Item> = slots.iter().filter_map(|slot| slot.get(component).copied()).collect();
+                    let all = Self::numbers_of(&all);
+                    let delay = all.iter().map(|id| self.number_delay(*id)).max().unwrap_or(0);
+                    let all = all.into_iter().map(|id| self.late_number(id, delay)).collect();
+                    Item::Number(self.number(Number::Sum(all), delay))
+                })
+                .collect(),
+        }
     }
 
     /// `(sum of norms - norm of sum) / 2`: the internal force.

@@ -121,7 +121,7 @@ impl Opening<'_> {
     }
 
     pub(super) fn binary(&mut self, operation: Arithmetic, a: NumberId, b: NumberId) -> NumberId {
-        let (a, b, delay) = self.together(a, b);
+        let ([a, b], delay) = self.together([a, b]);
         self.number(Number::Arithmetic(operation, a, b), delay)
     }
 

@@ -10,7 +10,7 @@ use crate::base::units::Dimension;
 use crate::engine::probe::Probe;
 use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
 use crate::report::signals::{Panel, Signals, of_both};
-use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::frames::{ColumnKey, Frames, Values};
 use serde_json::{Value, json};
 
 /// Knots of all curves together, about; a knot takes three to four bytes.
@@ -361,7 +361,7 @@ fn of_channel(at: u32, side: Option<Side>, frames: &Frames) -> Rows {
     for (slot, name) in (0..).zip(&names) {
         for component in 0..width {
             let key = ColumnKey { channel: at, side, slot, component: u32::try_from(component).unwrap_or(0) };
-            let values = frames.column(key).map(<[f64]>::to_vec);
+            let values = frames.column(key).map(Values::to_vec);
             rows.extend(values.map(|values| (component_name(name, width, component), values)));
         }
     }

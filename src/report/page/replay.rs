@@ -5,7 +5,7 @@ use super::thin::{Thinning, curve, rounded, toggles};
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Part, Role, Shape};
-use crate::stream::frames::{ColumnKey, Frames, HandLayout};
+use crate::stream::frames::{ColumnKey, Frames, HandLayout, Values};
 use serde_json::{Value, json};
 
 /// How far what is drawn may be from where it was, m; less is not seen.
@@ -114,10 +114,10 @@ impl Moved<'_> {
         let finger = |(slot, finger): (u32, &Finger)| {
             let position = self.vector("fingers.position", side, slot)?;
             position.iter().all(|axis| axis.iter().any(|value| value.is_finite())).then_some(())?;
-            let position: Vec<Value> = position.iter().map(|axis| self.curve(axis, WITHIN_M)).collect();
+            let position: Vec<Value> = position.iter().map(|axis| self.curve(&axis.to_vec(), WITHIN_M)).collect();
             let force = self.force(self.vector("fingers.force", side, slot));
             let touches = self.channel("fingers.contact", side, slot, 0).map(|touches| {
-                let touches: Vec<bool> = touches.iter().map(|touches| *touches > 0.5).collect();
+                let touches: Vec<bool> = touches.iter().map(|touches| touches > 0.5).collect();
                 toggles(&touches)
             });
             Some(json!({ "name": finger.name(), "position": position, "force": force, "touches": touches }))
@@ -132,7 +132,7 @@ impl Moved<'_> {
                 return None;
             }
             let normal = self.vector("contacts.normal", side, slot)?;
-            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(axis, 0.05)).collect();
+            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(&axis.to_vec(), 0.05)).collect();
             Some(json!({ "name": name, "force": force, "normal": normal }))
         };
         let contacts: Vec<Value> = (0..).zip(&hand.contacts).filter_map(contact).collect();
@@ -144,7 +144,7 @@ impl Moved<'_> {
 
     /// Which object is the target, wherever it changes: `[frame, position among the objects]`.
     fn target(&self, side: Side) -> Vec<Value> {
-        let column = self.channel("target", side, 0, 0).unwrap_or(&[]);
+        let column = self.channel("target", side, 0, 0).unwrap_or(Values::NONE);
         let mut changes = Vec::new();
         let mut last = f64::NAN;
         for (frame, target) in column.iter().enumerate() {
@@ -152,28 +152,28 @@ impl Moved<'_> {
                 return Vec::new();
             }
             if target.to_bits() != last.to_bits() {
-                changes.push(json!([frame, rounded(*target)]));
-                last = *target;
+                changes.push(json!([frame, rounded(target)]));
+                last = target;
             }
         }
         changes
     }
 
     /// A force as three curves; nothing of one that is never felt.
-    fn force(&self, force: Option<[&[f64]; 3]>) -> Value {
-        let felt = |axis: &&[f64]| axis.iter().any(|value| value.abs() > LEAST_FORCE);
+    fn force(&self, force: Option<[Values<'_>; 3]>) -> Value {
+        let felt = |axis: &Values<'_>| axis.iter().any(|value| value.abs() > LEAST_FORCE);
         match force.filter(|force| force.iter().any(felt)) {
-            Some(force) => force.iter().map(|axis| self.curve(axis, WITHIN_N)).collect(),
+            Some(force) => force.iter().map(|axis| self.curve(&axis.to_vec(), WITHIN_N)).collect(),
             None => Value::Null,
         }
     }
 
-    fn channel(&self, name: &str, side: Side, slot: u32, component: u32) -> Option<&[f64]> {
+    fn channel(&self, name: &str, side: Side, slot: u32, component: u32) -> Option<Values<'_>> {
         let channel = self.frames.channel(name)?;
         self.frames.column(ColumnKey { channel, side: Some(side), slot, component })
     }
 
-    fn vector(&self, name: &str, side: Side, slot: u32) -> Option<[&[f64]; 3]> {
+    fn vector(&self, name: &str, side: Side, slot: u32) -> Option<[Values<'_>; 3]> {
         let axis = |component| self.channel(name, side, slot, component);
         Some([axis(0)?, axis(1)?, axis(2)?])
     }

@@ -102,7 +102,7 @@ pub fn frames_trusting(
             };
             for (slot, columns) in (0..).zip(slots) {
                 for (component, column) in (0..).zip(columns) {
-                    frames.columns.insert(ColumnKey { channel: index, side, slot, component }, column);
+                    frames.columns.insert(ColumnKey { channel: index, side, slot, component }, column.into());
                 }
             }
         }

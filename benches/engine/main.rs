@@ -13,6 +13,8 @@
 mod by_hand;
 #[path = "job/data.rs"]
 mod data;
+mod shipped;
+mod streaming;
 
 use by_hand::{LABELS, Runs};
 use std::collections::BTreeMap;
@@ -23,7 +25,7 @@ use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::{Graph, lower};
 use teachtree::language;
 use teachtree::language::rules::Rules;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
 
 const FRAMES: usize = 1_000_000;
 const ROUNDS: usize = 7;
@@ -32,6 +34,10 @@ const ROUNDS: usize = 7;
 type Contestant<'a> = (&'static str, Box<dyn Fn() -> Runs + 'a>);
 
 fn main() {
+    shipped();
+    if std::env::args().any(|arg| arg == "shipped") {
+        return;
+    }
     let rows = data::rows(FRAMES, 1);
     let wide: Vec<[f64; data::CHANNELS]> = rows.iter().map(|row| row.map(f64::from)).collect();
     let narrow = data::columns::<f32>(&rows);
@@ -40,7 +46,7 @@ fn main() {
     let loaded = language::load_text("job.rules", include_str!("job/job.rules"));
     let rules = loaded.rules.expect("the job's rules are right");
     let graph = lower(&rules);
-    let frames = frames(&rules, columns.clone());
+    let (frames_wide, frames_narrow) = (frames(&rules, &columns), frames(&rules, &narrow));
 
     let truth = by_hand::in_rows(&wide);
     let contestants: Vec<Contestant> = vec![
@@ -48,7 +54,8 @@ fn main() {
         ("row loop, f32", Box::new(|| by_hand::in_rows(&rows))),
         ("blocks of columns by an expert, f64", Box::new(|| by_hand::in_blocks(&columns))),
         ("blocks of columns by an expert, f32", Box::new(|| by_hand::in_blocks(&narrow))),
-        ("rules, f64", Box::new(|| by_rules(&graph, &frames))),
+        ("rules, f64", Box::new(|| by_rules(&graph, &frames_wide))),
+        ("rules, f32", Box::new(|| by_rules(&graph, &frames_narrow))),
     ];
     let mut times: Vec<Vec<f64>> = vec![Vec::new(); contestants.len()];
     for round in 0..=ROUNDS {
@@ -70,6 +77,27 @@ fn main() {
     );
     for ((name, _), speed) in contestants.iter().zip(&speeds) {
         println!("{name:<38} {:>12.1} M {:>16.2} {:>16.2}", speed / 1e6, speed / speeds[1], speed / speeds[3]);
+    }
+}
+
+fn shipped() {
+    for (rules, scene) in [
+        ("rules/contact.rules", "pick_and_press"),
+        ("rules/bimanual.rules", "hand_over_left_to_right"),
+        ("rules/bimanual.rules", "hold_and_insert"),
+    ] {
+        let job = shipped::Shipped::new(rules, scene, 100_000);
+        let mut times: Vec<f64> = (0..5)
+            .map(|_| {
+                let start = Instant::now();
+                black_box(job.run());
+                start.elapsed().as_secs_f64()
+            })
+            .collect();
+        let frames = streaming::times(&job);
+        let at = |share: f64| frames[((frames.len() - 1) as f64 * share) as usize];
+        println!("streaming: median {} ns, 99.9 % {} ns", at(0.5), at(0.999));
+        println!("{rules} {scene} {:.2} M", job.frames.len as f64 / median(&mut times) / 1e6);
     }
 }
 
@@ -96,7 +124,10 @@ fn by_rules(graph: &Graph, frames: &Frames) -> Runs {
 }
 
 /// The job's columns under the names that the rules know.
-fn frames(rules: &Rules, columns: Vec<Vec<f64>>) -> Frames {
+fn frames<T: Clone>(rules: &Rules, columns: &[Vec<T>]) -> Frames
+where
+    Column: From<Vec<T>>,
+{
     let layout = Layout {
         rate_hz: 1000.0,
         hands: vec![HandLayout {
@@ -123,7 +154,7 @@ fn frames(rules: &Rules, columns: Vec<Vec<f64>>) -> Frames {
             for component in 0..spec.shape.components().len() {
                 let key =
                     ColumnKey { channel: channel as u32, side: Some(Side::Right), slot, component: component as u32 };
-                named.insert(key, columns[first + component].clone());
+                named.insert(key, columns[first + component].clone().into());
             }
         }
     }
