@@ -5,7 +5,9 @@ use super::stretch::samples;
 use crate::base::channels::{ChannelSpec, Derived, derived};
 use crate::base::hands::Side;
 use crate::language::rules::{Key, Rules};
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::series::Series;
+use std::ops::Range;
 
 /// The channels to make frames with, so that the keys of the tasks can be judged: those of the rules first, in their order.
 pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
@@ -40,24 +42,36 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
     }
 }
 
+/// Whether a channel is read after the trees have run: by the keys of the tasks.
+pub fn reads_later(rules: &Rules, channel: &str) -> bool {
+    let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
+    channel == TARGET || keys().any(|key| asks(key, channel))
+}
+
+/// How many frames are looked at together.
+const TOGETHER: usize = 4096;
+
 /// What the log says about the target of one hand.
 pub(super) struct Measures<'a> {
     rate_hz: f64,
-    target: Option<Values<'a>>,
-    position: Option<[Values<'a>; 3]>,
-    spin: Option<Values<'a>>,
+    series: &'a dyn Series,
+    target: Option<ColumnKey>,
+    position: Option<[ColumnKey; 3]>,
+    spin: Option<ColumnKey>,
 }
 
 impl<'a> Measures<'a> {
     /// Finds the columns of a hand.
-    pub fn new(frames: &'a Frames, side: Side) -> Self {
+    pub fn new(frames: &'a Frames, series: &'a dyn Series, side: Side) -> Self {
         let column = |name: &str, component: u32| {
             let channel = frames.channel(name)?;
-            frames.column(ColumnKey { channel, side: Some(side), slot: 0, component })
+            let key = ColumnKey { channel, side: Some(side), slot: 0, component };
+            series.has(key).then_some(key)
         };
         let axis = |component| column(POSITION, component);
         Self {
             rate_hz: frames.layout.rate_hz,
+            series,
             target: column(TARGET, 0),
             position: axis(0).zip(axis(1)).zip(axis(2)).map(|((x, y), z)| [x, y, z]),
             spin: column(SPIN, 0),
@@ -81,7 +95,7 @@ impl<'a> Measures<'a> {
     /// The target at a frame, as its number among the objects; `None` when the log does not say.
     pub fn target(&self, frame: usize) -> Option<i64> {
         // Objects are numbered in column form; the cast cannot lose anything that matters.
-        self.target.and_then(|target| target.get(frame)).map(|target| target as i64)
+        self.series.part(self.target?, frame..frame + 1).first().map(|target| *target as i64)
     }
 
     /// Whether a key is found among pieces: its primitive lasts and travels far enough in one piece,
@@ -99,24 +113,37 @@ impl<'a> Measures<'a> {
     /// The greatest distance of the target from where it was when the piece began, m.
     pub fn travelled(&self, piece: &Piece) -> f64 {
         let Some(axes) = self.position else { return 0.0 };
-        let at = |frame: usize| axes.map(|axis| axis.get(frame).unwrap_or(f64::NAN));
-        let origin = at(piece.frames.start);
-        let distance = |frame| {
-            let [x, y, z] = at(frame);
-            let [x, y, z] = [x - origin[0], y - origin[1], z - origin[2]];
-            (x * x + y * y + z * z).sqrt()
-        };
-        piece.frames.clone().map(distance).fold(0.0, f64::max)
+        let mut origin = None;
+        let mut farthest = 0.0_f64;
+        for frames in together(&piece.frames) {
+            let parts = axes.map(|axis| self.series.part(axis, frames.clone()));
+            let at = |frame: usize| parts.each_ref().map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
+            for frame in 0..frames.len() {
+                let [x, y, z] = at(frame);
+                let [from_x, from_y, from_z] = *origin.get_or_insert([x, y, z]);
+                let [x, y, z] = [x - from_x, y - from_y, z - from_z];
+                farthest = farthest.max((x * x + y * y + z * z).sqrt());
+            }
+        }
+        farthest
     }
 
     /// The greatest angle by which the target was turned from the beginning of the first piece, within the pieces, rad.
     pub fn turned(&self, pieces: &[&Piece]) -> f64 {
         let Some(spin) = self.spin else { return 0.0 };
-        let frames = pieces.iter().flat_map(|piece| piece.frames.clone());
-        let angles = frames.scan(0.0, |angle, frame| {
-            *angle += spin.get(frame).unwrap_or_default() / self.rate_hz;
-            Some(f64::abs(*angle))
-        });
-        angles.fold(0.0, f64::max)
+        let (mut angle, mut greatest) = (0.0, 0.0_f64);
+        for frames in pieces.iter().flat_map(|piece| together(&piece.frames)) {
+            for rate in self.series.part(spin, frames).iter() {
+                angle += rate / self.rate_hz;
+                greatest = greatest.max(f64::abs(angle));
+            }
+        }
+        greatest
     }
+}
+
+/// Frames in groups that are looked at together.
+fn together(frames: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = frames.end;
+    frames.clone().step_by(TOGETHER).map(move |start| start..(start + TOGETHER).min(end))
 }

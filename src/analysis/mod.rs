@@ -25,7 +25,7 @@ mod spans;
 mod stretch;
 mod tasks;
 
-pub use measures::channels;
+pub use measures::{channels, reads_later};
 pub use rounds::MAX_ROUNDS;
 
 use crate::base::error::InputError;
@@ -34,6 +34,7 @@ use crate::engine::open::frames as frames_of;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{RelabelKind, Rules};
 use crate::stream::frames::{Frames, Issue};
+use crate::stream::series::Series;
 use lane::Piece;
 use measures::Measures;
 use show::Show;
@@ -170,11 +171,17 @@ pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
 
 /// Finds the segments and tasks of a recording, from the leaves of each of its gap-free stretches.
 pub fn analyse(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
+    analyse_series(rules, frames, frames, leaves)
+}
+
+/// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
+pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
     let show = Show { rules, frames };
     let of_hand = |side| leaves.iter().any(|leaves| leaves.hands.contains_key(&side));
     let sides: Vec<Side> = Side::BOTH.into_iter().filter(|side| of_hand(*side)).collect();
-    let measures: BTreeMap<Side, Measures> = sides.iter().map(|side| (*side, Measures::new(frames, *side))).collect();
+    let measures: BTreeMap<Side, Measures> =
+        sides.iter().map(|side| (*side, Measures::new(frames, series, *side))).collect();
     let mut hands: BTreeMap<Side, Track> = sides.iter().map(|side| (*side, Track::new(Who::Hand(*side)))).collect();
     let mut both = Track::new(Who::Both);
     let mut issues = frames.issues.clone();

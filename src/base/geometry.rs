@@ -22,10 +22,49 @@ pub fn surface_distance(body: &Body, point_in_body: &Point3<f64>) -> f64 {
     body.parts.iter().map(|part| part_distance(part, point_in_body)).fold(f64::INFINITY, f64::min)
 }
 
+/// A body whose parts are placed, to be asked for many distances.
+pub struct Solid {
+    parts: Vec<(Isometry3<f64>, Shape)>,
+    radius: f64,
+}
+
+impl Solid {
+    /// Places the parts of a body.
+    pub fn new(body: &Body) -> Self {
+        Self {
+            parts: body.parts.iter().map(|part| (placed(part), part.shape)).collect(),
+            radius: body.bounding_radius(),
+        }
+    }
+
+    /// The same as [`surface_distance`], m.
+    pub fn distance(&self, point_in_body: &Point3<f64>) -> f64 {
+        if self.parts.is_empty() {
+            return point_in_body.coords.norm() - self.radius;
+        }
+        let distances = self.parts.iter().map(|(at, shape)| shape_distance(at, *shape, point_in_body));
+        distances.fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether a point is surely at most this far from the surface, told without a root: its way to the middle of a part is at most that.
+    pub fn is_within(&self, distance: f64, point_in_body: &Point3<f64>) -> bool {
+        let middle = |(at, _): &(Isometry3<f64>, Shape)| (point_in_body.coords - at.translation.vector).norm_squared();
+        self.parts.iter().any(|part| middle(part) < distance * distance)
+    }
+}
+
+/// body_from_part.
+fn placed(part: &Part) -> Isometry3<f64> {
+    pose(part.at.map(|length| length.0), part.turned)
+}
+
 fn part_distance(part: &Part, point_in_body: &Point3<f64>) -> f64 {
-    let body_from_part = pose(part.at.map(|length| length.0), part.turned);
+    shape_distance(&placed(part), part.shape, point_in_body)
+}
+
+fn shape_distance(body_from_part: &Isometry3<f64>, shape: Shape, point_in_body: &Point3<f64>) -> f64 {
     let p = body_from_part.inverse_transform_point(point_in_body);
-    match part.shape {
+    match shape {
         Shape::Ball(radius) => p.coords.norm() - radius.0,
         Shape::Box([x, y, z]) => beyond(&[p.x.abs() - x.0 / 2.0, p.y.abs() - y.0 / 2.0, p.z.abs() - z.0 / 2.0]),
         Shape::Cylinder([radius, height]) => beyond(&[p.x.hypot(p.y) - radius.0, p.z.abs() - height.0 / 2.0]),
@@ -44,7 +83,7 @@ fn beyond(over: &[f64]) -> f64 {
 pub fn face_normal(body: &Body, point_in_body: &Point3<f64>) -> Option<Vector3<f64>> {
     let distance = |part: &&Part| part_distance(part, point_in_body);
     let part = body.parts.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-    let body_from_part = pose(part.at.map(|length| length.0), part.turned);
+    let body_from_part = placed(part);
     let p = body_from_part.inverse_transform_point(point_in_body).coords;
     let (radial, axial) = (Vector3::new(p.x, p.y, 0.0), Vector3::new(0.0, 0.0, p.z));
     let out = match part.shape {

@@ -2,7 +2,7 @@
 
 use super::rules::{RuleArgs, load};
 use super::source::{SourceArgs, without_companions};
-use super::{Failure, live, output, tellable};
+use super::{Failure, flowing, live, output, tellable};
 use crate::analysis::{self, Analysis, explain, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
@@ -12,6 +12,7 @@ use crate::language::Rules;
 use crate::report::{self, Style};
 use crate::stream::binding::{BindingFile, Pattern};
 use crate::stream::{self, OpenRequest, Opened, frames::Frames};
+use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// Options of `analyze`.
@@ -79,8 +80,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();
     let mut failures = Vec::new();
-    for log in without_companions(&args.logs) {
-        match one(args, log, &inputs) {
+    let logs: Vec<&PathBuf> = without_companions(&args.logs).collect();
+    // All cores share the recordings; what is found comes in the order in which they were named.
+    let found: Vec<Result<String, Failure>> = logs.into_par_iter().map(|log| one(args, log, &inputs)).collect();
+    for found in found {
+        match found {
             // A table has one header.
             Ok(text) if args.format == Format::Csv && !out.is_empty() => {
                 out.push_str(text.split_once('\n').map_or("", |(_, rows)| rows));
@@ -101,6 +105,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// Analyses one recording: what is to be said about it.
 fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
     let request = args.source.request(log);
+    if args.report.is_none()
+        && let Some((rules, analysis)) = flowing::analyse(&args.rules, &request)
+    {
+        let meta = meta(&rules, log, None, args.rules.set.clone());
+        return written(&analysis, &meta, args.format, args.out.is_none());
+    }
     let opened = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
         live(args, &request)?
     } else {
@@ -114,7 +124,7 @@ fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
         let page = report::html(&analysed.explained(&rules), &opened.recording, &analysed.meta)?;
         output::write(path, &page, inputs)?;
     }
-    written(&analysed, args.format, args.out.is_none())
+    written(&analysed.analysis, &analysed.meta, args.format, args.out.is_none())
 }
 
 /// Reads a recording from standard input and prints its segments as they close.
@@ -155,20 +165,23 @@ pub fn analyse(
         // Logs of other people measure what they measure.
         analysis.issues.extend(tellable::issues(&graph, &frames));
     }
-    let meta = Meta {
-        log: opened.log.display().to_string(),
+    let meta = meta(rules, &opened.log, binding, params);
+    Ok(Analysed { frames, leaves, analysis, meta })
+}
+
+fn meta(rules: &Rules, log: &Path, binding: Option<String>, params: Vec<(String, String)>) -> Meta {
+    Meta {
+        log: log.display().to_string(),
         binding,
         rules: rules.sources.files.iter().map(|file| file.name.clone()).collect(),
         digest: rules.digest(),
         params,
-    };
-    Ok(Analysed { frames, leaves, analysis, meta })
+    }
 }
 
-fn written(analysed: &Analysed, format: Format, to_terminal: bool) -> Result<String, Failure> {
-    let Analysed { analysis, meta, .. } = analysed;
+fn written(analysis: &Analysis, meta: &Meta, format: Format, to_terminal: bool) -> Result<String, Failure> {
     Ok(match format {
-        Format::Text => timeline(analysed, to_terminal),
+        Format::Text => drawn(analysis, meta, to_terminal),
         Format::Json => analysis::json::json(analysis, meta),
         Format::Csv => analysis::csv::csv(analysis, meta)?,
     })
@@ -176,6 +189,10 @@ fn written(analysed: &Analysed, format: Format, to_terminal: bool) -> Result<Str
 
 /// The timeline, in colour where the terminal wants it.
 pub fn timeline(analysed: &Analysed, to_terminal: bool) -> String {
+    drawn(&analysed.analysis, &analysed.meta, to_terminal)
+}
+
+fn drawn(analysis: &Analysis, meta: &Meta, to_terminal: bool) -> String {
     let style = Style { color: to_terminal && output::color(), unicode: true, width: output::width() };
-    report::text(&analysed.analysis, &analysed.meta, style)
+    report::text(analysis, meta, style)
 }

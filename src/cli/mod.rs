@@ -12,6 +12,7 @@ mod command;
 mod demo;
 mod explain;
 mod fit;
+mod flowing;
 mod fmt;
 mod graph;
 mod inspect;

@@ -36,11 +36,25 @@ pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
 
 /// What is loaded for a log.
 pub fn request(args: &RuleArgs, opened: &Opened) -> Request {
-    let usual = || if opened.hands().len() > 1 { vec![PathBuf::from(OF_TWO_HANDS)] } else { vec![] };
+    request_for(args, opened.hands().len(), opened.hand_file.clone(), &opened.params)
+}
+
+/// Loads rules for a log with so many hands, of which a binding may say the hand file and params.
+pub fn load_for(
+    args: &RuleArgs,
+    hands: usize,
+    hand_file: Option<String>,
+    params: &[(String, String)],
+) -> Result<Rules, Failure> {
+    load_request(request_for(args, hands, hand_file, params))
+}
+
+fn request_for(args: &RuleArgs, hands: usize, hand_file: Option<String>, params: &[(String, String)]) -> Request {
+    let usual = || if hands > 1 { vec![PathBuf::from(OF_TWO_HANDS)] } else { vec![] };
     Request {
         files: if args.rules.is_empty() { usual() } else { args.rules.clone() },
-        hand_file: args.hand.clone().or_else(|| opened.hand_file.clone()),
-        overrides: opened.params.iter().chain(&args.set).cloned().collect(),
+        hand_file: args.hand.clone().or(hand_file),
+        overrides: params.iter().chain(&args.set).cloned().collect(),
         needs_tree: true,
         ..Request::default()
     }

@@ -101,13 +101,13 @@ pub(super) enum Clock {
 
 impl Clock {
     /// As a canonical log has it.
-    fn canonical() -> Self {
+    pub(super) fn canonical() -> Self {
         Self::Column("time".into(), None)
     }
 }
 
-/// Reads the columns of a canonical table.
-pub(super) fn columns(source: Source, clock: &Clock) -> Result<Read, InputError> {
+/// The columns of a canonical table: name, dimension, what to read of it.
+pub(super) fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(String, Dimension, Want)>, InputError> {
     let header = source.header();
     let header_place = source.header_place.clone();
     let place = |name: &str| format!("{header_place} column {name}");
@@ -148,22 +148,28 @@ pub(super) fn columns(source: Source, clock: &Clock) -> Result<Read, InputError>
             None => error.help("add `time [s]`, or describe the log in a binding and name it with --binding"),
         });
     }
+    let named = seen.into_iter().zip(wants);
+    Ok(named.map(|((name, dimension), want)| (name.to_string(), dimension, want)).collect())
+}
+
+/// Reads the columns of a canonical table.
+pub(super) fn columns(source: Source, clock: &Clock) -> Result<Read, InputError> {
+    let wanted = wanted(&source, clock)?;
+    let wants: Vec<Want> = wanted.iter().map(|(.., want)| *want).collect();
     let rate_hz = match clock {
         Clock::Column(..) => None,
         Clock::Rate(rate) => Some(rate.0),
     };
     let table = source.read(&wants, rate_hz)?;
     let mut recording = Recording { time: table.time, ..Recording::default() };
-    for ((((name, dimension), want), numbers), texts) in
-        seen.into_iter().zip(&wants).zip(table.numbers).zip(table.texts)
-    {
+    for (((name, dimension, want), numbers), texts) in wanted.into_iter().zip(table.numbers).zip(table.texts) {
         match want {
             Want::Nothing | Want::Time(_) => {}
             Want::Number(_) | Want::Perhaps(_) | Want::Look => {
-                recording.columns.insert(name.to_string(), Column { dimension, values: numbers });
+                recording.columns.insert(name, Column { dimension, values: numbers });
             }
             Want::Text => {
-                recording.labels.insert(name.to_string(), texts);
+                recording.labels.insert(name, texts);
             }
         }
     }

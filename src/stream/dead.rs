@@ -101,6 +101,70 @@ pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Iss
     issues
 }
 
+/// Whether a vector may be of a dead sensor, as far as that can be told from it alone while it comes in blocks: a sensor that is dead is
+/// among those that may be.
+pub struct Repeats {
+    is_force: bool,
+    /// The value so far and when it began, s.
+    value: [f64; 3],
+    since: f64,
+    /// When the last row was, s, and how many have had the value.
+    last: f64,
+    rows: usize,
+    /// How many rows have repeated a value for long.
+    lazy: usize,
+    rests: bool,
+}
+
+impl Repeats {
+    /// Of a channel that may be dead or frozen: the force or the place of a finger.
+    pub fn of(channel: &str) -> Option<Self> {
+        let column = format!("{channel}.x");
+        let meaning = names::meaning(&column).map(|meaning| (meaning.dimension, meaning.bodies));
+        let is_force = meaning == Some((Dimension::FORCE, [None, None]));
+        let is_tip = meaning == Some((Dimension::LENGTH, [None, None])) && !channel.contains(".palm.");
+        let (value, since, last) = ([f64::NAN; 3], f64::NAN, f64::NAN);
+        (is_force || is_tip).then_some(Self { is_force, value, since, last, rows: 0, lazy: 0, rests: false })
+    }
+
+    /// Looks at more rows; whether they surely are of a sensor that lives.
+    pub fn look(&mut self, time: &[f64], [x, y, z]: Vector) -> bool {
+        for (((time, x), y), z) in time.iter().zip(x).zip(y).zip(z) {
+            let [was_x, was_y, was_z] = self.value;
+            let same =
+                was_x.to_bits() == x.to_bits() && was_y.to_bits() == y.to_bits() && was_z.to_bits() == z.to_bits();
+            if !same {
+                self.end();
+                (self.value, self.since, self.rows) = ([*x, *y, *z], *time, 0);
+                self.rests |= self.is_force && !self.rests && x * x + y * y + z * z < REST * REST / 2.0;
+            }
+            self.rows += 1;
+            self.last = *time;
+            if same && time - self.since >= STUCK_SECS && !(self.is_force && self.at_rest()) {
+                return false;
+            }
+        }
+        true
+    }
+
+    fn at_rest(&self) -> bool {
+        self.value.iter().map(|part| part * part).sum::<f64>() < REST * REST / 2.0
+    }
+
+    /// Counts the value that was.
+    fn end(&mut self) {
+        if self.last - self.since >= LAZY_SECS {
+            self.lazy += self.rows;
+        }
+    }
+
+    /// Whether all rows were surely of a sensor that lives.
+    pub fn finish(&self, rows: usize) -> bool {
+        let last = if self.last - self.since >= LAZY_SECS { self.rows } else { 0 };
+        !self.is_force || self.rests || (self.lazy + last) * 2 <= rows
+    }
+}
+
 /// Tells of fingertips whose position is repeated bit by bit while every other fingertip of the hand travels.
 pub fn frozen(time: &[f64], columns: &Columns) -> Vec<Issue> {
     let mut issues = vec![];

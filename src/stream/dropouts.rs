@@ -82,6 +82,22 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
     Ok(issues)
 }
 
+/// The largest value that a column can have, and whether it is a flag.
+pub fn bound(column: &str) -> (f64, bool) {
+    let meaning = names::meaning(column);
+    let largest = if meaning.is_some() { LARGEST } else { LARGEST_OF_ANY };
+    (largest, meaning.is_some_and(|meaning| meaning.shape == Shape::Bool))
+}
+
+/// Whether all of these are rotations, w x y z.
+pub fn are_rotations([w, x, y, z]: [&[f64]; 4]) -> bool {
+    let parts = w.iter().zip(x).zip(y).zip(z);
+    let squares = |(((w, x), y), z): (((&f64, &f64), &f64), &f64)| w * w + x * x + y * y + z * z;
+    // Well within what counts as one.
+    let range = (1.0 - UNIT_WITHIN / 2.0).powi(2)..(1.0 + UNIT_WITHIN / 2.0).powi(2);
+    parts.map(squares).all(|square| range.contains(&square))
+}
+
 /// Bridges short drop-outs, and tells where.
 pub fn bridge(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
     let Ok(step) = usual_step(time) else { return vec![] };

@@ -15,6 +15,7 @@ use crate::base::recording::{Column, Recording};
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -35,7 +36,34 @@ pub struct Measured<'a> {
     pub issues: Vec<Issue>,
     /// The noise of force sensors, by channel, where it is known.
     pub noise: BTreeMap<String, Noise>,
-    columns: Columns<'a>,
+    /// When the whole log starts and ends, s.
+    pub span: [f64; 2],
+    /// Which part of a log this is; all of it when there is none.
+    pub window: Option<Window<'a>>,
+    /// The columns.
+    pub columns: Columns<'a>,
+}
+
+/// A part of a stretch with as many frames around it as averages look at. What follows a log from frame to frame goes on from the window
+/// before.
+pub struct Window<'a> {
+    /// The frames that count.
+    pub core: Range<usize>,
+    /// Whether the stretch begins here.
+    pub is_first: bool,
+    /// What was so at the last frame of the window before, by what is followed.
+    pub before: &'a BTreeMap<String, State>,
+    /// The same of this window.
+    pub after: &'a RefCell<BTreeMap<String, State>>,
+}
+
+/// What is so at a frame, for what depends on the frame before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct State {
+    /// Whether it holds.
+    pub on: bool,
+    /// Which body it is.
+    pub which: Option<usize>,
 }
 
 /// The noise of a sensor, independent from sample to sample.
@@ -80,8 +108,31 @@ impl<'a> Measured<'a> {
                 *values = Cow::Owned(rows.iter().filter_map(|row| values.get(*row).copied()).collect());
             }
         }
-        let time = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
-        Ok(Self { scene: &recording.scene, time, rate_hz, stretches, issues, noise: BTreeMap::new(), columns })
+        let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
+        let (scene, noise, span) = (&recording.scene, BTreeMap::new(), span(&time));
+        Ok(Self { scene, time, rate_hz, stretches, issues, noise, span, window: None, columns })
+    }
+
+    /// The frames that count.
+    pub fn core(&self) -> Range<usize> {
+        self.window.as_ref().map_or(0..self.len(), |window| window.core.clone())
+    }
+
+    /// Goes through each stretch frame by frame with what was so at the frame before; at the beginning of a stretch nothing is. The key says
+    /// what is followed.
+    pub fn follow(&self, key: &str, mut step: impl FnMut(usize, State) -> State) {
+        match &self.window {
+            None => {
+                for stretch in &self.stretches {
+                    stretch.clone().fold(State::default(), |state, frame| step(frame, state));
+                }
+            }
+            Some(window) => {
+                let before = window.before.get(key).copied().filter(|_| !window.is_first);
+                let state = window.core.clone().fold(before.unwrap_or_default(), |state, frame| step(frame, state));
+                window.after.borrow_mut().insert(key.to_string(), state);
+            }
+        }
     }
 
     /// Number of frames.
@@ -129,7 +180,7 @@ impl<'a> Measured<'a> {
 
     /// An issue over the whole log.
     pub fn over_all(&self, kind: &str, channel: &str, message: String) -> Issue {
-        over_all(&self.time, kind, channel, message)
+        over_all(&self.span, kind, channel, message)
     }
 
     /// The same as a recording, without what is true of it besides.
@@ -158,9 +209,14 @@ pub fn channel_of(column: &str) -> &str {
     names::meaning(column).map_or(column, |meaning| meaning.channel)
 }
 
+/// When a log starts and ends, s.
+pub fn span(time: &[f64]) -> [f64; 2] {
+    [time.first(), time.last()].map(|stamp| stamp.copied().unwrap_or_default())
+}
+
 /// An issue over a whole log.
 pub fn over_all(time: &[f64], kind: &str, channel: &str, message: String) -> Issue {
-    let [start_s, end_s] = [time.first(), time.last()].map(|stamp| stamp.copied().unwrap_or_default());
+    let [start_s, end_s] = span(time);
     Issue { kind: kind.into(), start_s, end_s, channel: channel.into(), message }
 }
 
@@ -177,7 +233,7 @@ fn never_measured(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
 }
 
 /// Checks that a vector has all its components.
-fn whole_vectors(columns: &Columns) -> Result<(), InputError> {
+pub fn whole_vectors(columns: &Columns) -> Result<(), InputError> {
     for name in columns.keys() {
         let Some(meaning) = names::meaning(name) else { continue };
         let components = meaning.shape.components();

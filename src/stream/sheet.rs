@@ -221,19 +221,19 @@ impl Rows for Memory {
             row_time: stamps.row_time,
             ..Table::default()
         };
-        for ((title, cells), want) in columns.iter().zip(wants) {
+        for ((title, cells), want) in columns.into_iter().zip(wants) {
             let (mut numbers, mut texts) = (vec![], vec![]);
             match want {
                 Want::Nothing | Want::Time(_) => {}
-                Want::Number(to_si) => numbers = measured(cells, &kept, *to_si, Some((&place, title)))?,
-                Want::Perhaps(to_si) => numbers = measured(cells, &kept, *to_si, None)?,
+                Want::Number(to_si) => numbers = measured(cells, rows, &kept, *to_si, Some((&place, &title)))?,
+                Want::Perhaps(to_si) => numbers = measured(cells, rows, &kept, *to_si, None)?,
                 Want::Look => {
-                    numbers = measured(cells, &kept, 1.0, None)?;
-                    if let Cells::Texts(all) = cells {
+                    if let Cells::Texts(all) = &cells {
                         all.iter().filter(|text| number(text).is_none()).for_each(|text| see(&mut texts, text));
                     }
+                    numbers = measured(cells, rows, &kept, 1.0, None)?;
                 }
-                Want::Text => texts = said(cells, &kept),
+                Want::Text => texts = said(&cells, &kept),
             }
             table.numbers.push(numbers);
             table.texts.push(texts);
@@ -242,26 +242,37 @@ impl Rows for Memory {
     }
 }
 
-/// The numbers of some rows. A text that is none is an error when its place is given, and not measured otherwise.
-fn measured(cells: &Cells, rows: &[usize], to_si: f64, place: Option<(&str, &str)>) -> Result<Vec<f64>, InputError> {
-    let value = |row: &usize| match cells {
-        Cells::Numbers(values) => {
-            let value = values.get(*row).copied().unwrap_or(f64::NAN);
-            Ok(if value.is_finite() { value * to_si } else { f64::NAN })
-        }
-        Cells::Texts(texts) => {
-            let text = texts.get(*row).map_or("", String::as_str);
-            match (number(text), place) {
-                (Some(value), _) => Ok(value * to_si),
-                (None, None) => Ok(f64::NAN),
-                (None, Some((place, title))) => Err(InputError::new(
-                    column_place(&format!("{place} row {}", row + 1), title),
-                    format!("found `{}`, wanted a number", shown(text)),
-                )),
+/// The numbers of the rows that are kept. A text that is none is an error when its place is given, and not measured otherwise.
+fn measured(
+    cells: Cells,
+    rows: usize,
+    kept: &[usize],
+    to_si: f64,
+    place: Option<(&str, &str)>,
+) -> Result<Vec<f64>, InputError> {
+    let texts = match cells {
+        Cells::Numbers(mut values) => {
+            if kept.len() < rows {
+                values = kept.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
             }
+            values.resize(kept.len(), f64::NAN);
+            values.iter_mut().for_each(|value| *value = if value.is_finite() { *value * to_si } else { f64::NAN });
+            return Ok(values);
+        }
+        Cells::Texts(texts) => texts,
+    };
+    let value = |row: &usize| {
+        let text = texts.get(*row).map_or("", String::as_str);
+        match (number(text), place) {
+            (Some(value), _) => Ok(value * to_si),
+            (None, None) => Ok(f64::NAN),
+            (None, Some((place, title))) => Err(InputError::new(
+                column_place(&format!("{place} row {}", row + 1), title),
+                format!("found `{}`, wanted a number", shown(text)),
+            )),
         }
     };
-    rows.iter().map(value).collect()
+    kept.iter().map(value).collect()
 }
 
 /// The texts of some rows.

@@ -21,7 +21,33 @@ pub enum Stranger<'a> {
     Body(&'a str),
 }
 
+/// The same, kept without the name that it is of.
+pub enum Kept {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(String),
+}
+
+impl Kept {
+    /// Why a column is not known.
+    pub fn borrowed(&self) -> Stranger<'_> {
+        match self {
+            Self::Name => Stranger::Name,
+            Self::Body(body) => Stranger::Body(body),
+        }
+    }
+}
+
 impl<'a> Stranger<'a> {
+    /// The same, kept without the name that it is of.
+    pub fn owned(&self) -> Kept {
+        match self {
+            Self::Name => Kept::Name,
+            Self::Body(body) => Kept::Body((*body).to_string()),
+        }
+    }
+
     /// Why a column is not known, if it is not.
     pub fn of(name: &'a str, scene: &Scene) -> Option<Self> {
         let Some(Meaning { bodies, .. }) = names::meaning(name) else { return Some(Self::Name) };

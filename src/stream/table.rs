@@ -86,6 +86,36 @@ pub trait Rows {
     /// # Errors
     /// At the first row that cannot be read as it should: its place, what was found, what was wanted.
     fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError>;
+
+    /// The same block by block, so that no more than a block is in memory; `None` of rows that are there already.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    fn blocks(
+        self: Box<Self>,
+        _header: &[String],
+        _wants: &[Want],
+        _rate_hz: Option<f64>,
+    ) -> Result<Option<Box<dyn Blocks>>, InputError> {
+        Ok(None)
+    }
+
+    /// Whether [`blocks`](Self::blocks) gives any.
+    fn comes_in_blocks(&self) -> bool {
+        false
+    }
+}
+
+/// Rows that are read block by block.
+pub trait Blocks {
+    /// How many rows there are, where that is known before the last one was read.
+    fn rows(&self) -> Option<usize>;
+
+    /// The next rows, as [`Rows::read`] gives all of them; `None` after the last ones.
+    ///
+    /// # Errors
+    /// As [`Rows::read`].
+    fn next(&mut self) -> Result<Option<Table>, InputError>;
 }
 
 /// What to make of a column.
@@ -106,6 +136,15 @@ pub enum Want {
 }
 
 impl Want {
+    /// The factor that makes its numbers SI, of what is numbers.
+    pub fn to_si(self) -> Option<f64> {
+        match self {
+            Self::Time(to_si) | Self::Number(to_si) | Self::Perhaps(to_si) => Some(to_si),
+            Self::Look => Some(1.0),
+            Self::Nothing | Self::Text => None,
+        }
+    }
+
     /// Whether it makes a column of a table.
     fn is_column(self) -> bool {
         matches!(self, Self::Number(_) | Self::Perhaps(_) | Self::Look | Self::Text)
@@ -127,6 +166,13 @@ pub struct Table {
     pub issues: Vec<Issue>,
     /// How many sheets it was laid together from.
     pub sheets: usize,
+}
+
+impl Table {
+    /// No rows, and room for columns.
+    pub(super) fn empty(columns: usize) -> Self {
+        Self { numbers: vec![vec![]; columns], texts: vec![vec![]; columns], ..Self::default() }
+    }
 }
 
 impl Source {
@@ -274,6 +320,9 @@ pub(super) struct Stamps {
     pub row_time: Vec<f64>,
     /// How many rows repeat a stamp, the first of them, and the stamps of the first and the last.
     repeated: Option<(usize, u64, f64, f64)>,
+    /// How many stamps were kept, and the last of them; the lists may have been taken away since.
+    kept: usize,
+    last: f64,
 }
 
 impl Stamps {
@@ -282,7 +331,7 @@ impl Stamps {
     /// # Errors
     /// When time runs backwards, what is to be said about it.
     pub fn push(&mut self, seconds: f64, row: u64) -> Result<bool, String> {
-        if let Some(&last) = self.time.last() {
+        if let Some(last) = self.last() {
             if seconds < last {
                 return Err(format!("time runs backwards: {seconds} s after {last} s"));
             }
@@ -295,7 +344,20 @@ impl Stamps {
         }
         self.row_time.push(seconds);
         self.time.push(seconds);
+        self.kept += 1;
+        self.last = seconds;
         Ok(true)
+    }
+
+    /// The stamps since the last time, those that were kept and all of them.
+    #[cfg(feature = "parquet")]
+    pub fn take(&mut self) -> (Vec<f64>, Vec<f64>) {
+        (std::mem::take(&mut self.time), std::mem::take(&mut self.row_time))
+    }
+
+    /// The last stamp that was kept, s.
+    pub fn last(&self) -> Option<f64> {
+        (self.kept > 0).then_some(self.last)
     }
 
     /// What is to be told about stamps that were repeated.
@@ -304,7 +366,7 @@ impl Stamps {
     /// When all rows of `place` have the same stamp.
     pub fn issue(&self, place: &str) -> Result<Option<Issue>, InputError> {
         let Some((count, row, start_s, end_s)) = self.repeated else { return Ok(None) };
-        if self.time.len() == 1 {
+        if self.kept == 1 {
             let message = format!("all {} rows have the same time stamp", count + 1);
             return Err(
                 InputError::new(place, message).help("stamps need more digits than the step between rows is long")

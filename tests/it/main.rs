@@ -29,6 +29,7 @@ mod language;
 mod live;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
+mod many_logs;
 #[cfg(feature = "cli")]
 mod program;
 #[cfg(feature = "cli")]

@@ -54,7 +54,7 @@ pub(super) fn of(rules: &Rules, frames: &Frames, leaves: &Leaves, side: Side, fr
     let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
     rounds::before_recognition(rules, &mut stretch, rate_hz);
     let lane = stretch.hands.get(&side)?;
-    let measures = Measures::new(frames, side);
+    let measures = Measures::new(frames, frames, side);
     let named = tasks::recognise(rules, lane, &measures);
     let named = named.into_iter().find(|named| {
         let (first, last) = (named.pieces.first(), named.pieces.last());

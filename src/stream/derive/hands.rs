@@ -5,9 +5,9 @@
 
 use super::motion::{Motion, vector};
 use super::raw::Array;
-use crate::base::geometry::surface_distance;
+use crate::base::geometry::Solid;
 use crate::base::hands::{Finger, Side};
-use crate::stream::measured::Measured;
+use crate::stream::measured::{Measured, State};
 use nalgebra::Point3;
 
 /// While nothing is touched, another object must be nearer than the target by this much to become the target, m: two objects at the
@@ -50,31 +50,29 @@ pub fn track(measured: &Measured, motions: &[Motion], side: Side, fingers: &[Fin
         .iter()
         .copied()
         .find(|body| measured.scene.bodies.get_index(*body).is_some_and(|(_, body)| body.fixed_to == Some(side)));
-    for stretch in &measured.stretches {
-        let (mut was_touching, mut target) = (false, None);
-        for frame in stretch.clone() {
-            let touching = hand.touching(frame);
-            target = match fixed {
-                Some(body) => Some(body),
-                None if touching && was_touching => target,
-                None if touching => hand.touched(frame).or(target),
-                None => hand.nearest(frame, target),
-            };
-            was_touching = touching;
-            if let (Some(touches), Some(body)) = (track.touching.get_mut(frame), track.target.get_mut(frame)) {
-                // What is fixed to a hand is touched all the time.
-                (*touches, *body) = (touching || fixed.is_some(), target);
-            }
+    measured.follow(&format!("target of {side}"), |frame, was| {
+        let touching = hand.touching(frame);
+        let target = match fixed {
+            Some(body) => Some(body),
+            None if touching && was.on => was.which,
+            None if touching => hand.touched(frame).or(was.which),
+            None => hand.nearest(frame, was.which),
+        };
+        if let (Some(touches), Some(body)) = (track.touching.get_mut(frame), track.target.get_mut(frame)) {
+            // What is fixed to a hand is touched all the time.
+            (*touches, *body) = (touching || fixed.is_some(), target);
         }
-    }
+        State { on: touching, which: target }
+    });
     track
 }
 
 /// What tells a hand's objects apart.
 struct Feelers<'a> {
-    measured: &'a Measured<'a>,
     motions: &'a [Motion<'a>],
     objects: &'a [usize],
+    /// The shape of each object.
+    solids: Vec<Solid>,
     fingers: Vec<Feeler<'a>>,
 }
 
@@ -107,7 +105,9 @@ impl<'a> Feelers<'a> {
                 touches_object: objects.iter().map(object_flag).collect(),
             }
         };
-        Self { measured, motions, objects, fingers: fingers.iter().zip(touches).map(feeler).collect() }
+        let body = |object: &usize| measured.scene.bodies.get_index(*object);
+        let solids = objects.iter().filter_map(body).map(|(_, body)| Solid::new(body)).collect();
+        Self { motions, objects, solids, fingers: fingers.iter().zip(touches).map(feeler).collect() }
     }
 
     fn touching(&self, frame: usize) -> bool {
@@ -127,51 +127,46 @@ impl<'a> Feelers<'a> {
         match candidates.as_slice() {
             [only] => Some(*only),
             several => {
-                let touching = |finger: &&Feeler| finger.touches_at(frame);
-                self.at_least_distance(several, frame, |finger| touching(&finger)).map(|(body, _)| body)
+                let touching = |finger: &Feeler| finger.touches_at(frame);
+                self.least(self.distances(frame, touching).filter(|(body, _)| several.contains(body)))
+                    .map(|(body, _)| body)
             }
         }
     }
 
     /// The object whose surface is nearest to the fingertips; the target so far, unless another is clearly nearer.
     fn nearest(&self, frame: usize, target: Option<usize>) -> Option<usize> {
+        // However far it is, there is no other.
+        if let [only] = self.objects {
+            return Some(*only);
+        }
         let any_tip = self.fingers.iter().any(|finger| finger.tip && finger.position.is_some());
-        let feels = |finger: &Feeler| finger.tip || !any_tip;
-        let Some((body, distance)) = self.at_least_distance(self.objects, frame, feels) else {
-            // Without positions the only object is the target.
-            return match self.objects {
-                [only] => Some(*only),
-                _ => target,
-            };
-        };
-        match target.and_then(|target| self.at_least_distance(&[target], frame, feels)) {
+        let mut so_far = None;
+        let distances = self.distances(frame, |finger| finger.tip || !any_tip).inspect(|(body, distance)| {
+            if Some(*body) == target {
+                so_far = Some((*body, *distance));
+            }
+        });
+        let Some((body, distance)) = self.least(distances) else { return target };
+        match so_far {
             Some((target, so_far)) if so_far - distance < NEARER_BY => Some(target),
             _ => Some(body),
         }
     }
 
-    /// The body with the least distance between its surface and one of the fingers, with that distance, m.
-    fn at_least_distance(
-        &self,
-        bodies: &[usize],
-        frame: usize,
-        feels: impl Fn(&Feeler) -> bool,
-    ) -> Option<(usize, f64)> {
-        let points: Vec<Point3<f64>> = self
-            .fingers
-            .iter()
-            .filter(|finger| feels(finger))
-            .filter_map(|finger| finger.position.map(|columns| vector(&columns, frame).into()))
-            .collect();
-        let distance = |body: usize| {
-            let (_, shape) = self.measured.scene.bodies.get_index(body)?;
-            let reference_from_body = self.motions.get(body)?.pose(frame);
-            points
-                .iter()
-                .map(|point| surface_distance(shape, &reference_from_body.inverse_transform_point(point)))
-                .min_by(f64::total_cmp)
-        };
-        bodies.iter().filter_map(|body| Some((*body, distance(*body)?))).min_by(|a, b| a.1.total_cmp(&b.1))
+    /// The least distance between the surface of each object and one of the fingers, m; nothing where no finger is placed.
+    fn distances(&self, frame: usize, feels: impl Fn(&Feeler) -> bool) -> impl Iterator<Item = (usize, f64)> {
+        self.objects.iter().zip(&self.solids).filter_map(move |(body, solid)| {
+            let reference_from_body = self.motions.get(*body)?.pose(frame);
+            let fingers = self.fingers.iter().filter(|finger| feels(finger)).filter_map(|finger| finger.position);
+            let points = fingers.map(|columns| Point3::from(vector(&columns, frame)));
+            let distance = |point: Point3<f64>| solid.distance(&reference_from_body.inverse_transform_point(&point));
+            points.map(distance).min_by(f64::total_cmp).map(|distance| (*body, distance))
+        })
+    }
+
+    fn least(&self, distances: impl Iterator<Item = (usize, f64)>) -> Option<(usize, f64)> {
+        distances.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 }
 

@@ -9,7 +9,7 @@ mod motion;
 mod plausible;
 mod raw;
 mod sockets;
-mod tare;
+pub(super) mod tare;
 mod targets;
 mod touch;
 
@@ -22,8 +22,9 @@ use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
 use motion::Motion;
+pub(super) use motion::{ANCHOR, looked_at};
 use raw::Slots;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
 
 /// Computes the channels that the rules read, in this order, from a recording.
@@ -46,40 +47,82 @@ pub fn frames_trusting(
     let mut measured = Measured::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
     issues.extend(tare::tare(&mut measured));
+    let mut told = Told::default();
+    let mut frames = derived_frames(&measured, channels, &mut told)?;
+    issues.extend(told.issues(&measured, &frames.layout));
+    frames.time.clone_from(&measured.time);
+    frames.stretches.clone_from(&measured.stretches);
+    issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    frames.issues = issues;
+    Ok(frames)
+}
+
+/// What is to be told of a log that may come in windows: what each window would tell anew, from the last one, and what adds up.
+#[derive(Default)]
+pub struct Told {
+    unseen: Vec<Issue>,
+    carried: Vec<Issue>,
+    read: Vec<Issue>,
+    findings: plausible::Findings,
+}
+
+impl Told {
+    /// All of it, once the whole log was seen.
+    pub fn issues(&self, measured: &Measured, layout: &Layout) -> Vec<Issue> {
+        let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
+        let mut issues: Vec<Issue> = self.unseen.iter().cloned().chain(far).collect();
+        issues.extend(self.carried.iter().cloned());
+        issues.extend(plausible::told_signs(measured, &self.findings));
+        issues.extend(self.read.iter().cloned());
+        issues
+    }
+}
+
+/// The columns that the rules read, of a log or of a window of it; without its times.
+pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut Told) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
-        measured.scene.bodies.iter().map(|(name, body)| Motion::new(&measured, name, body)).collect();
-    issues.extend(objects.iter().filter_map(|body| unseen(&measured, *body)));
+        measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
+    told.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
-        .map(|side| HandLayout { side, fingers: hands::fingers(&measured, side), contacts: vec![] })
+        .map(|side| HandLayout { side, fingers: hands::fingers(measured, side), contacts: vec![] })
         .collect();
 
     // Targets need the very `fingers.contact` that the rules see, and have a default of their own when no rule reads it.
     let default_touch = touch_channel();
     let touch = channels.iter().find(|channel| channel.name == default_touch.name).unwrap_or(&default_touch);
     let mut tracks = vec![];
+    // What was read of it, to be read once.
+    let mut touched: BTreeMap<Side, raw::Array> = BTreeMap::new();
     for hand in &hands {
-        let touches: raw::Array = match raw::read(&measured, touch, Some(hand.side), &hand.fingers, &mut vec![]) {
+        let mut found = vec![];
+        let slots = raw::read(measured, touch, Some(hand.side), &hand.fingers, &mut found);
+        let read = slots.is_ok() && found.is_empty();
+        let touches: raw::Array = match slots {
             Ok(slots) => slots.into_iter().filter_map(|slot| slot.into_iter().next()).collect(),
             // Refused below if a rule reads it.
-            Err(_) => closed(&measured, hand.side, &hand.fingers),
+            Err(_) => closed(measured, hand.side, &hand.fingers),
         };
-        issues.extend(plausible::far_touches(&measured, &motions, hand, &touches));
-        tracks.push(hands::track(&measured, &motions, hand.side, &hand.fingers, &touches));
+        plausible::far_touches(measured, &motions, hand, &touches, &mut told.findings);
+        tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, &touches));
+        if read {
+            touched.insert(hand.side, touches);
+        }
     }
-    let contacts = contacts::contacts(&measured, &motions, &tracks, &objects);
+    let contacts = contacts::contacts(measured, &motions, &tracks, &objects);
     if channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
-        issues.extend(contacts::never_carried(&measured, &objects, &contacts));
-        issues.extend(plausible::wrong_signs(&measured, &contacts, &tracks, &objects));
+        told.carried = contacts::never_carried(measured, &objects, &contacts);
+        plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut told.findings);
     }
     let partners: BTreeSet<usize> = contacts.keys().map(|(_, partner)| *partner).collect();
     let partners: Vec<usize> = partners.into_iter().collect();
     for hand in &mut hands {
-        hand.contacts = partners.iter().filter_map(|body| body_name(&measured, *body)).collect();
+        hand.contacts = partners.iter().filter_map(|body| body_name(measured, *body)).collect();
     }
-    let derivation = Derivation::new(&measured, &motions, &objects, &partners, &tracks, contacts);
+    let derivation = Derivation::new(measured, &motions, &objects, &partners, &tracks, contacts);
 
+    let mut issues = vec![];
     let mut frames = Frames {
         layout: Layout { rate_hz: measured.rate_hz, hands },
         channels: channels.to_vec(),
@@ -91,11 +134,13 @@ pub fn frames_trusting(
             if spec.per_hand { frames.layout.hands.iter().map(|hand| Some(hand.side)).collect() } else { vec![None] };
         for side in owners {
             let fingers = side.and_then(|side| frames.layout.hand(side)).map_or(vec![], |hand| hand.fingers.clone());
+            let known = side.filter(|_| spec.name == touch.name).and_then(|side| touched.remove(&side));
             let slots: Slots = match spec.absent {
+                _ if known.is_some() => known.into_iter().flatten().map(|column| vec![column]).collect(),
                 Absent::Derived => derivation.channel(&spec.name, side).ok_or_else(|| not_derived(&spec.name))?,
-                _ => match (raw::read(&measured, spec, side, &fingers, &mut issues), &spec.absent, side) {
+                _ => match (raw::read(measured, spec, side, &fingers, &mut issues), &spec.absent, side) {
                     (Err(_), Absent::NormAbove { needed: false, .. }, Some(side)) => {
-                        closed(&measured, side, &fingers).into_iter().map(|column| vec![column]).collect()
+                        closed(measured, side, &fingers).into_iter().map(|column| vec![column]).collect()
                     }
                     (read, ..) => read?,
                 },
@@ -107,11 +152,8 @@ pub fn frames_trusting(
             }
         }
     }
-    frames.objects = objects.iter().filter_map(|body| body_name(&measured, *body)).collect();
-    frames.time.clone_from(&measured.time);
-    frames.stretches.clone_from(&measured.stretches);
-    issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    frames.issues = issues;
+    frames.objects = objects.iter().filter_map(|body| body_name(measured, *body)).collect();
+    told.read = issues;
     Ok(frames)
 }
 
@@ -123,6 +165,16 @@ pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, Inp
     let mut measured = Measured::new(recording, trust, |_| false)?;
     tare::tare(&mut measured);
     Ok(measured.recording())
+}
+
+/// Whether no contact of an object has to be told from shapes, which takes the whole log.
+pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> bool {
+    let logged = |a: &str, b: &str| has(&format!("contact.{a}.{b}")) || has(&format!("contact.{a}.{b}.force.x"));
+    objects(scene).into_iter().all(|object| {
+        let name = |body: usize| scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
+        let mut others = (0..scene.bodies.len()).filter(|other| *other != object).map(name);
+        others.any(|other| logged(name(object), other) || logged(other, name(object)))
+    })
 }
 
 /// Tells of an object whose position the log lacks.
@@ -138,7 +190,7 @@ pub fn reads(channels: &[ChannelSpec], channel: &str) -> bool {
 }
 
 /// Whether one of the raw channels is read from this column.
-fn asks(channels: &[ChannelSpec], column: &str) -> bool {
+pub(super) fn asks(channels: &[ChannelSpec], column: &str) -> bool {
     let raw = channels.iter().filter(|channel| channel.absent != Absent::Derived && derived(&channel.name).is_none());
     raw.into_iter().any(|channel| {
         let whose = if channel.per_hand {

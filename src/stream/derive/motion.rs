@@ -13,6 +13,15 @@ use std::borrow::Cow;
 /// Width of each of the two averages, s: the longest period of a tremor.
 pub const TREMOR_SECS: f64 = 0.125;
 
+/// Sums are taken from every so many frames of a stretch on.
+pub const ANCHOR: usize = 128;
+
+/// How many frames before and after a frame have a part in what is derived of it, at most; a multiple of [`ANCHOR`].
+pub fn looked_at(rate_hz: f64) -> usize {
+    let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
+    (2 * reach + 2).next_multiple_of(ANCHOR)
+}
+
 /// Three columns x y z.
 pub type Columns3<'a> = [Cow<'a, [f64]>; 3];
 
@@ -21,6 +30,8 @@ pub struct Motion<'a> {
     position: Option<[&'a [f64]; 3]>,
     rotation: Option<[&'a [f64]; 4]>,
     at_start: Isometry3<f64>,
+    /// reference_from_body at each frame, of a body that moves.
+    poses: Vec<Isometry3<f64>>,
     velocity: Option<[Vec<f64>; 3]>,
     angular_velocity: Option<[Vec<f64>; 3]>,
 }
@@ -28,8 +39,11 @@ pub struct Motion<'a> {
 impl<'a> Motion<'a> {
     /// The motion of the body with this name. A body without a position in the log stays where the scene puts it.
     pub fn new(measured: &'a Measured, name: &str, body: &SceneBody) -> Self {
-        let poses = Self::of_poses(measured, name, body);
+        let mut poses = Self::of_poses(measured, name, body);
         let (position, rotation) = (poses.position, poses.rotation);
+        if position.is_some() || rotation.is_some() {
+            poses.poses = (0..measured.len()).map(|frame| poses.pose_at(frame)).collect();
+        }
         let logged = |channel: &str| {
             let columns = measured.vec3(&format!("{name}.{channel}"));
             columns.map(|columns| columns.map(|column| steady(measured, column)))
@@ -46,13 +60,19 @@ impl<'a> Motion<'a> {
             position: measured.vec3(&format!("{name}.position")),
             rotation: measured.rotation(&format!("{name}.rotation")),
             at_start: pose(body.position.map(|length| length.0), body.rotation),
+            poses: vec![],
             velocity: None,
             angular_velocity: None,
         }
     }
 
     /// reference_from_body at a frame.
+    #[inline]
     pub fn pose(&self, frame: usize) -> Isometry3<f64> {
+        self.poses.get(frame).copied().unwrap_or_else(|| self.pose_at(frame))
+    }
+
+    fn pose_at(&self, frame: usize) -> Isometry3<f64> {
         let position = self.position.map_or(self.at_start.translation.vector, |columns| vector(&columns, frame));
         let rotation = self.rotation.map_or(self.at_start.rotation, |columns| quaternion(&columns, frame));
         Isometry3::from_parts(position.into(), rotation)
@@ -81,13 +101,19 @@ impl<'a> Motion<'a> {
 }
 
 /// The vector at a frame.
-pub fn vector<C: AsRef<[f64]>>(columns: &[C; 3], frame: usize) -> Vector3<f64> {
-    let [x, y, z] = columns.each_ref().map(|column| column.as_ref().get(frame).copied().unwrap_or_default());
-    Vector3::new(x, y, z)
+#[inline]
+pub fn vector<C: AsRef<[f64]>>([x, y, z]: &[C; 3], frame: usize) -> Vector3<f64> {
+    Vector3::new(at(x.as_ref(), frame), at(y.as_ref(), frame), at(z.as_ref(), frame))
 }
 
-fn quaternion(columns: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
-    unit(columns.map(|column| column.get(frame).copied().unwrap_or_default()))
+#[inline]
+fn quaternion([w, x, y, z]: &[&[f64]; 4], frame: usize) -> UnitQuaternion<f64> {
+    unit([at(w, frame), at(x, frame), at(y, frame), at(z, frame)])
+}
+
+#[inline]
+fn at(column: &[f64], frame: usize) -> f64 {
+    column.get(frame).copied().unwrap_or_default()
 }
 
 /// The slope of each column at each frame, in its unit per second, without tremor.
@@ -143,18 +169,28 @@ pub fn averaged(measured: &Measured, column: &[f64], reach: usize) -> Vec<f64> {
 
 /// The mean of what lies at most `reach` before and after each value; of fewer values at the ends.
 fn average(values: &[f64], reach: usize) -> Vec<f64> {
+    // Sums begin anew every so many values, so that neither their errors grow nor a part of a log is averaged otherwise than the whole.
     let mut sums = Vec::with_capacity(values.len() + 1);
-    sums.push(0.0);
-    sums.extend(values.iter().scan(0.0, |sum, value| {
-        *sum += value;
-        Some(*sum)
-    }));
+    let mut totals = Vec::with_capacity(values.len() / ANCHOR + 1);
+    for group in values.chunks(ANCHOR) {
+        let mut sum = 0.0;
+        for value in group {
+            sums.push(sum);
+            sum += value;
+        }
+        totals.push(sum);
+    }
+    sums.push(if values.len().is_multiple_of(ANCHOR) { 0.0 } else { totals.last().copied().unwrap_or_default() });
+    let at = |list: &[f64], index: usize| list.get(index).copied().unwrap_or_default();
     let mean = |index: usize| {
         let (from, to) = (index.saturating_sub(reach), (index + reach + 1).min(values.len()));
-        match (sums.get(from), sums.get(to)) {
-            (Some(before), Some(after)) => (after - before) / (to - from) as f64,
-            _ => 0.0,
-        }
+        let (first, last) = (from / ANCHOR, to / ANCHOR);
+        let between = match last - first {
+            0 => -at(&sums, from),
+            1 => at(&totals, first) - at(&sums, from),
+            _ => (first + 1..last).fold(at(&totals, first) - at(&sums, from), |sum, group| sum + at(&totals, group)),
+        };
+        (between + at(&sums, to)) / (to - from) as f64
     };
     (0..values.len()).map(mean).collect()
 }

@@ -5,7 +5,7 @@ use crate::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::stream::frames::Issue;
-use crate::stream::measured::Measured;
+use crate::stream::measured::{Measured, State};
 
 /// The elements of an array over fingers, one column each.
 pub type Array = Vec<Vec<f64>>;
@@ -156,15 +156,13 @@ fn norm_above(measured: &Measured, channel: &str, force: [&[f64]; 3], on: f64, o
     let (on, off) = (on.max(BEGINS_ABOVE * left), off.max(GOES_ON_ABOVE * left));
     let calmed = force.map(|column| averaged(measured, column, reach));
     let mut flags = vec![0.0; measured.len()];
-    for stretch in &measured.stretches {
-        let mut above = false;
-        for frame in stretch.clone() {
-            let norm = vector(&calmed, frame).norm();
-            above = if above { norm >= off } else { norm > on };
-            if let (true, Some(flag)) = (above, flags.get_mut(frame)) {
-                *flag = 1.0;
-            }
+    measured.follow(&format!("{channel} above {on} until below {off}"), |frame, was| {
+        let norm = vector(&calmed, frame).norm();
+        let above = if was.on { norm >= off } else { norm > on };
+        if let (true, Some(flag)) = (above, flags.get_mut(frame)) {
+            *flag = 1.0;
         }
-    }
+        State { on: above, ..was }
+    });
     flags
 }

@@ -2,7 +2,7 @@
 
 use super::motion::{Motion, slope};
 use crate::base::scene::Scene;
-use crate::stream::measured::Measured;
+use crate::stream::measured::{Measured, State};
 use nalgebra::{Point3, Vector3};
 
 /// Once in, an object is in until its plug point is this many radii from the axis.
@@ -86,29 +86,27 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
             logged.unwrap_or_else(|| -from_rim(frame).dot(&socket.axis(motions, frame)))
         };
         let mut ever_inside = false;
-        for stretch in &measured.stretches {
-            let mut inside = false;
-            for frame in stretch.clone() {
-                let axis = socket.axis(motions, frame);
-                let from_rim = from_rim(frame);
-                let (height, beside) = (from_rim.dot(&axis), (from_rim - axis * from_rim.dot(&axis)).norm());
-                let depth = below_rim(frame);
-                let allowed = if inside { LEAVES_AT * radius } else { radius };
-                let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
-                inside = depth > 0.0 && (depths.is_some() || within);
-                if let (true, Some(in_socket), Some(in_depth)) =
-                    (inside, plugged.socket.get_mut(frame), plugged.depth.get_mut(frame))
-                    && depth > *in_depth
-                {
-                    (*in_socket, *in_depth) = (Some(index), depth);
-                    ever_inside = true;
-                }
-                let searching = beside <= radius + SEARCH_BESIDE && (-SEARCH_BELOW..=SEARCH_ABOVE).contains(&height);
-                if let (true, Some(over)) = (searching, plugged.over.get_mut(frame)) {
-                    *over = true;
-                }
+        measured.follow(&format!("{name} in {index}"), |frame, was| {
+            let axis = socket.axis(motions, frame);
+            let from_rim = from_rim(frame);
+            let (height, beside) = (from_rim.dot(&axis), (from_rim - axis * from_rim.dot(&axis)).norm());
+            let depth = below_rim(frame);
+            let allowed = if was.on { LEAVES_AT * radius } else { radius };
+            let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
+            let inside = depth > 0.0 && (depths.is_some() || within);
+            if let (true, Some(in_socket), Some(in_depth)) =
+                (inside, plugged.socket.get_mut(frame), plugged.depth.get_mut(frame))
+                && depth > *in_depth
+            {
+                (*in_socket, *in_depth) = (Some(index), depth);
+                ever_inside = true;
             }
-        }
+            let searching = beside <= radius + SEARCH_BESIDE && (-SEARCH_BELOW..=SEARCH_ABOVE).contains(&height);
+            if let (true, Some(over)) = (searching, plugged.over.get_mut(frame)) {
+                *over = true;
+            }
+            State { on: inside, ..was }
+        });
         if ever_inside {
             let rates = slope(measured, below_rim);
             let inside = plugged.rate.iter_mut().zip(&plugged.socket).zip(rates);

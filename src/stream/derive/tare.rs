@@ -21,32 +21,47 @@ const LARGEST: f64 = 0.5;
 const STEADY: f64 = 4.0;
 const QUIET: f64 = 1e-6;
 
+/// The frames that are looked at, each with the one after it.
+pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
+    let stride = frames.div_ceil(LOOKED_AT).max(1);
+    (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])
+}
+
+/// What the force sensors of the fingertips read far from every object, by channel.
+pub fn rests(measured: &Measured, samples: &[[usize; 2]]) -> Vec<(String, Rest)> {
+    let motions: Vec<(usize, Motion)> = objects(measured);
+    let sensors = Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
+    let rest = |finger: String| Some((format!("{finger}.force"), rest(measured, samples, &motions, &finger)?));
+    sensors.filter_map(rest).collect()
+}
+
 /// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; tells of what was subtracted.
 pub fn tare(measured: &mut Measured) -> Vec<Issue> {
-    let found: Vec<(String, Rest)> = {
-        let motions: Vec<(usize, Motion)> = objects(measured);
-        let sensors =
-            Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
-        sensors.filter_map(|finger| Some((format!("{finger}.force"), rest(measured, &motions, &finger)?))).collect()
-    };
+    let found = rests(measured, &samples(measured.len()).collect::<Vec<_>>());
+    correct(measured, &found)
+}
+
+/// The same with what is known of the sensors.
+pub fn correct(measured: &mut Measured, found: &[(String, Rest)]) -> Vec<Issue> {
     let mut issues = Vec::new();
     for (channel, rest) in found {
-        let Rest { bias, variance, samples } = rest;
+        let Rest { bias, variance, samples } = *rest;
         measured.noise.insert(channel.clone(), Noise { variance });
         if bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * variance / samples as f64 {
-            measured.subtract(&channel, bias.into());
+            measured.subtract(channel, bias.into());
             let message = format!(
                 "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
                 bias.norm()
             );
-            issues.push(measured.over_all("biased", &channel, message));
+            issues.push(measured.over_all("biased", channel, message));
         }
     }
     issues
 }
 
 /// What a sensor reads at rest.
-struct Rest {
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
     bias: Vector3<f64>,
     /// Of the vector's components together, N².
     variance: f64,
@@ -60,7 +75,7 @@ fn objects<'a>(measured: &'a Measured) -> Vec<(usize, Motion<'a>)> {
 }
 
 /// What the sensor of a finger reads far from everything; `None` when the log does not tell where it is, or when it is never far.
-fn rest(measured: &Measured, objects: &[(usize, Motion)], finger: &str) -> Option<Rest> {
+fn rest(measured: &Measured, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<Rest> {
     let force = measured.vec3(&format!("{finger}.force"))?;
     let tip = measured.vec3(&format!("{finger}.position"))?;
     let far = |frame: &usize| {
@@ -71,17 +86,15 @@ fn rest(measured: &Measured, objects: &[(usize, Motion)], finger: &str) -> Optio
             })
         })
     };
-    let stride = measured.len().div_ceil(LOOKED_AT).max(1);
-    let frames: Vec<usize> = (0..measured.len()).step_by(stride).filter(far).collect();
+    let frames: Vec<[usize; 2]> = samples.iter().copied().filter(|[frame, _]| far(frame)).collect();
     if frames.len() < FAR_ENOUGH {
         return None;
     }
     let count = frames.len() as f64;
-    let mean = |value: &dyn Fn(usize) -> f64| frames.iter().map(|frame| value(*frame)).sum::<f64>() / count;
-    let bias = frames.iter().map(|frame| vector(&force, *frame)).sum::<Vector3<f64>>() / count;
-    let variance = mean(&|frame| (vector(&force, frame) - bias).norm_squared());
-    let last = measured.len() - 1;
-    let next = |frame: usize| (vector(&force, (frame + 1).min(last)) - vector(&force, frame)).norm_squared();
+    let mean = |value: &dyn Fn([usize; 2]) -> f64| frames.iter().map(|frames| value(*frames)).sum::<f64>() / count;
+    let bias = frames.iter().map(|[frame, _]| vector(&force, *frame)).sum::<Vector3<f64>>() / count;
+    let variance = mean(&|[frame, _]| (vector(&force, frame) - bias).norm_squared());
+    let next = |[frame, next]: [usize; 2]| (vector(&force, next) - vector(&force, frame)).norm_squared();
     let steady = variance <= QUIET.max(STEADY * mean(&next) / 2.0);
     (steady && bias.norm() <= LARGEST).then_some(Rest { bias, variance, samples: frames.len() })
 }

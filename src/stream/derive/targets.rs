@@ -6,7 +6,7 @@ use super::motion::{Motion, slope, steady, vector};
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, logged, plugged, sockets};
 use crate::base::hands::{Finger, Side};
-use crate::stream::measured::Measured;
+use crate::stream::measured::{Measured, State};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ pub struct Derivation<'a> {
     partners: &'a [usize],
     tracks: &'a [HandTrack],
     sockets: Vec<Socket<'a>>,
-    /// For each body that is ever a target.
+    /// For each object.
     plugged: BTreeMap<usize, Plugged>,
     /// For each body whose angle in a socket the log has: how fast it turns there, rad/s.
     angle_rates: BTreeMap<usize, Vec<f64>>,
@@ -39,9 +39,7 @@ impl<'a> Derivation<'a> {
         contacts: Contacts<'a>,
     ) -> Self {
         let sockets = sockets(measured.scene);
-        let is_target = |body: &&usize| tracks.iter().any(|track| track.target.contains(&Some(**body)));
-        let plugged =
-            objects.iter().filter(is_target).map(|body| (*body, plugged(measured, motions, &sockets, *body))).collect();
+        let plugged = objects.iter().map(|body| (*body, plugged(measured, motions, &sockets, *body))).collect();
         let angle_rate = |body: &usize| {
             let (name, _) = measured.scene.bodies.get_index(*body)?;
             let angle = sockets.iter().find_map(|socket| logged(measured, name, "angle", socket))?;
@@ -230,15 +228,15 @@ impl<'a> Derivation<'a> {
     }
 
     fn targets_contact(&self) -> Vec<f64> {
-        let mut flags = Vec::with_capacity(self.measured.len());
-        for stretch in &self.measured.stretches {
-            let mut touching = false;
-            for frame in stretch.clone() {
-                let contact = self.both_targets(frame).and_then(|pair| self.contacts.get(&pair));
-                touching = contact.is_some_and(|contact| contact.touching(frame, touching));
-                flags.push(flag(touching));
+        let mut flags = vec![0.0; self.measured.len()];
+        self.measured.follow("targets touch", |frame, was| {
+            let contact = self.both_targets(frame).and_then(|pair| self.contacts.get(&pair));
+            let touching = contact.is_some_and(|contact| contact.touching(frame, was.on));
+            if let Some(value) = flags.get_mut(frame) {
+                *value = flag(touching);
             }
-        }
+            State { on: touching, ..was }
+        });
         flags
     }
 }

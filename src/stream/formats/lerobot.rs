@@ -33,9 +33,9 @@ pub fn open(folder: &Path, episode: Option<usize>) -> Result<Source, InputError>
     let name = file.display().to_string();
     let bytes = File::open(&file).map_err(|error| InputError::unreadable(&name, &error))?;
     let read = parquet::read(bytes, &name, |_| true)?;
-    let rows = rows_of(&read.memory, episode, &name)?;
+    let rows = rows_of(&read, episode, &name)?;
     let mut memory = Memory::new(format!("{name} episode {episode}"));
-    for (title, cells) in read.memory.columns() {
+    for (title, cells) in read.columns() {
         let cells = match cells {
             Cells::Numbers(values) => {
                 Cells::Numbers(rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect())
@@ -124,7 +124,7 @@ impl Set {
         for path in lists_in(&lists)? {
             let name = path.display().to_string();
             let file = File::open(&path).map_err(|error| InputError::unreadable(&name, &error))?;
-            let list = parquet::read(file, &name, |column| wanted.contains(&column))?.memory;
+            let list = parquet::read(file, &name, |column| wanted.contains(&column))?;
             let mut columns = vec![];
             for column in wanted {
                 match list.columns().get(column) {

@@ -7,6 +7,7 @@ mod json;
 pub mod jsonl;
 #[cfg(feature = "parquet")]
 mod lerobot;
+mod lines;
 #[cfg(feature = "mcap")]
 mod mcap;
 #[cfg(feature = "parquet")]

@@ -4,32 +4,34 @@
 //! A canonical log is written with `name [unit]` as in a CSV, the scene as YAML under the key `teachtree.scene` of the file's metadata and
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
-use super::super::csv::{check_lengths, check_scene};
+mod flat;
+mod walk;
+mod write;
+
+pub use write::write;
+
+use super::super::csv::check_scene;
 use super::super::sheet::{Cells, Memory, titled};
-use super::super::table::{MAX_COLUMNS, Source, check_size};
-use super::super::whole;
+use super::super::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_size};
 use crate::base::error::InputError;
-use crate::base::recording::Recording;
 use crate::base::yaml;
-use ::parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, TimeUnit, Type as Physical};
+use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
-use ::parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
+use ::parquet::data_type::{ByteArray, DataType};
 use ::parquet::errors::ParquetError;
-use ::parquet::file::metadata::KeyValue;
-use ::parquet::file::properties::WriterProperties;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
-use ::parquet::file::writer::SerializedFileWriter;
-use ::parquet::schema::types::{ColumnDescriptor, Type};
+use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
-use std::path::Path;
-use std::sync::Arc;
 
 /// The longest list that is spread into columns.
 pub const MAX_LIST: usize = 256;
 /// How many rows are read at once.
 const BATCH: usize = 8192;
+/// For how many rows there is room before they are seen: a damaged file may promise more than any machine holds.
+const MAX_RESERVED: usize = 1 << 24;
 /// Keys of the metadata.
 const SCENE: &str = "teachtree.scene";
 const EVENTS: &str = "teachtree.events";
@@ -39,9 +41,17 @@ const EVENTS: &str = "teachtree.events";
 /// # Errors
 /// When it is no Parquet, is damaged, or is too large.
 pub fn source(file: File, name: String) -> Result<Source, InputError> {
-    let sheet = read(file, &name, |_| true)?;
-    let Sheet { memory, scene, events } = sheet;
-    let mut source = Source::one(&name, memory.header(), Box::new(memory));
+    let opened = Opened::new(file, &name, |_| true)?;
+    let (scene, events) = (opened.key(SCENE), opened.key(EVENTS));
+    let titles: Vec<String> = opened.leaves.iter().map(|(_, leaf)| leaf.title()).collect();
+    // How many columns a list makes is known when it is read. Of columns with one name the last one counts.
+    let flat = opened.leaves.iter().all(|(_, leaf)| leaf.max_rep == 0);
+    let mut source = if flat && titles.iter().collect::<BTreeSet<_>>().len() == titles.len() {
+        Source::one(&name, titles, Box::new(opened))
+    } else {
+        let memory = opened.memory()?;
+        Source::one(&name, memory.header(), Box::new(memory))
+    };
     if let Some(text) = scene {
         let place = format!("{name} metadata {SCENE}");
         let scene = yaml::read(&text, &place)?;
@@ -101,66 +111,114 @@ impl<R: Read> Read for NoFurther<R> {
     }
 }
 
-/// What a file holds.
-pub(super) struct Sheet {
-    /// The columns.
-    pub memory: Memory,
-    scene: Option<String>,
-    events: Option<String>,
+/// Reads the columns of a file whose names are wanted.
+pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Memory, InputError> {
+    Opened::new(file, name, wanted)?.memory()
 }
 
-/// Reads the columns of a file whose names are wanted.
-pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Sheet, InputError> {
-    let damaged = |error: ParquetError| {
-        let error = error.to_string();
-        match error.split_once("Disabled feature at compile time: ") {
-            Some((_, codec)) => InputError::new(
-                name,
-                format!("its columns are compressed as `{codec}`, wanted snappy, gzip, zstd or lz4"),
-            ),
-            None => InputError::new(name, format!("cannot be read as Parquet: {error}")),
+/// A file whose columns are known and not read yet.
+struct Opened {
+    name: String,
+    reader: SerializedFileReader<Whole>,
+    /// The columns that are wanted, by their place in the file.
+    leaves: Vec<(usize, Leaf)>,
+    rows: usize,
+}
+
+impl Opened {
+    fn new(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, InputError> {
+        let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
+        let reader = SerializedFileReader::new(Whole { file, length }).map_err(|error| damaged(name, &error))?;
+        let metadata = reader.metadata().file_metadata();
+        let mut leaves: Vec<(usize, Leaf)> = vec![];
+        for (index, column) in metadata.schema_descr().columns().iter().enumerate() {
+            leaves.extend(Leaf::new(column).filter(|leaf| wanted(&leaf.name)).map(|leaf| (index, leaf)));
         }
-    };
-    let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
-    let reader = SerializedFileReader::new(Whole { file, length }).map_err(damaged)?;
-    let metadata = reader.metadata().file_metadata();
-    let key = |wanted: &str| {
-        metadata.key_value_metadata()?.iter().find(|pair| pair.key == wanted).and_then(|pair| pair.value.clone())
-    };
-    let (scene, events) = (key(SCENE), key(EVENTS));
-    let schema = metadata.schema_descr();
-    let mut leaves: Vec<(usize, Leaf)> = vec![];
-    for (index, column) in schema.columns().iter().enumerate() {
-        leaves.extend(Leaf::new(column).filter(|leaf| wanted(&leaf.name)).map(|leaf| (index, leaf)));
-    }
-    if leaves.len() > MAX_COLUMNS {
-        let found = leaves.len();
-        return Err(InputError::new(name, format!("found {found} columns, at most {MAX_COLUMNS} are read")));
-    }
-    let rows = usize::try_from(metadata.num_rows())
-        .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
-    check_size(name, rows, leaves.iter().map(|(_, leaf)| leaf.weight()).sum())?;
-    let mut before = 0_usize;
-    let mut cells = 0_usize;
-    for group in 0..reader.num_row_groups() {
-        let group = reader.get_row_group(group).map_err(damaged)?;
-        let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-        for (index, leaf) in &mut leaves {
-            let used =
-                leaf.read(group.get_column_reader(*index).map_err(damaged)?, before, rows_here).map_err(damaged)?;
-            cells += used * leaf.weight();
-            check_size(name, 1, cells)?;
+        if leaves.len() > MAX_COLUMNS {
+            let found = leaves.len();
+            return Err(InputError::new(name, format!("found {found} columns, at most {MAX_COLUMNS} are read")));
         }
-        before = before.saturating_add(rows_here);
-        if before > rows {
-            return Err(InputError::new(name, format!("its parts have more rows than the {rows} that it says it has")));
+        let rows = usize::try_from(metadata.num_rows())
+            .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
+        Ok(Self { name: name.into(), reader, leaves, rows })
+    }
+
+    /// What the file says beside its columns under a key.
+    fn key(&self, wanted: &str) -> Option<String> {
+        let pairs = self.reader.metadata().file_metadata().key_value_metadata()?;
+        pairs.iter().find(|pair| pair.key == wanted)?.value.clone()
+    }
+
+    /// Reads the columns.
+    fn memory(self) -> Result<Memory, InputError> {
+        let Self { name, reader, mut leaves, rows } = self;
+        let damaged = |error: ParquetError| damaged(&name, &error);
+        let wanted = |(_, leaf): &(usize, Leaf)| if leaf.unread { 0 } else { leaf.weight() };
+        check_size(&name, rows, leaves.iter().map(wanted).sum())?;
+        let mut before = 0_usize;
+        let mut cells = 0_usize;
+        for group in 0..reader.num_row_groups() {
+            let group = reader.get_row_group(group).map_err(damaged)?;
+            let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            if before.saturating_add(rows_here) > rows {
+                let message = format!("its parts have more rows than the {rows} that it says it has");
+                return Err(InputError::new(&name, message));
+            }
+            for (index, leaf) in leaves.iter_mut().filter(|(_, leaf)| !leaf.unread) {
+                let column = group.get_column_reader(*index).map_err(damaged)?;
+                let used = leaf.read(column, before, rows_here, rows).map_err(damaged)?;
+                cells += used * leaf.weight();
+                check_size(&name, 1, cells)?;
+            }
+            before += rows_here;
         }
+        let mut memory = Memory::new(&name);
+        for (_, leaf) in leaves {
+            leaf.put_into(&mut memory);
+        }
+        Ok(memory)
     }
-    let mut memory = Memory::new(name);
-    for (_, leaf) in leaves {
-        leaf.put_into(&mut memory);
+}
+
+impl Rows for Opened {
+    fn read(mut self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
+        let nothing = wants.iter().all(|want| *want == Want::Nothing);
+        for ((_, leaf), want) in self.leaves.iter_mut().zip(wants) {
+            // Rows are counted by what is read of them.
+            leaf.unread = *want == Want::Nothing && !nothing;
+        }
+        Box::new(self.memory()?).read(header, wants, rate_hz)
     }
-    Ok(Sheet { memory, scene, events })
+
+    fn comes_in_blocks(&self) -> bool {
+        true
+    }
+
+    fn blocks(
+        self: Box<Self>,
+        _: &[String],
+        wants: &[Want],
+        rate_hz: Option<f64>,
+    ) -> Result<Option<Box<dyn Blocks>>, InputError> {
+        let texts =
+            self.leaves.iter().zip(wants).any(|((_, leaf), want)| leaf.texts.is_some() && *want != Want::Nothing);
+        if texts || rate_hz.is_some() {
+            return Ok(None);
+        }
+        check_size(&self.name, self.rows, 1)?;
+        Ok(Some(Box::new(walk::Walk::new(*self, wants.to_vec()))))
+    }
+}
+
+/// What keeps a file from being read.
+fn damaged(name: &str, error: &ParquetError) -> InputError {
+    let error = error.to_string();
+    match error.split_once("Disabled feature at compile time: ") {
+        Some((_, codec)) => {
+            InputError::new(name, format!("its columns are compressed as `{codec}`, wanted snappy, gzip, zstd or lz4"))
+        }
+        None => InputError::new(name, format!("cannot be read as Parquet: {error}")),
+    }
 }
 
 /// A column while it is read.
@@ -174,6 +232,8 @@ struct Leaf {
     /// One list of values a place of a list; one for a plain column.
     places: Vec<Vec<f64>>,
     texts: Option<Vec<String>>,
+    /// Whether nobody wants it.
+    unread: bool,
 }
 
 impl Leaf {
@@ -203,7 +263,16 @@ impl Leaf {
             _ => return None,
         };
         let name = parts.join(".");
-        Some(Self { name, factor, unit, max_def: column.max_def_level(), max_rep, places: vec![], texts })
+        Some(Self {
+            name,
+            factor,
+            unit,
+            max_def: column.max_def_level(),
+            max_rep,
+            places: vec![],
+            texts,
+            unread: false,
+        })
     }
 
     /// How many numbers a cell takes as much memory as: a text costs little in the file, where it stands once only.
@@ -212,8 +281,30 @@ impl Leaf {
         if self.texts.is_some() { OF_TEXT } else { 1 }
     }
 
-    /// Reads the part of a row group, whose first row is `before`; how many cells it has.
-    fn read(&mut self, reader: ColumnReader, before: usize, rows: usize) -> Result<usize, ParquetError> {
+    /// The column as it is called, with its unit.
+    fn title(&self) -> String {
+        titled(&self.name, self.unit)
+    }
+
+    /// Reads the part of a row group, whose first row is `before`, of a file of `all` rows; how many cells it has.
+    fn read(
+        &mut self,
+        mut reader: ColumnReader,
+        before: usize,
+        rows: usize,
+        all: usize,
+    ) -> Result<usize, ParquetError> {
+        if self.max_rep == 0 && self.texts.is_none() {
+            if self.places.is_empty() {
+                self.places.push(vec![]);
+            }
+            let (max_def, factor) = (self.max_def, self.factor);
+            let Some(values) = self.places.first_mut() else { return Ok(0) };
+            // A length that is not true is not taken for true at once.
+            values.reserve(all.min(MAX_RESERVED).saturating_sub(values.len()));
+            values.resize(before, f64::NAN);
+            return flat::flat(&mut reader, max_def, factor, rows, values);
+        }
         let factor = self.factor;
         match reader {
             ColumnReader::BoolColumnReader(reader) => {
@@ -267,7 +358,7 @@ impl Leaf {
     }
 
     fn put_into(self, memory: &mut Memory) {
-        let name = titled(&self.name, self.unit);
+        let name = self.title();
         if let Some(texts) = self.texts {
             memory.push_column(name, Cells::Texts(texts));
         } else if self.max_rep == 0 {
@@ -332,70 +423,4 @@ fn levels<T: DataType>(
         row += records;
     }
     Ok(used)
-}
-
-/// Writes a canonical log, whole or not at all.
-///
-/// # Errors
-/// When a column is not as long as the time, or the file cannot be written.
-pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
-    check_lengths(recording, path)?;
-    let scene = yaml::write(&recording.scene)?;
-    let events = serde_json::to_string(&recording.events)
-        .map_err(|error| InputError::new(path.display().to_string(), error.to_string()))?;
-    whole::write(path, |out| write_columns(out, recording, scene, events).map_err(std::io::Error::other))
-}
-
-fn write_columns(
-    out: &mut (dyn std::io::Write + Send),
-    recording: &Recording,
-    scene: String,
-    events: String,
-) -> Result<(), ParquetError> {
-    let number = |title: &str| {
-        Type::primitive_type_builder(title, Physical::DOUBLE)
-            .with_repetition(Repetition::REQUIRED)
-            .build()
-            .map(Arc::new)
-    };
-    let text = |title: &str| {
-        Type::primitive_type_builder(title, Physical::BYTE_ARRAY)
-            .with_repetition(Repetition::REQUIRED)
-            .with_logical_type(Some(LogicalType::String))
-            .build()
-            .map(Arc::new)
-    };
-    let mut fields = vec![number("time [s]")?];
-    for (name, column) in &recording.columns {
-        fields.push(number(&titled(name, &column.dimension.si_unit()))?);
-    }
-    for name in recording.labels.keys() {
-        fields.push(text(name)?);
-    }
-    let schema = Type::group_type_builder("log").with_fields(fields).build()?;
-    let metadata = vec![KeyValue::new(SCENE.into(), scene), KeyValue::new(EVENTS.into(), events)];
-    let properties = WriterProperties::builder()
-        .set_created_by("teachtree".into())
-        .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(metadata))
-        .build();
-    let mut writer = SerializedFileWriter::new(out, Arc::new(schema), Arc::new(properties))?;
-    let mut group = writer.next_row_group()?;
-    let numbers = std::iter::once(&recording.time).chain(recording.columns.values().map(|column| &column.values));
-    for values in numbers {
-        if let Some(mut column) = group.next_column()? {
-            column.typed::<DoubleType>().write_batch(values, None, None)?;
-            column.close()?;
-        }
-    }
-    for texts in recording.labels.values() {
-        if let Some(mut column) = group.next_column()? {
-            let texts: Vec<ByteArray> = texts.iter().map(|text| ByteArray::from(text.as_str())).collect();
-            column.typed::<ByteArrayType>().write_batch(&texts, None, None)?;
-            column.close()?;
-        }
-    }
-    group.close()?;
-    writer.close()?;
-    Ok(())
 }

@@ -280,3 +280,75 @@ fn lines_about_the_recording_and_units_stand_above_the_numbers() {
       help: save it as UTF-8
     ");
 }
+
+/// So many rows that several cores read them.
+const MANY: usize = 60_000;
+
+/// A text of many rows whose cells tell their row, with some lines otherwise.
+fn many(line_end: &str, otherwise: &[(usize, &str)]) -> String {
+    let mut text = format!("time,px,py,pz,note{line_end}");
+    for row in 2..MANY {
+        match otherwise.iter().find(|(at, _)| *at == row) {
+            Some((_, line)) => text.push_str(line),
+            None => text.push_str(&format!("{},{row}.0625,-{row}e-3,0.123456789012345,a note", row as f64 / 1000.0)),
+        }
+        text.push_str(line_end);
+    }
+    text
+}
+
+#[test]
+fn many_lines_are_read_as_a_few_are() {
+    for line_end in ["\n", "\r\n"] {
+        let text = many(
+            line_end,
+            &[(30_000, ""), (40_000, "40,\"40000.0625\",-40,0.5,\"a, b\""), (50_000, "50 , 1.5, ,nan,")],
+        );
+        let (recording, _) = bound_text("log.csv", &text, PALM).unwrap();
+        let (x, y) = (values(&recording, "right.palm.position.x"), values(&recording, "right.palm.position.y"));
+        // One line is empty.
+        assert_eq!(recording.time.len(), MANY - 3);
+        for (at, row) in (2..30_000).chain(30_001..MANY).enumerate() {
+            assert_eq!(recording.time[at], row as f64 / 1000.0);
+            if row != 50_000 {
+                assert_eq!(
+                    (x[at], y[at]),
+                    (row as f64 + 0.0625, if row == 40_000 { -40.0 } else { -(row as f64) / 1000.0 })
+                );
+            } else {
+                assert!(x[at] == 1.5 && y[at].is_nan());
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_wrong_far_down_is_told_with_its_row() {
+    let told = |text: &str| bound_text("log.csv", text, PALM).unwrap_err().to_string();
+    for line_end in ["\n", "\r\n"] {
+        let told = |otherwise: &[(usize, &str)]| told(&many(line_end, otherwise));
+        assert_eq!(told(&[(52_345, "52.345,1,x,3,")]), "log.csv row 52345 column py: found `x`, wanted a number");
+        assert_eq!(
+            told(&[(7, ""), (52_345, "52.345,1,2")]),
+            "log.csv row 52345: found 3 fields, wanted 5 as in the header"
+        );
+        assert_eq!(
+            told(&[(52_345, "1,1,2,3,")]),
+            "log.csv row 52345 column time: time runs backwards: 1 s after 52.344 s"
+        );
+        // The first of two.
+        assert_eq!(
+            told(&[(20_000, "20,?,2,3,"), (52_345, "52.345,?,2,3,")]),
+            "log.csv row 20000 column px: found `?`, wanted a number"
+        );
+    }
+    let open = told(&many("\n", &[(52_345, "52.345,1,2,3,\"open")]));
+    assert_eq!(open, "log.csv row 52345: a cell goes on over the end of its line: a quote is opened and not closed");
+}
+
+#[test]
+fn a_last_row_that_is_cut_short_is_left_out_of_many() {
+    let (recording, issues) = bound_text("log.csv", &format!("{}99,1,2", many("\n", &[])), PALM).unwrap();
+    assert_eq!(recording.time.len(), MANY - 2);
+    insta::assert_snapshot!(issues.iter().map(|it| format!("{} {}", it.kind, it.message)).collect::<Vec<_>>().join("\n"), @"truncated row 60000, the last one, is cut short (3 of 5 fields); it is left out");
+}

@@ -1,0 +1,109 @@
+//! `analyze` of a log that need not be in memory: window by window from the file to the leaves. What is written is the same.
+
+use super::Failure;
+use super::rules::{RuleArgs, load_for};
+use crate::analysis::{self, Analysis};
+use crate::engine::evaluator::Evaluator;
+use crate::engine::runs::{Leaves, Run, append};
+use crate::graph::{Graph, lower};
+use crate::language::Rules;
+use crate::report;
+use crate::stream::OpenRequest;
+use crate::stream::flow::{Flow, Known, Part};
+use crate::stream::frames::{ColumnKey, Frames, Issue, Layout, Values};
+use crate::stream::series::Laid;
+
+/// Analyses a log; `None` when it has to be in memory for that, or when something is wrong, which is then told from there.
+pub fn analyse(args: &RuleArgs, request: &OpenRequest) -> Option<(Rules, Analysis)> {
+    let flow = Flow::open(request)?;
+    let rules = load_for(args, flow.hands().len(), None, &[]).ok()?;
+    let known = flow.look_through(&report::channels(&rules))?;
+    analysis::check_rate(&rules, known.rate_hz).ok()?;
+    let run = Running::new(&rules, lower(&rules)).over(&known).ok()?;
+    let Known { time, stretches, .. } = known;
+    let Running { leaves, laid, layout, issues, .. } = run;
+    let frames = Frames {
+        channels: report::channels(&rules),
+        len: time.len(),
+        time,
+        stretches,
+        layout,
+        issues,
+        ..Frames::default()
+    };
+    let analysis = analysis::analyse_series(&rules, &frames, &laid, &leaves);
+    (!laid.failed()).then_some((rules, analysis))
+}
+
+/// A run of rules over a log.
+struct Running {
+    graph: Graph,
+    evaluator: Option<Evaluator>,
+    leaves: Vec<Leaves>,
+    /// The columns that the tasks ask for later.
+    kept: Vec<u32>,
+    laid: Laid,
+    layout: Layout,
+    issues: Vec<Issue>,
+}
+
+impl Running {
+    fn new(rules: &Rules, graph: Graph) -> Self {
+        let kept = (0..).zip(report::channels(rules)).filter(|(_, it)| analysis::reads_later(rules, &it.name));
+        let kept = kept.map(|(channel, _)| channel).collect();
+        Self {
+            graph,
+            evaluator: None,
+            leaves: vec![],
+            kept,
+            laid: Laid::default(),
+            layout: Layout::default(),
+            issues: vec![],
+        }
+    }
+
+    fn over(mut self, known: &Known) -> Result<Self, Failure> {
+        for stretch in &known.stretches {
+            self.leaves.push(Leaves { frames: stretch.clone(), ..Leaves::default() });
+        }
+        let mut stretch = 0;
+        let (layout, issues) = known.parts(&mut |part| {
+            self.take(&part, stretch)?;
+            stretch += usize::from(part.ends);
+            Ok(())
+        })?;
+        (self.layout, self.issues) = (layout, issues);
+        Ok(self)
+    }
+
+    fn take(&mut self, part: &Part, stretch: usize) -> Result<(), crate::base::error::InputError> {
+        let Part { frames, core, ends, .. } = part;
+        let evaluator = match &mut self.evaluator {
+            Some(evaluator) => evaluator,
+            none => none.insert(Evaluator::new(&self.graph, &frames.layout)?),
+        };
+        for (key, column) in &frames.columns {
+            if self.kept.contains(&key.channel) {
+                let values = column.values().part(core.clone()).unwrap_or(Values::NONE);
+                self.laid.push(*key, &values.to_vec())?;
+            }
+        }
+        let inputs: Vec<ColumnKey> = evaluator.plan().inputs.clone();
+        let columns: Vec<Values> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+        let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+        let Some(leaves) = self.leaves.get_mut(stretch) else { return Ok(()) };
+        let first = leaves.frames.start;
+        let mut emit = |tree: usize, run: Run| {
+            let run = Run { start: run.start + first, end: run.end + first, ..run };
+            match sides.get(tree).copied().flatten() {
+                Some(side) => append(leaves.hands.entry(side).or_default(), run),
+                None => append(&mut leaves.both, run),
+            }
+        };
+        evaluator.push(&columns, core.start, core.len(), &mut emit);
+        if *ends {
+            evaluator.finish(&mut emit);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,362 @@
+//! Logs that are larger than memory: a path in, frames in windows out, and no more of the log in memory than its stamps and one window.
+//!
+//! Some things are known only when the whole log was seen: its rate and its gaps, what its sensors read at rest, whether one is dead. So
+//! the log is read twice (text three times, since the number of its rows is not known before): first it is looked through, then its
+//! frames are derived window by window. What comes out is the same, bit by bit, as of a log that is in memory.
+//!
+//! That is for plain logs: canonical, one table, every sample measured, no sensor that may be dead, contacts in the log. Others need all
+//! their rows at once ([`super::open()`]).
+
+use super::csv::{self, Clock};
+use super::dead::Repeats;
+use super::derive::{self, ANCHOR, Told, tare};
+use super::dropouts;
+use super::formats;
+use super::frames::{Frames, Issue, Layout};
+use super::measured::{Columns, Measured, Window, span, whole_vectors};
+use super::names;
+use super::open::OpenRequest;
+use super::strangers::{self, Stranger};
+use super::table::{Blocks, Table, Want};
+use super::timebase::{Timebase, timebase};
+use crate::base::channels::ChannelSpec;
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::recording::Recording;
+use crate::base::scene::Scene;
+use crate::base::units::Dimension;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::PathBuf;
+
+/// How many frames are derived at once: few enough to stay near the processor.
+const WINDOW: usize = 32 * ANCHOR;
+
+/// A log that can be read again and again, as far as its head tells.
+pub struct Flow {
+    log: PathBuf,
+    scene: Scene,
+    /// The columns, and what is read of them.
+    columns: Vec<(String, Dimension, Want)>,
+}
+
+/// What is known of a log once it was looked through.
+pub struct Known {
+    flow: Flow,
+    channels: Vec<ChannelSpec>,
+    /// Stamp of each frame, s.
+    pub time: Vec<f64>,
+    /// Frames per second.
+    pub rate_hz: f64,
+    /// Gap-free stretches of frames.
+    pub stretches: Vec<Range<usize>>,
+    issues: Vec<Issue>,
+    rests: Vec<(String, tare::Rest)>,
+}
+
+/// Frames of one stretch.
+pub struct Part<'a> {
+    /// The columns; some of their frames belong to the parts before and after.
+    pub frames: &'a Frames,
+    /// The frames that count.
+    pub core: Range<usize>,
+    /// The first of them in the log.
+    pub start: usize,
+    /// Whether the stretch ends with them.
+    pub ends: bool,
+}
+
+impl Flow {
+    /// Opens a log; `None` when it has to be in memory to be read, or cannot be read.
+    pub fn open(request: &OpenRequest) -> Option<Self> {
+        // What comes through a pipe comes once.
+        if request.binding.is_some() || !request.log.is_file() {
+            return None;
+        }
+        let mut source = formats::open(&request.log).ok()?;
+        let scene = match (&request.scene, source.scene.take()) {
+            (Some(scene), _) => csv::read_scene(scene).ok()?,
+            (None, Some(own)) => own,
+            (None, None) => csv::scene_beside(&request.log).ok()?,
+        };
+        let [sheet] = source.sheets.as_slice() else { return None };
+        if !sheet.rows.comes_in_blocks() {
+            return None;
+        }
+        let columns = csv::wanted(&source, &Clock::canonical()).ok()?;
+        Some(Self { log: request.log.clone(), scene, columns })
+    }
+
+    /// The hands that the log measures, left first.
+    pub fn hands(&self) -> Vec<Side> {
+        let measured = self.columns.iter().filter(|(.., want)| matches!(want, Want::Number(_) | Want::Perhaps(_)));
+        derive::sides(&self.scene, measured.map(|(name, ..)| name.as_str()))
+    }
+
+    /// Reads the log once more.
+    fn blocks(&self) -> Option<Box<dyn Blocks>> {
+        let wants: Vec<Want> = self.columns.iter().map(|(.., want)| *want).collect();
+        let header = formats::open(&self.log).ok()?;
+        let issues = header.issues.is_empty();
+        let [sheet] = <[_; 1]>::try_from(header.sheets).ok()?;
+        sheet.rows.blocks(&sheet.header, &wants, None).ok()?.filter(|_| issues)
+    }
+
+    /// Looks a log through for rules with these channels; `None` when it is not plain.
+    pub fn look_through(mut self, channels: &[ChannelSpec]) -> Option<Known> {
+        let mut strangers = vec![];
+        for (name, _, want) in &mut self.columns {
+            match (Stranger::of(name, &self.scene), &want) {
+                (_, Want::Time(_)) => {}
+                (_, Want::Text) => *want = Want::Nothing,
+                (Some(stranger), _) if !derive::asks(channels, name) => {
+                    strangers.push((name.clone(), stranger.owned()));
+                    *want = Want::Nothing;
+                }
+                _ => {}
+            }
+        }
+        let none = |(name, dimension, _): &'_ (String, Dimension, Want)| (name.clone(), *dimension);
+        let names: Vec<(String, Dimension)> = self.read_columns().map(none).collect();
+        let empty: Columns =
+            names.iter().map(|(name, dimension)| (name.as_str(), (*dimension, Cow::Owned(vec![])))).collect();
+        whole_vectors(&empty).ok()?;
+        let contacts_known = derive::contacts_are_logged(&self.scene, |name| names.iter().any(|(it, _)| it == name));
+        if !contacts_known {
+            return None;
+        }
+        let mut time = vec![];
+        let mut issues = vec![];
+        let mut blocks = self.blocks()?;
+        let mut samples = Samples::new(blocks.rows().unwrap_or_default(), &self);
+        let mut plain = Plain::new(&self);
+        while let Some(block) = blocks.next().ok()? {
+            if block.time.len() != block.row_time.len() {
+                return None;
+            }
+            plain.look(&block, &self).then_some(())?;
+            samples.take(time.len(), &block, &self);
+            time.extend(block.time);
+            issues.extend(block.issues);
+        }
+        plain.finish(time.len()).then_some(())?;
+        if samples.of != time.len() {
+            samples = Samples::new(time.len(), &self);
+            let mut start = 0;
+            let mut blocks = self.blocks()?;
+            while let Some(block) = blocks.next().ok()? {
+                samples.take(start, &block, &self);
+                start += block.time.len();
+            }
+        }
+        let told: Vec<(&str, Stranger)> = strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
+        let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
+        issues.extend(strangers::ignored(&ends, &told));
+        let Timebase { rate_hz, rows, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
+        drop(rows);
+        let rests = samples.rests(&self, rate_hz);
+        Some(Known { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, rests })
+    }
+
+    /// The columns that are read, the time left out.
+    fn read_columns(&self) -> impl Iterator<Item = &(String, Dimension, Want)> {
+        self.columns.iter().filter(|(.., want)| !matches!(want, Want::Nothing | Want::Time(_)))
+    }
+
+    /// The values of a block in the order of [`read_columns`](Self::read_columns).
+    fn values<'a>(&self, block: &'a Table) -> impl Iterator<Item = &'a Vec<f64>> {
+        let wants = self.columns.iter().map(|(.., want)| *want);
+        let read = block.numbers.iter().zip(wants).filter(|(_, want)| !matches!(want, Want::Nothing | Want::Time(_)));
+        read.map(|(values, _)| values)
+    }
+}
+
+impl Known {
+    /// Derives the frames, part by part in order; what was found wrong with the log.
+    ///
+    /// # Errors
+    /// What `each` says; when the log cannot be read any more; as [`super::frames()`].
+    pub fn parts(
+        &self,
+        each: &mut dyn FnMut(Part) -> Result<(), InputError>,
+    ) -> Result<(Layout, Vec<Issue>), InputError> {
+        let gone = || InputError::new(self.flow.log.display().to_string(), "cannot be read a second time");
+        let mut blocks = self.flow.blocks().ok_or_else(gone)?;
+        let around = derive::looked_at(self.rate_hz);
+        let mut held = Held { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
+        let mut told = Told::default();
+        let mut last = None;
+        let mut before = BTreeMap::new();
+        for stretch in &self.stretches {
+            let mut start = stretch.start;
+            while start < stretch.end {
+                let core = start..(start + WINDOW).min(stretch.end);
+                let seen = core.start.saturating_sub(around).max(stretch.start)..(core.end + around).min(stretch.end);
+                while held.end() < seen.end {
+                    let block = blocks.next()?.ok_or_else(gone)?;
+                    held.take(self.flow.values(&block));
+                }
+                held.forget(seen.start);
+                let after = RefCell::new(BTreeMap::new());
+                let within = core.start - seen.start..core.end - seen.start;
+                let window =
+                    Window { core: within.clone(), is_first: start == stretch.start, before: &before, after: &after };
+                let mut measured = Measured {
+                    scene: &self.flow.scene,
+                    time: self.time.get(seen.clone()).unwrap_or_default().to_vec(),
+                    rate_hz: self.rate_hz,
+                    stretches: std::iter::once(0..seen.len()).collect(),
+                    issues: self.issues.clone(),
+                    noise: BTreeMap::new(),
+                    span: span(&self.time),
+                    window: Some(window),
+                    columns: held.columns(&self.flow, seen.len()),
+                };
+                let mut issues = self.issues.clone();
+                issues.extend(tare::correct(&mut measured, &self.rests));
+                let frames = derive::derived_frames(&measured, &self.channels, &mut told)?;
+                each(Part { frames: &frames, core: within, start: core.start, ends: core.end == stretch.end })?;
+                if core.end == self.time.len() {
+                    issues.extend(told.issues(&measured, &frames.layout));
+                    issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+                    last = Some((frames.layout, issues));
+                }
+                drop(measured);
+                before = after.into_inner();
+                start = core.end;
+            }
+        }
+        last.ok_or_else(gone)
+    }
+}
+
+/// The rows that are in memory.
+struct Held {
+    /// The first of them in the log.
+    first: usize,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Held {
+    fn end(&self) -> usize {
+        self.first + self.columns.first().map_or(0, Vec::len)
+    }
+
+    fn take<'a>(&mut self, values: impl Iterator<Item = &'a Vec<f64>>) {
+        self.columns.iter_mut().zip(values).for_each(|(column, values)| column.extend_from_slice(values));
+    }
+
+    fn forget(&mut self, before: usize) {
+        let gone = before.saturating_sub(self.first);
+        self.columns.iter_mut().for_each(|column| drop(column.drain(..gone.min(column.len()))));
+        self.first += gone;
+    }
+
+    /// The first rows by name.
+    fn columns<'a>(&'a self, flow: &'a Flow, rows: usize) -> Columns<'a> {
+        let named = flow.read_columns().zip(&self.columns);
+        named
+            .map(|((name, dimension, _), values)| {
+                (name.as_str(), (*dimension, Cow::Borrowed(values.get(..rows).unwrap_or_default())))
+            })
+            .collect()
+    }
+}
+
+/// Rows from all over a log, to tell what its sensors read at rest.
+struct Samples {
+    /// Of how many rows.
+    of: usize,
+    rows: Vec<usize>,
+    next: usize,
+    columns: Vec<Vec<f64>>,
+}
+
+impl Samples {
+    fn new(of: usize, flow: &Flow) -> Self {
+        let rows: Vec<usize> = tare::samples(of).flatten().collect();
+        Self { of, rows, next: 0, columns: flow.read_columns().map(|_| vec![]).collect() }
+    }
+
+    fn take(&mut self, start: usize, block: &Table, flow: &Flow) {
+        let rows = self.rows.get(self.next..).unwrap_or_default();
+        let here = rows.iter().take_while(|row| **row < start + block.time.len()).count();
+        for (column, values) in self.columns.iter_mut().zip(flow.values(block)) {
+            let value = |row: &usize| values.get(row - start).copied().unwrap_or(f64::NAN);
+            column.extend(rows.iter().take(here).map(value));
+        }
+        self.next += here;
+    }
+
+    fn rests(&self, flow: &Flow, rate_hz: f64) -> Vec<(String, tare::Rest)> {
+        let named = flow.read_columns().zip(&self.columns);
+        let columns = named
+            .map(|((name, dimension, _), values)| (name.as_str(), (*dimension, Cow::Borrowed(values.as_slice()))))
+            .collect();
+        let measured = Measured {
+            scene: &flow.scene,
+            time: vec![0.0; self.rows.len()],
+            rate_hz,
+            stretches: std::iter::once(0..self.rows.len()).collect(),
+            issues: vec![],
+            noise: BTreeMap::new(),
+            span: [0.0; 2],
+            window: None,
+            columns,
+        };
+        let pairs: Vec<[usize; 2]> = (0..self.rows.len()).step_by(2).map(|row| [row, row + 1]).collect();
+        tare::rests(&measured, &pairs)
+    }
+}
+
+/// Whether every sample of a log was measured, and no sensor may be dead.
+struct Plain {
+    /// The largest value of each column, and whether it is a flag.
+    bounds: Vec<(f64, bool)>,
+    /// The columns of each rotation.
+    rotations: Vec<[usize; 4]>,
+    repeats: Vec<([usize; 3], Repeats)>,
+}
+
+impl Plain {
+    fn new(flow: &Flow) -> Self {
+        let names: Vec<&str> = flow.read_columns().map(|(name, ..)| name.as_str()).collect();
+        let place = |name: String| names.iter().position(|it| *it == name);
+        let bounds = names.iter().map(|name| dropouts::bound(name)).collect();
+        let of_channel = |letters: [&str; 4], channel: &str| -> Option<[usize; 4]> {
+            let [w, x, y, z] = letters.map(|letter| place(format!("{channel}.{letter}")));
+            Some([w?, x?, y?, z?])
+        };
+        let first = |name: &&str| {
+            names::meaning(name).filter(|meaning| meaning.component == 0).map(|it| it.channel.to_string())
+        };
+        let channels: Vec<String> = names.iter().filter_map(first).collect();
+        let rotations = channels.iter().filter_map(|channel| of_channel(["w", "x", "y", "z"], channel)).collect();
+        let repeated = channels.iter().filter_map(|channel| {
+            let repeats = Repeats::of(channel)?;
+            let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
+            Some(([x?, y?, z?], repeats))
+        });
+        Self { bounds, rotations, repeats: repeated.collect() }
+    }
+
+    /// Looks at a block; whether it is plain.
+    fn look(&mut self, block: &Table, flow: &Flow) -> bool {
+        let values: Vec<&[f64]> = flow.values(block).map(Vec::as_slice).collect();
+        let bounded = values.iter().zip(&self.bounds).all(|(values, (largest, flag))| {
+            values.len() == block.time.len()
+                && values.iter().all(|value| value.abs() <= *largest)
+                && (!flag || values.iter().all(|value| *value == 0.0 || *value == 1.0))
+        });
+        let column = |at: usize| values.get(at).copied().unwrap_or_default();
+        bounded
+            && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
+            && self.repeats.iter_mut().all(|(parts, repeats)| repeats.look(&block.time, parts.map(column)))
+    }
+
+    fn finish(&self, rows: usize) -> bool {
+        rows > 1 && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
+    }
+}

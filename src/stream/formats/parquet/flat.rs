@@ -1,0 +1,77 @@
+//! Numbers of columns that are no lists, decoded straight behind those that are there.
+
+use super::BATCH;
+use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use ::parquet::data_type::DataType;
+use ::parquet::errors::ParquetError;
+
+/// Reads numbers of a column that is no list, behind those that are there; how many.
+pub(super) fn flat(
+    reader: &mut ColumnReader,
+    max_def: i16,
+    factor: f64,
+    rows: usize,
+    values: &mut Vec<f64>,
+) -> Result<usize, ParquetError> {
+    match reader {
+        ColumnReader::BoolColumnReader(reader) => {
+            widened(reader, max_def, rows, values, |value| f64::from(u8::from(value)))
+        }
+        ColumnReader::Int32ColumnReader(reader) => {
+            widened(reader, max_def, rows, values, |value| f64::from(value) * factor)
+        }
+        ColumnReader::Int64ColumnReader(reader) => {
+            widened(reader, max_def, rows, values, |value| value as f64 * factor)
+        }
+        ColumnReader::FloatColumnReader(reader) => widened(reader, max_def, rows, values, f64::from),
+        ColumnReader::DoubleColumnReader(reader) if max_def == 0 => {
+            // What is stored as it is wanted is decoded where it stays.
+            let mut read = 0;
+            while read < rows {
+                let (records, ..) = reader.read_records(rows - read, None, None, values)?;
+                read += some(records, read, rows)?;
+            }
+            Ok(read)
+        }
+        ColumnReader::DoubleColumnReader(reader) => widened(reader, max_def, rows, values, |value| value),
+        _ => Ok(0),
+    }
+}
+
+/// The same of numbers that are stored otherwise, or that may lack.
+fn widened<T: DataType>(
+    reader: &mut ColumnReaderImpl<T>,
+    max_def: i16,
+    rows: usize,
+    values: &mut Vec<f64>,
+    number: impl Fn(T::T) -> f64,
+) -> Result<usize, ParquetError>
+where
+    T::T: Copy,
+{
+    let (mut defs, mut stored) = (vec![], vec![]);
+    let mut read = 0;
+    while read < rows {
+        defs.clear();
+        stored.clear();
+        let batch = BATCH.min(rows - read);
+        let (records, ..) = reader.read_records(batch, Some(&mut defs), None, &mut stored)?;
+        read += some(records, read, rows)?;
+        if stored.len() == records {
+            values.extend(stored.iter().map(|value| number(*value)));
+        } else {
+            let mut next = stored.iter();
+            let measured = |def: &i16| if *def == max_def { next.next().map(|value| number(*value)) } else { None };
+            values.extend(defs.iter().map(measured).map(|value| value.unwrap_or(f64::NAN)));
+        }
+    }
+    Ok(read)
+}
+
+/// How many records were read, if there were any.
+fn some(records: usize, read: usize, rows: usize) -> Result<usize, ParquetError> {
+    match records {
+        0 => Err(ParquetError::General(format!("a column ends after {read} of {rows} rows"))),
+        records => Ok(records),
+    }
+}

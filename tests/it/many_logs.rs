@@ -1,0 +1,108 @@
+//! Logs that flow through, and many of them: the same bytes as of one that is in memory, and as one by one.
+
+use crate::program::{complained, said, teachtree_in};
+use std::path::Path;
+use teachtree::base::recording::Recording;
+use teachtree::stream::OpenRequest;
+use teachtree::stream::flow::Flow;
+use teachtree::stream::formats;
+use teachtree::world::{shipped, teach};
+
+fn taught(name: &str, seed: u64) -> Recording {
+    teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), seed).unwrap()
+}
+
+/// A recording without some of its rows.
+fn without(mut recording: Recording, rows: std::ops::Range<usize>) -> Recording {
+    recording.time.drain(rows.clone());
+    recording.columns.values_mut().for_each(|column| drop(column.values.drain(rows.clone())));
+    recording.labels.values_mut().for_each(|texts| drop(texts.drain(rows.clone())));
+    recording
+}
+
+/// Whether a log flows through, rather than being in memory.
+fn flows(log: &Path) -> bool {
+    let request = OpenRequest { log: log.into(), ..OpenRequest::default() };
+    Flow::open(&request).is_some_and(|flow| flow.look_through(&[]).is_some())
+}
+
+/// The analysis of a log in a folder: as it flows, and of the log in memory, which a report needs.
+fn both_ways(folder: &Path, log: &str) -> [String; 2] {
+    let json = ["analyze", log, "--format", "json"];
+    [&json[..], &[&json[..], &["--report", "report.html"]].concat()].map(|args| {
+        let output = teachtree_in(folder, args);
+        assert!(output.status.success(), "{}", complained(&output));
+        said(&output)
+    })
+}
+
+#[test]
+fn what_flows_is_told_as_what_is_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, seed) in [("hold_and_insert", 3), ("turn_screw", 1), ("equal_carry", 2), ("several_tasks", 1)] {
+        let recording = taught(name, seed);
+        let rows = recording.time.len();
+        let cut = without(recording.clone(), rows / 2..rows / 2 + 40);
+        let late = without(recording.clone(), 3..9);
+        for (case, recording) in [("whole", recording), ("cut", cut), ("late", late)] {
+            for ending in ["csv", "parquet"] {
+                let log = format!("{name}_{case}.{ending}");
+                formats::write(&recording, &folder.path().join(&log)).unwrap();
+                assert!(flows(&folder.path().join(&log)), "{log} does not flow");
+                let [flowing, in_memory] = both_ways(folder.path(), &log);
+                assert!(flowing.contains("\"task\": "), "{log} has no task");
+                assert_eq!(flowing, in_memory, "{log}");
+            }
+        }
+    }
+}
+
+#[test]
+fn what_is_not_plain_is_in_memory() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.parquet");
+    let plain = taught("pick_and_place", 1);
+    let changes: [fn(&mut Recording); 4] = [
+        |log| log.columns["right.thumb.position.x"].values[700] = f64::NAN,
+        |log| log.columns["right.thumb.force.x"].values[700] = 1e7,
+        |log| {
+            ["w", "x", "y", "z"]
+                .iter()
+                .for_each(|part| log.columns[&format!("right.palm.rotation.{part}")].values[700] = 0.0)
+        },
+        |log| {
+            ["x", "y", "z"]
+                .iter()
+                .for_each(|part| log.columns[&format!("right.index.force.{part}")].values[500..1700].fill(0.7))
+        },
+    ];
+    for (at, change) in changes.into_iter().enumerate() {
+        let mut recording = plain.clone();
+        change(&mut recording);
+        formats::write(&recording, &log).unwrap();
+        assert!(!flows(&log), "change {at}");
+        let [one, other] = both_ways(folder.path(), "log.parquet");
+        assert_eq!(one, other);
+    }
+    formats::write(&plain, &log).unwrap();
+    assert!(flows(&log));
+}
+
+#[test]
+fn many_logs_are_told_as_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs: Vec<String> = (1..=4).map(|seed| format!("{seed}.parquet")).collect();
+    for (log, seed) in logs.iter().zip(1..) {
+        formats::write(&taught("pick_and_place", seed), &folder.path().join(log)).unwrap();
+    }
+    std::fs::write(folder.path().join("3.parquet"), "no log").unwrap();
+    let analyze = |logs: &[String]| {
+        let mut args = vec!["analyze", "--format", "json"];
+        args.extend(logs.iter().map(String::as_str));
+        let output = teachtree_in(folder.path(), &args);
+        (said(&output), complained(&output))
+    };
+    let alone: Vec<(String, String)> = logs.iter().map(|log| analyze(std::slice::from_ref(log))).collect();
+    let (found, wrong): (Vec<String>, Vec<String>) = alone.into_iter().unzip();
+    assert_eq!(analyze(&logs), (found.concat(), wrong.concat()));
+}
