@@ -1,6 +1,7 @@
 //! `cargo run --release --example robot -- 1..20` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
-//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`. With
-//! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so.
+//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`, or of the one with that name. With
+//! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so. What was not done, and tasks that the same
+//! rules find otherwise in the robot's recording, are told beside it.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
 #[path = "../recognition/ruleset.rs"]
@@ -11,6 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use ruleset::RuleSet;
 use std::process::ExitCode;
+use teachtree::analysis::{Analysis, Track};
 use teachtree::base::error::InputError;
 use teachtree::base::geometry::unit;
 use teachtree::base::scene::{Role, Scene};
@@ -18,7 +20,7 @@ use teachtree::robot::simulate::{Outcome, simulate};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
 
-const SCENES: [&str; 13] = [
+const SCENES: [&str; 22] = [
     "pick_and_place",
     "pick_and_follow",
     "pick_and_press",
@@ -32,7 +34,23 @@ const SCENES: [&str; 13] = [
     "peg_pullout_from_hole",
     "turn_knob",
     "turn_screw",
+    "hand_over_left_to_right",
+    "hand_over_right_to_left",
+    "equal_carry",
+    "follow_together",
+    "main_grasp",
+    "push_together",
+    "hold_and_insert",
+    "ring_and_pole",
+    "independent",
 ];
+
+/// What came of a demonstration.
+struct Came {
+    outcomes: Vec<Outcome>,
+    /// The tasks that were commanded, and those that rules find in the robot's recording.
+    tasks: [Vec<String>; 2],
+}
 
 fn main() -> ExitCode {
     let args: Vec<String> = std::env::args().skip(1).collect();
@@ -49,61 +67,92 @@ fn main() -> ExitCode {
 fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: wanted seeds such as 1..10"))?;
-    let rules = RuleSet::load("contact.rules", vec![])?;
+    let rules = [RuleSet::load("contact.rules", vec![])?, RuleSet::load("bimanual.rules", vec![])?];
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot")))
         .map_err(|error| error.to_string())?;
-    println!("| scene | people | done | farthest, of those done | not done |\n|---|---|---|---|---|");
-    let (mut people, mut all_done) = (0, 0);
+    println!("| scene | people | done | farthest, of those done | same tasks | not done |\n|---|---|---|---|---|---|");
+    let (mut people, mut all_done, mut all_same) = (0, 0, 0);
     let displaced = wanted.iter().any(|word| word == "displaced");
     let wanted: Vec<&String> = wanted.iter().filter(|word| *word != "displaced").collect();
-    let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|part| scene.contains(part.as_str()));
+    let named = |word: &str, scene: &str| if SCENES.contains(&word) { word == scene } else { scene.contains(word) };
+    let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|word| named(word, scene));
     // What stands in a socket or a nest cannot stand elsewhere.
     let stands_free = |scene: &&str| !(displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
     for scene in SCENES.into_iter().filter(is_wanted).filter(stands_free) {
-        let outcomes: Vec<(u64, Result<Vec<Outcome>, InputError>)> = (first..=last)
+        let came: Vec<(u64, Result<Came, InputError>)> = (first..=last)
             .into_par_iter()
             .map(|seed| (seed, carried_out(scene, seed, displaced, &rules, &robot)))
             .collect();
-        let (mut done, mut off, mut turned) = (0, 0.0_f64, 0.0_f64);
+        let (mut done, mut same, mut off, mut turned) = (0, 0, 0.0_f64, 0.0_f64);
         let mut failed = Vec::new();
-        for (seed, outcomes) in &outcomes {
-            match outcomes {
-                Ok(outcomes) if !outcomes.is_empty() && outcomes.iter().all(|outcome| outcome.done) => {
+        for (seed, came) in &came {
+            match came {
+                Ok(came) if !came.outcomes.is_empty() && came.outcomes.iter().all(|outcome| outcome.done) => {
                     done += 1;
-                    off = outcomes.iter().fold(off, |most, outcome| most.max(outcome.off));
-                    turned = outcomes.iter().fold(turned, |most, outcome| most.max(outcome.turned));
+                    off = came.outcomes.iter().fold(off, |most, outcome| most.max(outcome.off));
+                    turned = came.outcomes.iter().fold(turned, |most, outcome| most.max(outcome.turned));
                 }
-                Ok(_) => failed.push(seed.to_string()),
+                Ok(came) => {
+                    for it in &came.outcomes {
+                        let (off, turned) = (it.off * 1e3, it.turned.to_degrees());
+                        eprintln!("{scene} {seed}: {} {} is {off:.1} mm, {turned:.1}° off", it.side, it.task);
+                    }
+                    failed.push(seed.to_string());
+                }
                 Err(error) => {
                     eprintln!("{scene} {seed}: {error}");
                     failed.push(format!("{seed} (refused)"));
                 }
             }
+            if let Ok(Came { tasks: [commanded, performed], .. }) = came {
+                same += usize::from(commanded == performed);
+                if commanded != performed {
+                    eprintln!("{scene} {seed}: commanded {}, performed {}", commanded.join(", "), performed.join(", "));
+                }
+            }
         }
-        people += outcomes.len();
+        people += came.len();
         all_done += done;
-        let (off, turned) = (off * 1e3, turned.to_degrees());
-        println!("| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {} |", outcomes.len(), failed.join(", "));
+        all_same += same;
+        let (off, turned, failed) = (off * 1e3, turned.to_degrees(), failed.join(", "));
+        println!("| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {same} | {failed} |", came.len());
     }
-    println!("| all | {people} | {all_done} | | |");
+    println!("| all | {people} | {all_done} | | {all_same} | |");
     Ok(())
 }
 
-/// A person's demonstration, from the recording to what the robot made of it.
+/// A person's demonstration, from the recording to what the robot made of it; rules are those for one hand and for both.
 fn carried_out(
     scene: &str,
     seed: u64,
     displaced: bool,
-    rules: &RuleSet,
+    rules: &[RuleSet; 2],
     robot: &Robot,
-) -> Result<Vec<Outcome>, InputError> {
+) -> Result<Came, InputError> {
     let stage = world::scene(scene)?;
     let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
-    let said = rules.over(&recording)?;
-    let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said.analysis, scene)?;
+    let rules = &rules[usize::from(stage.hands.len() > 1)];
+    let said = rules.over(&recording)?.analysis;
+    let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
     let stage = if displaced { with_objects_elsewhere(stage, seed) } else { stage };
-    Ok(simulate(&commands, robot, &stage, &mut |_| {})?.outcomes)
+    let performance = simulate(&commands, robot, &stage, &mut |_| {})?;
+    let again = rules.over(&performance.recording)?.analysis;
+    let commanded = commands.tasks.iter().map(|task| format!("{} {}", task.track, task.task)).collect();
+    Ok(Came { outcomes: performance.outcomes, tasks: [commanded, names(&again)].map(sorted) })
+}
+
+/// Hands may begin in another order.
+fn sorted(mut names: Vec<String>) -> Vec<String> {
+    names.sort();
+    names
+}
+
+/// The tasks of each hand, in order.
+fn names(said: &Analysis) -> Vec<String> {
+    let named =
+        |track: &Track| track.tasks.iter().map(|span| format!("{} {}", track.who, span.task)).collect::<Vec<_>>();
+    said.tracks.iter().flat_map(named).collect()
 }
 
 /// Every object that stands by itself up to 20 mm to either side and up to 10° turned, the same way for the same seed.

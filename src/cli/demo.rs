@@ -1,5 +1,5 @@
-//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): taught, analysed and reported; that of one
-//! hand is carried out by a robot.
+//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): taught, analysed, reported, and carried out by
+//! a robot.
 
 use super::analyze::{Analysed, analyse, timeline};
 use super::command::{open_robot, summary};
@@ -55,9 +55,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&timeline(&analysed, true))?;
 
     let mut files = vec![opened.log.clone(), analysis, report];
-    if !args.both_hands {
-        files.extend(carry_out(args, &opened, &rules, &analysed)?);
-    }
+    files.extend(carry_out(args, &opened, &rules, &analysed)?);
     let files: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
     output::print(&format!("\nwritten: {}\n", files.join(", ")))?;
     Ok(())

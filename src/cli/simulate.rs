@@ -91,10 +91,12 @@ pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<Perf
 /// What came of the tasks, for people.
 pub fn told(outcomes: &[Outcome]) -> String {
     let mut text = String::new();
+    let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
     for outcome in outcomes {
+        let hand = if both { format!("{} ", outcome.side) } else { String::new() };
         let _ = writeln!(
             text,
-            "{} {}: `{}` is {:.1} mm and {:.1} degrees from where the person left it",
+            "{} {hand}{}: `{}` is {:.1} mm and {:.1} degrees from where the person left it",
             if outcome.done { "done    " } else { "not done" },
             outcome.task,
             outcome.object,

@@ -12,6 +12,8 @@ use crate::analysis::{Segment, TaskSpan};
 /// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
 const PAUSE_M_S: f64 = 0.01;
 const PAUSE_S: f64 = 0.3;
+/// An object that was only held is where it was within this, m.
+const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
 
@@ -33,8 +35,8 @@ fn is_free(primitive: &str) -> bool {
     matches!(primitive, "Move" | "Approach")
 }
 
-/// The tries of a task that are commanded, and what is not.
-pub(super) fn episodes(span: &TaskSpan, series: &Series) -> (Vec<Episode>, Vec<LeftOut>) {
+/// The tries of a task that are commanded, and what is not; a hand that `waits` for the other one makes no pauses.
+pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Episode>, Vec<LeftOut>) {
     let mut tries: Vec<Vec<&Segment>> = Vec::new();
     for segment in &span.segments {
         let begins = match tries.last().and_then(|one| one.last()) {
@@ -52,13 +54,22 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series) -> (Vec<Episode>, Vec<L
     let mut left_out = Vec::new();
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
     let count = tries.len();
-    for (number, segments) in tries.into_iter().enumerate() {
+    // Who tries again on the spot has come on the way of the try before.
+    let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| segment.primitive != "Move");
+    let on_the_spot: Vec<bool> = tries.iter().skip(1).map(stays_there).chain([false]).collect();
+    let mut came: Vec<&Segment> = Vec::new();
+    for (number, mut segments) in tries.into_iter().enumerate() {
+        segments.splice(..0, came.drain(..));
         let touches: Vec<&str> = segments
             .iter()
             .map(|segment| segment.primitive.as_str())
             .filter(|primitive| !is_free(primitive) && *primitive != "Release")
             .collect();
-        let only_grasped = touches.iter().all(|primitive| *primitive == "Grasp");
+        // With the other hand on it as well, a grasp has another name.
+        let grasps =
+            |primitive: &&str| ["Grasp", "EqualGrasp", "MainGrasp"].iter().any(|name| primitive.starts_with(name));
+        let alone = touches.iter().all(|primitive| *primitive == "Grasp");
+        let only_grasped = alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series);
         let dropped = touches.last() == Some(&"Translate") && number + 1 < count;
         if touches.is_empty() && number + 1 == count && !kept.is_empty() {
             // Going away after the last release.
@@ -69,6 +80,10 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series) -> (Vec<Episode>, Vec<L
                 (_, true) => "dropped",
                 _ => "failed try",
             };
+            if on_the_spot[number] && !dropped {
+                let touch = segments.iter().position(|segment| !is_free(&segment.primitive));
+                came.extend(segments.drain(..touch.unwrap_or_default()));
+            }
             left_out.push(leave(&segments, why));
         } else {
             let last_move = segments.iter().take_while(|segment| is_free(&segment.primitive)).count();
@@ -81,11 +96,22 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series) -> (Vec<Episode>, Vec<L
     }
     let mut episodes = Vec::new();
     for segments in kept {
-        let pieces = segments.iter().filter_map(|segment| piece(segment, series, &mut left_out));
+        let pieces = segments.iter().filter_map(|segment| piece(segment, series, waits, &mut left_out));
         episodes.push(Episode { pieces: pieces.collect() });
     }
     episodes.retain(|episode| !episode.pieces.is_empty());
     (episodes, left_out)
+}
+
+/// Whether the object does not move in these segments as they touch it.
+fn stays(segments: &[&Segment], series: &Series) -> bool {
+    let touching = segments.iter().filter(|segment| !is_free(&segment.primitive));
+    let mut ends = touching.flat_map(|segment| [segment.start_s, segment.end_s]).map(|time| {
+        let at = ((time - series.start_s) * RATE_HZ).round().max(0.0) as usize;
+        series.object[at.min(series.len() - 1)].translation.vector
+    });
+    let Some(first) = ends.next() else { return true };
+    ends.all(|place| (place - first).norm() <= STAYS_M)
 }
 
 fn leave(segments: &[&Segment], why: &str) -> LeftOut {
@@ -97,11 +123,11 @@ fn leave(segments: &[&Segment], why: &str) -> LeftOut {
     }
 }
 
-fn piece(segment: &Segment, series: &Series, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
+fn piece(segment: &Segment, series: &Series, waits: bool, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
     let at = |time: f64| (((time - series.start_s) * RATE_HZ).round().max(0.0) as usize).min(series.len() - 1);
     let (start, end) = (at(segment.start_s), at(segment.end_s));
     let mut samples: Vec<usize> = (start..=end).collect();
-    if is_free(&segment.primitive) {
+    if is_free(&segment.primitive) && !waits {
         samples = without_pauses(samples, segment, series, left_out);
     }
     let touching = !is_free(&segment.primitive);

@@ -13,8 +13,10 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 /// The object is over the axis when it is as low as this above the rim, and on its way as the person's was when it is higher than that, m.
 const OVER_M: f64 = 0.008;
 const ON_ITS_WAY_M: f64 = 0.030;
-/// Its plug point is about to go in when it is nearer to the axis than the radius and this, m; farther away by as much again, it is not at all.
+/// Its plug point is about to go in when it is nearer to the axis than the radius and this, m; farther away by this much more, it is not at all. Drawn
+/// over the hole on a shorter way, it would be jerked out of the hand.
 const BESIDE_M: f64 = 0.010;
+const COMES_M: f64 = 0.060;
 /// It waits this far above the rim, m.
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the person's depth within this time, s.
@@ -145,7 +147,7 @@ impl Hole {
     /// From 0 far away to 1 in the hole and just above it.
     fn nearness(&self, seen: &Seen) -> f64 {
         let above = smooth_step((ON_ITS_WAY_M - seen.height) / (ON_ITS_WAY_M - OVER_M));
-        let beside = (self.radius + 2.0 * BESIDE_M - seen.beside.norm()) / BESIDE_M;
+        let beside = (self.radius + BESIDE_M + COMES_M - seen.beside.norm()) / COMES_M;
         above * smooth_step(beside)
     }
 }
@@ -158,7 +160,7 @@ fn upright(end: &Isometry3<f64>, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
 }
 
 /// 3 t² - 2 t³, from 0 at 0 to 1 at 1.
-fn smooth_step(share: f64) -> f64 {
+pub(super) fn smooth_step(share: f64) -> f64 {
     let t = share.clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }

@@ -9,6 +9,7 @@ mod episodes;
 mod form;
 mod insertion;
 mod series;
+mod settling;
 pub mod smooth;
 mod touching;
 
@@ -57,14 +58,37 @@ pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result
                 })
                 .max_by_key(|(near, ..)| *near);
             if let Some((1.., name, series)) = handled {
-                tasks.push(task(span, side, scene, name, series));
+                // Who stands still while the other hand is at work waits for it.
+                let others =
+                    analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
+                let waits = { others }.any(|other| other.start_s < span.end_s && span.start_s < other.end_s);
+                tasks.push(task(span, side, scene, name, series, waits));
             }
         }
     }
     tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    let tasks = without_drops(tasks);
+    let tasks = without_drops(without_brushes(tasks));
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
+}
+
+/// Leaves out tasks in which no finger touched for long enough to take part, when the same hand has others.
+fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
+    let (mut kept, brushes): (Vec<Task>, Vec<Task>) = tasks.into_iter().partition(|task| !task.grasps.is_empty());
+    for brush in brushes {
+        let (before, after): (Vec<&mut Task>, Vec<&mut Task>) =
+            kept.iter_mut().filter(|task| task.track == brush.track).partition(|task| task.start_s < brush.start_s);
+        if let Some(near) = after.into_iter().next().or(before.into_iter().next_back()) {
+            near.left_out.push(left_out(&brush, "failed try"));
+        }
+    }
+    kept
+}
+
+/// A task as something that is not commanded.
+fn left_out(task: &Task, why: &str) -> LeftOut {
+    let primitives = task.segments.iter().map(|segment| segment.primitive.clone()).collect();
+    LeftOut { primitives, start_s: task.start_s, end_s: task.end_s, why: why.into() }
 }
 
 /// Leaves out what was only carried and dropped, when the same hand takes it up again and it still stands as it stood.
@@ -79,9 +103,7 @@ fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
                 && first_turn(before).angle_to(&first_turn(&task)) < STANDS_RAD
         };
         if let Some(before) = kept.pop_if(dropped) {
-            let primitives = before.segments.iter().map(|segment| segment.primitive.clone()).collect();
-            let why = String::from("dropped");
-            let left = LeftOut { primitives, start_s: before.start_s, end_s: before.end_s, why };
+            let left = left_out(&before, "dropped");
             task.left_out = before.left_out.into_iter().chain([left]).chain(task.left_out).collect();
         }
         kept.push(task);
@@ -95,11 +117,15 @@ fn first_turn(task: &Task) -> UnitQuaternion<f64> {
     first.map_or_else(UnitQuaternion::identity, |[.., w, x, y, z]| unit([*w, *x, *y, *z]))
 }
 
-fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Series) -> Task {
-    let (episodes, left_out) = episodes(span, &series);
+fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Series, waits: bool) -> Task {
+    let (episodes, left_out) = episodes(span, &series, waits);
     let body = scene.bodies.get(object);
     if let Some(body) = body {
         insertion::along_the_axis(&mut series, scene, object, body, &episodes);
+    }
+    // With another hand at work, what is let go may be in that one.
+    if !waits {
+        settling::put_down(&mut series, &episodes);
     }
     let mut task = Task {
         track: side.name().into(),
@@ -132,6 +158,12 @@ fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Se
 }
 
 impl Task {
+    /// When the person had moved the object for the first time since it was held, s of the recording.
+    pub fn first_moved_s(&self) -> Option<f64> {
+        let moves = |segment: &&Segment| segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release");
+        self.segments.iter().find(moves).map(|segment| segment.taught_start_s + segment.duration_s)
+    }
+
     /// How long its commands take, s.
     pub fn duration_s(&self) -> f64 {
         self.segments.last().map_or(0.0, |segment| segment.start_s + segment.duration_s)

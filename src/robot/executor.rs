@@ -6,7 +6,7 @@ use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
 use super::plan::{Plan, Target};
 use super::tree::Robot;
-use crate::world::{MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw, World};
+use crate::world::{MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw};
 use nalgebra::{DVector, Isometry3, UnitQuaternion, Vector3};
 
 /// The way of the palm is looked at this often, s, from so many starts of the arm.
@@ -15,6 +15,8 @@ const STARTS: usize = 48;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
+/// Fingers that take no part go where they are out of the way, rad/s.
+const IDLE_RAD_S: f64 = 2.0;
 /// The first free motion is left out in so many parts.
 const LEFT_OUT: u32 = 4;
 
@@ -82,10 +84,10 @@ impl Executor {
                 ));
             }
         }
-        let idle: Vec<Angles> = hand.fingers.iter().map(|finger| resting(&finger.ranges)).collect();
-        for (finger, idle) in hand.fingers.iter().zip(&idle) {
-            let tip = target.tips.iter().find(|(which, ..)| *which == finger.finger);
-            let angles = tip.map_or(*idle, |(_, tip, _)| finger.reach(target.palm.inverse_transform_point(tip)).angles);
+        let mut idle = Vec::new();
+        for finger in &hand.fingers {
+            let angles = target.angles(finger);
+            idle.push(angles);
             for (dof, angle) in finger.dofs.iter().zip(angles) {
                 q[*dof] = angle;
             }
@@ -98,18 +100,27 @@ impl Executor {
         Ok(Self { robot, hand, motion, posture, controller, wanted: q, palm, before: None, torques, idle })
     }
 
-    /// Stretches a plan from a time on until the arm can follow it from where it is to be now; where that time is then, s.
-    pub fn slow_down(&self, plan: &mut Plan<'_>, from_s: f64) -> f64 {
+    /// The values of all degrees of freedom that are wanted now.
+    pub fn wanted(&self) -> Vec<f64> {
+        self.wanted.clone()
+    }
+
+    /// Stretches a plan from a time on until the arm can follow it from `q`, which goes along; where that time is then, s.
+    pub fn slow_down(&self, plan: &mut Plan<'_>, from_s: f64, q: &mut [f64]) -> f64 {
         if self.hand.arm.is_empty() {
             return from_s;
         }
-        let mut q = self.wanted.clone();
         plan.slow_down(from_s, &mut |palm, dt| {
-            let before = q.clone();
-            solve_arm(&self.robot, &self.hand, &self.motion.root, palm, &mut q, FOLLOWING);
+            let before = q.to_vec();
+            solve_arm(&self.robot, &self.hand, &self.motion.root, palm, q, FOLLOWING);
             let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * self.robot.dofs[*dof].speed);
             self.hand.arm.iter().map(speed).fold(0.0, f64::max)
         })
+    }
+
+    /// What it is.
+    pub fn robot(&self) -> &Robot {
+        &self.robot
     }
 
     /// Where the palm is.
@@ -122,8 +133,8 @@ impl Executor {
         self.palm
     }
 
-    /// One millisecond towards a target.
-    pub fn step(&mut self, target: &Target, world: &mut World) {
+    /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
+    pub fn aim(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
         let before = self.before.replace(target.clone()).unwrap_or_else(|| target.clone());
         // The arm.
         let arm: Vec<(f64, f64)> = if self.hand.arm.is_empty() {
@@ -146,19 +157,22 @@ impl Executor {
         };
         self.palm = target.palm;
         // The fingers.
-        let seen = world.observation();
-        let exerted: Vec<Vector3<f64>> =
-            seen.hands[0].tips.iter().map(|tip| tip.touches.iter().map(|touch| touch.force).sum()).collect();
         let fingers: Vec<FingerTarget> = self
             .hand
             .fingers
             .iter()
-            .zip(&self.idle)
+            .zip(&mut self.idle)
             .map(|(finger, idle)| {
                 let of = |target: &Target| target.tips.iter().find(|(which, ..)| *which == finger.finger).copied();
                 match of(target) {
-                    None => FingerTarget::Idle(*idle),
+                    None => {
+                        for (angle, wanted) in idle.iter_mut().zip(target.angles(finger)) {
+                            *angle += (wanted - *angle).clamp(-IDLE_RAD_S * STEP_S, IDLE_RAD_S * STEP_S);
+                        }
+                        FingerTarget::Idle(*idle)
+                    }
                     Some((_, position, force)) => {
+                        *idle = finger.angles(self.motion.q.as_slice());
                         // The pad gives way under the force that it is to exert.
                         let given = |force: Vector3<f64>| force / TouchLaw::default().stiffness;
                         let earlier = of(&before).map_or(position, |(_, at, force)| at + given(force));
@@ -177,10 +191,9 @@ impl Executor {
             &self.posture,
             &arm,
             &fingers,
-            &exerted,
+            exerted,
             STEP_S,
         );
-        world.step_moved(self);
     }
 
     /// Carries a hand without an arm to where its palm is wanted.
@@ -194,10 +207,8 @@ impl Executor {
     fn palm_from_root(&self) -> Isometry3<f64> {
         self.posture.poses[self.hand.palm].inverse() * self.motion.root
     }
-}
 
-impl Mover for Executor {
-    fn hand(&self, _: usize) -> MovedHand {
+    fn moved(&self) -> MovedHand {
         let tips = self.hand.fingers.iter().map(|finger| {
             let (position, velocity, spin) = self.posture.point(finger.tip_link, finger.tip_in_link);
             MovedTip { position, velocity, spin }
@@ -205,9 +216,9 @@ impl Mover for Executor {
         MovedHand { palm: self.palm(), tips: tips.collect() }
     }
 
-    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64) {
+    fn go_on(&mut self, pushed: &[Pushed], dt: f64) {
         let mut outside = DVector::zeros(self.robot.dofs.len());
-        for (finger, pushed) in self.hand.fingers.iter().zip(pushed.iter().flatten()) {
+        for (finger, pushed) in self.hand.fingers.iter().zip(pushed) {
             if *pushed != Pushed::default() {
                 let (point, ..) = self.posture.point(finger.tip_link, finger.tip_in_link);
                 let wrench = (pushed.force, pushed.torque);
@@ -223,11 +234,15 @@ impl Mover for Executor {
     }
 }
 
-/// Angles of a finger that does nothing: a little bent.
-pub(super) fn resting(ranges: &[[f64; 2]]) -> Angles {
-    let mut angles = Angles::default();
-    for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {
-        *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
+/// Robots that move the hands of a scene, in its order.
+impl Mover for Vec<Executor> {
+    fn hand(&self, hand: usize) -> MovedHand {
+        self[hand].moved()
     }
-    angles
+
+    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64) {
+        for (runs, pushed) in self.iter_mut().zip(pushed) {
+            runs.go_on(pushed, dt);
+        }
+    }
 }

@@ -4,13 +4,15 @@
 //! in the way.
 
 use super::arm::solve_arm_along;
-use super::grasp::{Contact, Mapper, Obstacle, Wanted};
+use super::grasp::{Contact, Failure, Grasp, Mapper, Obstacle, Wanted};
 use super::hand::HandModel;
+use super::others::{bodies, meeting};
+use super::pair::{One, both};
 use super::tree::Robot;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
-use crate::base::scene::{Role, Scene};
+use crate::base::scene::{Body, Role, Scene};
 use crate::command::{self, Commands, MappedFinger, MappedGrasp, Task};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
@@ -21,15 +23,83 @@ const SUNK_M: f64 = 0.001;
 const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
 /// The arm must bring the palm to so many places on the way of the object after the first.
-const BETWEEN: usize = 5;
+const BETWEEN: usize = 15;
 
 /// Maps every grasp of commands; what cannot be held is noted with its reason.
+///
+/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     commands.robot = Some(robot.name.clone());
-    for (number, task) in commands.tasks.iter_mut().enumerate() {
+    let tasks = &mut commands.tasks;
+    let holders = tasks.iter().enumerate().map(|(number, task)| Holder::new(number, task, robot, scene));
+    let holders = holders.collect::<Result<Vec<Holder<'_>>, InputError>>()?;
+    for number in 0..tasks.len() {
+        for grasp in 0..tasks[number].grasps.len() {
+            let others = meeting(tasks, (number, grasp));
+            let taken = bodies(tasks, &others, robot);
+            let held = match (holders[number].hold(&tasks[number], grasp, &taken), &others[..]) {
+                (Err(why), &[other]) if !taken.is_empty() => {
+                    give_way(tasks, &holders, [other, (number, grasp)]).ok_or(why)
+                }
+                (held, _) => held,
+            };
+            match held {
+                Ok(held) => held.note(&mut tasks[number], grasp),
+                Err(why) => tasks[number].grasps[grasp].infeasible = Some(why.to_string()),
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
+fn give_way(tasks: &mut [Task], holders: &[Holder<'_>], [first, second]: [(usize, usize); 2]) -> Option<Held> {
+    let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
+    let mut wanted = Vec::new();
+    for ((number, grasp), turned) in [(first, None), (second, alone.turned.as_ref())] {
+        let mut those = holders[number].wanted(&tasks[number], grasp, &[]);
+        if let Some([_, turned]) = turned {
+            those.contacts.clone_from(turned);
+        }
+        wanted.push(those);
+    }
+    let ways = [first, second].map(|(number, grasp)| way(&tasks[number], grasp));
+    let reachable = [0, 1].map(|which| {
+        let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
+        move |pose: &Isometry3<f64>| holder.reaches(way, pose)
+    });
+    let one = |which: usize| {
+        let Holder { hand, mapper, .. } = &holders[[first, second][which].0];
+        One { hand, mapper, wanted: &wanted[which], reachable: &reachable[which] }
+    };
+    let [again, beside] = both([&one(0), &one(1)])?;
+    let again = Held { mapped: holders[first.0].mapped(&wanted[0], &again), turned: None };
+    let beside = Held { mapped: holders[second.0].mapped(&wanted[1], &beside), turned: alone.turned };
+    again.note(&mut tasks[first.0], first.1);
+    Some(beside)
+}
+
+/// The hand of a task and its object.
+struct Holder<'a> {
+    robot: &'a Robot,
+    hand: &'a HandModel,
+    mapper: Mapper<'a>,
+    object: &'a Body,
+    scene: &'a Scene,
+}
+
+/// A grasp that was found.
+struct Held {
+    mapped: MappedGrasp,
+    /// The contacts with the person's fingers and with those that take them, when those are others.
+    turned: Option<[Vec<Contact>; 2]>,
+}
+
+impl<'a> Holder<'a> {
+    fn new(number: usize, task: &Task, robot: &'a Robot, scene: &'a Scene) -> Result<Self, InputError> {
         let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
         let side = Side::from_name(&task.track).ok_or_else(|| refuse(format!("is of no hand: `{}`", task.track)))?;
         let hand = robot
@@ -40,56 +110,72 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             .bodies
             .get(&task.object)
             .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
-        let mapper = Mapper::new(hand);
-        for index in 0..task.grasps.len() {
-            let obstacles = obstacles(task, index, scene);
-            let ends = way(task, index);
-            let contacts: Vec<Contact> = task.grasps[index].contacts.iter().filter_map(contact).collect();
-            let reachable = |object_from_palm: &Isometry3<f64>| {
-                let way: Vec<Isometry3<f64>> =
-                    ends.iter().map(|world_from_object| world_from_object * object_from_palm).collect();
-                hand.arm.is_empty() || {
-                    let mut q = vec![0.0; robot.dofs.len()];
-                    solve_arm_along(robot, hand, &Isometry3::identity(), &way, &mut q, REACH_STARTS, REACH_STEPS)
-                }
-            };
-            let mut wanted = Wanted { contacts, object, obstacles };
-            let mut mapped = mapper.map_where(&wanted, &reachable);
-            // Which finger pushes where does not matter: the row may be taken the other way round.
-            if mapped.is_err() && wanted.contacts.iter().all(|contact| contact.finger != Finger::Thumb) {
-                let turned = Wanted { contacts: turned_round(&wanted.contacts), ..wanted.clone() };
-                if let Ok(found) = mapper.map_where(&turned, &reachable) {
-                    rename(task, index, &wanted.contacts, &turned.contacts);
-                    (wanted, mapped) = (turned, Ok(found));
-                }
-            }
-            let grasp = &mut task.grasps[index];
-            match mapped {
-                Ok(found) => {
-                    let mut q = vec![0.0; robot.dofs.len()];
-                    found.set(hand, &mut q);
-                    grasp.mapped = Some(MappedGrasp {
-                        object_from_palm: seven(&found.object_from_palm),
-                        joints: joints(robot, hand, &q),
-                        measure: found.measure,
-                        copied_measure: mapper.copied(&wanted),
-                        fingers: found
-                            .fingers
-                            .iter()
-                            .map(|held| MappedFinger {
-                                finger: held.finger.name().into(),
-                                manipulability: held.manipulability,
-                                freedom: held.freedom,
-                                pad_angle_deg: held.pad_angle.to_degrees(),
-                            })
-                            .collect(),
-                    });
-                }
-                Err(why) => grasp.infeasible = Some(why.to_string()),
+        Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene })
+    }
+
+    /// What is to be held with `others` in the way, which are in the frame of the object.
+    fn wanted<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> Wanted<'b> {
+        let mut obstacles: Vec<Obstacle<'b>> = obstacles(task, grasp, self.scene);
+        let at_object = |body| Obstacle { object_from_obstacle: Isometry3::identity(), body };
+        obstacles.extend(others.iter().map(at_object));
+        let contacts = task.grasps[grasp].contacts.iter().filter_map(contact).collect();
+        Wanted { contacts, object: self.object, obstacles }
+    }
+
+    /// Whether the arm can bring the palm along the way of the object.
+    fn reaches(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> bool {
+        let (robot, hand) = (self.robot, self.hand);
+        let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
+        let mut q = vec![0.0; robot.dofs.len()];
+        hand.arm.is_empty()
+            || solve_arm_along(robot, hand, &Isometry3::identity(), &way, &mut q, REACH_STARTS, REACH_STEPS)
+    }
+
+    /// The best way to take hold with `others` in the way, frame of the object.
+    fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<Held, Failure> {
+        let way = way(task, grasp);
+        let reachable = |pose: &Isometry3<f64>| self.reaches(&way, pose);
+        let wanted = self.wanted(task, grasp, others);
+        match self.mapper.map_where(&wanted, &reachable) {
+            Ok(found) => Ok(Held { mapped: self.mapped(&wanted, &found), turned: None }),
+            Err(why) => {
+                // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
+                let other = Wanted { contacts: turned_round(&wanted.contacts), ..wanted.clone() };
+                let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
+                let mapped = self.mapped(&other, &found);
+                Ok(Held { mapped, turned: Some([wanted.contacts, other.contacts]) })
             }
         }
     }
-    Ok(())
+
+    /// A grasp as commands have it.
+    fn mapped(&self, wanted: &Wanted<'_>, found: &Grasp) -> MappedGrasp {
+        let mut q = vec![0.0; self.robot.dofs.len()];
+        found.set(self.hand, &mut q);
+        let fingers = found.fingers.iter().map(|held| MappedFinger {
+            finger: held.finger.name().into(),
+            manipulability: held.manipulability,
+            freedom: held.freedom,
+            pad_angle_deg: held.pad_angle.to_degrees(),
+        });
+        MappedGrasp {
+            object_from_palm: seven(&found.object_from_palm),
+            joints: joints(self.robot, self.hand, &q),
+            measure: found.measure,
+            copied_measure: self.mapper.copied(wanted),
+            fingers: fingers.collect(),
+        }
+    }
+}
+
+impl Held {
+    /// Puts it into a task.
+    fn note(self, task: &mut Task, grasp: usize) {
+        if let Some([before, after]) = &self.turned {
+            rename(task, grasp, before, after);
+        }
+        task.grasps[grasp].mapped = Some(self.mapped);
+    }
 }
 
 fn contact(contact: &command::Contact) -> Option<Contact> {
@@ -100,12 +186,12 @@ fn contact(contact: &command::Contact) -> Option<Contact> {
     })
 }
 
-/// The same contacts with their fingers in the opposite order.
+/// The same contacts with their fingers in the opposite order; a thumb stays where it is.
 fn turned_round(contacts: &[Contact]) -> Vec<Contact> {
-    let fingers = contacts.iter().rev().map(|contact| contact.finger);
-    let mut turned: Vec<Contact> =
-        contacts.iter().zip(fingers).map(|(contact, finger)| Contact { finger, ..*contact }).collect();
-    turned.reverse();
+    let (mut turned, row): (Vec<Contact>, Vec<Contact>) =
+        contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
+    let fingers = row.iter().map(|contact| contact.finger);
+    turned.extend(row.iter().rev().zip(fingers).map(|(contact, finger)| Contact { finger, ..*contact }));
     turned
 }
 

@@ -4,20 +4,25 @@
 //! whoever reads robots hands their texts in.
 
 pub mod arm;
+pub mod clock;
 mod closed;
 pub mod control;
 pub mod dynamics;
 pub mod executor;
 pub mod file;
+mod firmness;
 pub mod grasp;
 pub mod hand;
 mod limb;
 mod log;
 mod mapping;
+mod others;
+mod pair;
 pub mod plan;
 mod righting;
 mod shipped;
 pub mod simulate;
+mod stage;
 pub mod trace;
 pub mod trajectory;
 pub mod tree;

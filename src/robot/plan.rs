@@ -5,8 +5,10 @@
 //! wherever the palm is. When the object is found elsewhere than it was taught, everything is done relative to it, until the first
 //! carrying segment has brought it onto the taught way.
 
-use super::hand::HandModel;
+use super::clock::Part;
+use super::hand::{Angles, FingerModel, HandModel};
 use super::mapping::from_seven;
+use super::tree::Robot;
 use crate::base::hands::Finger;
 use crate::command::{Grasp, Segment, Task};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -25,6 +27,8 @@ const INSERTS_M_S: f64 = 0.04;
 /// Speeds are looked at this often, s, and no phase is stretched more.
 const WATCHED_S: f64 = 0.02;
 const MOST_STRETCHED: f64 = 20.0;
+/// Twice the time between samples of commands, s.
+const SAMPLE_S: f64 = 0.02;
 /// A palm that would jump farther from one phase to the next, m and rad, goes over.
 const JUMP: (f64, f64) = (0.003, 0.05);
 /// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
@@ -39,10 +43,32 @@ pub struct Target {
     pub palm: Isometry3<f64>,
     /// Fingertips that take part: which, centre, force on the object.
     pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
+    /// Where the joints of the others are to be, out of the way.
+    pub idle: Vec<(Finger, Angles)>,
     /// Where the object is to be.
     pub object: Isometry3<f64>,
     /// Whether nothing but the hand touches the object.
     pub carried: bool,
+}
+
+impl Target {
+    /// The angles of a finger: with its tip where it is to be, or out of the way.
+    pub fn angles(&self, finger: &FingerModel) -> Angles {
+        if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
+            return finger.reach(self.palm.inverse_transform_point(tip)).angles;
+        }
+        let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
+        idle.map_or_else(|| resting(&finger.ranges), |(_, angles)| *angles)
+    }
+}
+
+/// Where an object is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// From where it was taught to where it is, reference frame.
+    pub off: Isometry3<f64>,
+    /// When something else has brought it onto the taught way, s of the recording; infinite when nothing does.
+    pub until_s: f64,
 }
 
 /// A task as it is performed.
@@ -64,6 +90,8 @@ struct Phase<'a> {
     /// From where the commands want the object to where it is, at the beginning; and whether that fades until the end.
     anchor: Isometry3<f64>,
     fades: bool,
+    /// From when to when the person did it, s of the recording; the same twice for what no one showed.
+    taught: [f64; 2],
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -85,32 +113,49 @@ struct Grip {
     tips: Vec<(Finger, Point3<f64>, Point3<f64>)>,
     /// The middle of the contacts, object frame.
     middle: Vector3<f64>,
+    /// What the other fingers do.
+    idle: Vec<(Finger, Angles)>,
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of a task whose object is found at `object`, for a palm that is at `palm` now (or begins where the task does).
+    /// The plan of a task whose object is found where `found` says, for a palm that is at `palm` now (or begins where the task does).
     ///
     /// # Errors
     /// A grasp that was not mapped; a task without segments.
     pub fn new(
         task: &'a Task,
+        limb: &Robot,
         hand: &HandModel,
-        object: &Isometry3<f64>,
+        found: Found,
         palm: Option<&Isometry3<f64>>,
         tip_radius: f64,
     ) -> Result<Self, String> {
         let mut grips = Vec::new();
         for grasp in &task.grasps {
-            grips.push(Grip::new(grasp, hand, tip_radius)?);
+            grips.push(Grip::new(grasp, limb, hand, tip_radius)?);
         }
         if grips.is_empty() {
             return Err("has nothing that is touched".into());
         }
-        let taught = task.segments.first().and_then(|segment| segment.object.first()).ok_or("has no segments")?;
+        if task.segments.is_empty() {
+            return Err("has no segments".into());
+        }
         let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
         let mut clock = 0.0;
-        let mut anchor = object * from_seven(taught).inverse();
+        let mut anchor = found.off;
         for (index, segment) in task.segments.iter().enumerate() {
+            let begins = segment.taught_start_s;
+            let ends = begins + segment.duration_s;
+            // Samples have their own beginning in each task.
+            let ends = task
+                .segments
+                .get(index + 1)
+                .map(|next| next.taught_start_s)
+                .filter(|next| (next - ends).abs() < SAMPLE_S)
+                .unwrap_or(ends);
+            if begins > found.until_s - SAMPLE_S {
+                anchor = Isometry3::identity();
+            }
             let role = match (segment.touching, segment.primitive.as_str()) {
                 (false, _) => Role::Free,
                 (true, "Grasp") => Role::Close,
@@ -128,6 +173,7 @@ impl<'a> Plan<'a> {
                     duration: CLOSING_S,
                     anchor,
                     fades: false,
+                    taught: [begins; 2],
                 });
                 clock += CLOSING_S;
             }
@@ -140,12 +186,14 @@ impl<'a> Plan<'a> {
             let inserts = role == Role::Hold && segment.primitive == "Insert";
             if inserts {
                 let (role, duration) = (Role::Steady, STEADIES_S);
-                plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades: false });
+                let taught = [begins; 2];
+                plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades: false, taught });
                 clock += duration;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow);
-            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades });
+            let taught = [begins, ends];
+            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades, taught });
             clock += duration;
             match role {
                 Role::Hold => anchor = Isometry3::identity(),
@@ -183,7 +231,8 @@ impl<'a> Plan<'a> {
             if may && (way > JUMP.0 || turn > JUMP.1) {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, grip, start, anchor, .. } = self.phases[after];
-                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, fades: false };
+                let taught = [self.phases[before].taught[1], self.phases[after].taught[0]];
+                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, fades: false, taught };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;
@@ -242,6 +291,14 @@ impl<'a> Plan<'a> {
         (self.transfer + first, self.transfer + last)
     }
 
+    /// Its parts, with when they were taught, in order.
+    pub fn parts(&self) -> Vec<Part> {
+        let begins = self.phases.first().map_or(0.0, |phase| phase.taught[0]);
+        let transfer = Part { taught: [begins; 2], needs_s: self.transfer };
+        let phases = self.phases.iter().map(|phase| Part { taught: phase.taught, needs_s: phase.duration });
+        std::iter::once(transfer).chain(phases).collect()
+    }
+
     /// The primitive at a time, s.
     pub fn primitive(&self, time: f64) -> &str {
         if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
@@ -266,7 +323,7 @@ impl<'a> Plan<'a> {
         );
         let back = palm * first.palm.inverse();
         let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
-        Target { palm, tips, object: first.object, carried: false }
+        Target { palm, tips, idle: first.idle, object: first.object, carried: false }
     }
 
     /// What the commands want at a time after their beginning.
@@ -287,7 +344,7 @@ impl<'a> Plan<'a> {
             let from = from.map_or(to, |(_, from, _)| before.palm.inverse_transform_point(from));
             (*finger, palm * (from + (to - from) * share), Vector3::zeros())
         });
-        Target { palm, tips: tips.collect(), object: after.object, carried: false }
+        Target { palm, tips: tips.collect(), idle: after.idle.clone(), object: after.object, carried: false }
     }
 
     /// What the commands want at a time after the beginning of a phase.
@@ -347,7 +404,7 @@ impl<'a> Plan<'a> {
             Role::Hold => segment.primitive == "Translate",
             _ => false,
         };
-        Target { palm, tips: tips.collect(), object, carried }
+        Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, carried }
     }
 
     /// Whether the hand touches after this phase.
@@ -365,7 +422,7 @@ impl<'a> Plan<'a> {
 }
 
 impl Grip {
-    fn new(grasp: &Grasp, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
+    fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
@@ -388,8 +445,25 @@ impl Grip {
             return Err("has a grasp without contacts".into());
         }
         middle /= tips.len() as f64;
-        Ok(Self { object_from_palm, tips, middle })
+        let others = hand.fingers.iter().filter(|model| tips.iter().all(|(finger, ..)| *finger != model.finger));
+        let idle = others.map(|model| {
+            let mut angles = resting(&model.ranges);
+            for (angle, dof) in angles.iter_mut().zip(&model.dofs) {
+                *angle = mapped.joints.get(&limb.dofs[*dof].name).copied().unwrap_or(*angle);
+            }
+            (model.finger, angles)
+        });
+        Ok(Self { object_from_palm, idle: idle.collect(), tips, middle })
     }
+}
+
+/// Angles of a finger of which nothing is known: a little bent.
+fn resting(ranges: &[[f64; 2]]) -> Angles {
+    let mut angles = Angles::default();
+    for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {
+        *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
+    }
+    angles
 }
 
 /// 10 t³ - 15 t⁴ + 6 t⁵, from 0 at 0 to 1 at 1.

@@ -22,13 +22,11 @@ pub(super) struct Righting {
 
 impl Righting {
     /// Turns and moves palm and fingertips of a target, the turn about the middle of the grasp; `object` is where the object is, `dt` the step, s.
-    /// It moves only what nothing but the hand touches: elsewhere the object is where it is for a reason.
-    pub(super) fn apply(&mut self, target: &mut Target, object: &Isometry3<f64>, dt: f64) {
-        let presses = |thumb: bool| {
-            let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
-            those.any(|(.., force)| force.norm() > HOLDS_N)
-        };
-        if presses(true) && presses(false) {
+    /// It moves only what nothing but the hand touches: elsewhere the object is where it is for a reason. While another hand holds the object
+    /// as well (`shared`), nothing is added to what was made up for: two hands would turn it about two places.
+    pub(super) fn apply(&mut self, target: &mut Target, object: &Isometry3<f64>, shared: bool, dt: f64) {
+        if holds(target) && shared {
+        } else if holds(target) {
             let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
             self.turned += error * (RATE * dt);
             self.turned *= (MOST_RAD / self.turned.norm().max(1e-9)).min(1.0);
@@ -50,4 +48,13 @@ impl Righting {
             *tip = about * *tip;
         }
     }
+}
+
+/// Whether a target is to hold an object between thumb and fingers.
+pub(super) fn holds(target: &Target) -> bool {
+    let presses = |thumb: bool| {
+        let mut those = target.tips.iter().filter(|(finger, ..)| (*finger == Finger::Thumb) == thumb);
+        those.any(|(.., force)| force.norm() > HOLDS_N)
+    };
+    presses(true) && presses(false)
 }

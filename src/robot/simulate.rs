@@ -1,13 +1,17 @@
 //! The robot in the world: commands in, a recording of what the robot did and a verdict on each task out.
 //!
-//! Every millisecond the plan gives targets, the arm's inverse kinematics follows the palm, the controllers give torques, the robot's
+//! Every millisecond the plans give targets, the arms' inverse kinematics follows the palms, the controllers give torques, the robot's
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
+//! Tasks of both hands that overlap run by one clock ([`super::clock`]).
 
 use super::executor::{Executor, beginning};
+use super::firmness::Firmness;
+use super::hand::HandModel;
 use super::log::Log;
-use super::plan::Plan;
-use super::righting::Righting;
-use super::trace::{FingerForce, Moment, Trace};
+use super::plan::{Plan, Target};
+use super::righting::{Righting, holds};
+use super::stage::{Plans, Stage, found, sides, stages};
+use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use super::tree::Robot;
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
@@ -15,7 +19,7 @@ use crate::base::quantity::Quantity;
 use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
 use crate::command::{Commands, Task, axis_of_its_hole};
-use crate::world::{Fingertips, STEP_S, World};
+use crate::world::{Fingertips, Observation, STEP_S, World};
 use nalgebra::{Isometry3, Vector3};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
@@ -30,15 +34,19 @@ pub const RECORDED: usize = 4;
 const TRACED: usize = 10;
 /// No simulation is longer, s.
 const LONGEST_S: f64 = 600.0;
+/// Forces that are commanded above this are compared with what is exerted, N.
+const COMPARED_N: f64 = 0.05;
 
 /// What came of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
     /// Its name.
     pub task: String,
+    /// The hand that did it.
+    pub side: Side,
     /// The object.
     pub object: String,
-    /// How far the object is from where the person left it, m.
+    /// How far the object is from where the person left it, m; when another hand took it on, from where that one left it.
     pub off: f64,
     /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
     pub turned: f64,
@@ -63,141 +71,284 @@ pub struct Performance {
     pub trace: Trace,
 }
 
-/// Simulates the commands of one hand in a scene.
+/// A hand that performs: what it is, and what it remembers from one step to the next.
+struct Performer {
+    side: Side,
+    hand: HandModel,
+    taught_radius: f64,
+    righting: Righting,
+    firmness: Firmness,
+    target: Target,
+    /// When of its first plan it begins, until that plan is made.
+    fresh: Option<f64>,
+}
+
+/// What is gathered about a task while it is performed.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    palm_error: f64,
+    largest_force: f64,
+    force_errors: (f64, f64),
+}
+
+/// Simulates commands in a scene.
 ///
 /// # Errors
-/// Commands of a hand that the robot does not have or of both hands, grasps that could not be mapped, poses out of the arm's reach.
+/// Commands of a hand that the robot does not have, grasps that could not be mapped, poses out of the arm's reach.
 pub fn simulate(
     commands: &Commands,
     robot: &Robot,
     scene: &Scene,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Performance, InputError> {
-    let side = commanded_side(commands)?;
-    let limb = robot.limb(side)?;
-    let lacks = || InputError::new("commands", "are of no hand of the robot");
-    let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-    // The scene has the robot's hand in place of the person's.
-    let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
-    let mut scene = scene.clone();
-    let fingers: Vec<Finger> = hand.fingers.iter().map(|finger| finger.finger).collect();
-    let tip_radius = hand.fingers.first().map_or(0.007, |finger| finger.radius);
-    scene.hands = [(side, Hand { fingers, tip_radius: Quantity(tip_radius) })].into_iter().collect();
-    let mut world = World::new(&scene, Fingertips::default())?;
-    let gravity = Vector3::from(scene.gravity.map(|part| part.0));
-    let mut executor: Option<Executor> = None;
-    let mut log = Log::new(&scene, world.observation());
-    let mut outcomes = Vec::new();
-    let mut trace = Trace { limb: limb.clone(), side, scene: scene.clone(), moments: Vec::new() };
-    let mut elapsed = 0_usize;
-    let whole: f64 = commands.tasks.iter().map(Task::duration_s).sum::<f64>().max(1e-3);
-    let mut done_s = 0.0;
-    for (number, task) in commands.tasks.iter().enumerate() {
-        let at_task = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
-        let body = scene
-            .bodies
-            .get_index_of(&task.object)
-            .ok_or_else(|| at_task(format!("is about `{}`, which is no body of the scene", task.object)))?;
-        let found = world.observation().bodies[body].pose;
-        let palm = executor.as_ref().map(Executor::wanted_palm);
-        let mut plan = Plan::new(task, &hand, &found, palm.as_ref(), taught_radius).map_err(at_task)?;
-        if plan.duration() > LONGEST_S {
-            return Err(at_task(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", plan.duration())));
+    let tasks = &commands.tasks;
+    let sides = sides(tasks).map_err(|message| InputError::new("commands", message))?;
+    let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
+    let with_robot = with_hands(scene, &sides, &limbs);
+    let mut world = World::new(&with_robot, Fingertips::default())?;
+    let (mut performers, mut executors) = begin(tasks, &sides, &limbs, scene, &world)?;
+    let scene = with_robot;
+    for _ in 0..SETTLING {
+        for (place, (runs, performer)) in executors.iter_mut().zip(&performers).enumerate() {
+            runs.aim(&performer.target, &exerted(world.observation(), place));
         }
-        let mut begins_s = 0.0;
-        let runs = match &mut executor {
-            Some(runs) => runs,
-            None => {
-                let (made, from_s) = beginning(&limb, &hand, &plan, gravity).map_err(at_task)?;
-                begins_s = from_s;
-                let (runs, still) = (executor.insert(made), plan.at(from_s));
-                for _ in 0..SETTLING {
-                    runs.step(&still, &mut world);
-                }
-                runs
-            }
-        };
-        begins_s = runs.slow_down(&mut plan, begins_s);
-        let mut righting = Righting::default();
-        let (mut palm_error, mut largest_force, mut force_errors) = (0.0_f64, 0.0_f64, (0.0, 0.0));
-        let steps = ((plan.duration() - begins_s) / STEP_S).round() as usize;
+        world.step_moved(&mut executors);
+    }
+    let mut log = Log::new(&scene, world.observation());
+    let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
+    let mut trace = Trace { limbs, scene: scene.clone(), moments: Vec::new() };
+    let mut outcomes: Vec<Option<Outcome>> = vec![None; tasks.len()];
+    let mut elapsed = 0_usize;
+    let stages = stages(tasks);
+    let lasts = |stage: &[usize]| stage.iter().map(|number| tasks[*number].duration_s()).fold(0.0, f64::max);
+    let whole: f64 = stages.iter().map(|stage| lasts(stage)).sum::<f64>().max(1e-3);
+    let mut done_s = 0.0;
+    for numbers in &stages {
+        let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &scene, &world)?;
+        let starts = from_s.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
+        let begins_s = starts.map(|(place, from_s)| stage.clock.when(place, *from_s)).fold(f64::INFINITY, f64::min);
+        for performer in &mut performers {
+            (performer.righting, performer.firmness) = (Righting::default(), Firmness::default());
+        }
+        let mut tallies = vec![Tally::default(); tasks.len()];
+        let steps = ((stage.clock.duration() - begins_s) / STEP_S).round() as usize;
         for step in 0..=steps + SETTLING {
-            let time = (begins_s + step as f64 * STEP_S).min(plan.duration());
-            let mut target = plan.at(time);
-            righting.apply(&mut target, &world.observation().bodies[body].pose, STEP_S);
-            runs.step(&target, &mut world);
-            if step.is_multiple_of(RECORDED) {
-                log.record(world.observation());
-            }
-            palm_error = palm_error.max((runs.palm().translation.vector - target.palm.translation.vector).norm());
-            let seen = world.observation();
-            for (index, tip) in seen.hands[0].tips.iter().enumerate() {
-                let force = tip.force_on(body);
-                largest_force = largest_force.max(force.norm());
-                let wanted = target.tips.iter().find(|(finger, ..)| *finger == hand.fingers[index].finger);
-                if let Some((.., wanted)) = wanted.filter(|(.., wanted)| wanted.norm() > 0.05) {
-                    force_errors = (force_errors.0 + (force - wanted).norm(), force_errors.1 + 1.0);
+            let time = begins_s + step as f64 * STEP_S;
+            let now: Vec<Option<(usize, &Plan<'_>, f64)>> =
+                from_s.iter().enumerate().map(|(place, from_s)| stage.at(place, time, *from_s)).collect();
+            for (performer, now) in performers.iter_mut().zip(&now) {
+                if let Some((_, plan, own)) = now {
+                    performer.target = plan.at(*own);
                 }
             }
-            if step.is_multiple_of(TRACED) {
-                let object = seen.bodies[body].pose;
-                let forces = seen.hands[0].tips.iter().map(|tip| {
-                    let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
-                    let wanted = wanted.map_or_else(Vector3::zeros, |(.., force)| *force);
-                    let [wanted, exerted] =
-                        [wanted, tip.force_on(body)].map(|force| object.inverse_transform_vector(&force));
-                    FingerForce { finger: tip.finger, wanted, exerted }
-                });
-                trace.moments.push(Moment {
-                    time_s: elapsed as f64 * STEP_S,
-                    task: number,
-                    primitive: plan.primitive(time).to_string(),
-                    q: runs.motion.q.iter().copied().collect(),
-                    root: runs.motion.root,
-                    bodies: seen.bodies.iter().map(|body| body.pose).collect(),
-                    forces: forces.collect(),
-                });
+            let held: Vec<Option<&str>> = performers
+                .iter()
+                .zip(&now)
+                .map(|(performer, now)| {
+                    now.filter(|_| holds(&performer.target)).map(|(number, ..)| tasks[number].object.as_str())
+                })
+                .collect();
+            for (place, (performer, runs)) in performers.iter_mut().zip(&mut executors).enumerate() {
+                if let Some((number, ..)) = now[place] {
+                    let object = tasks[number].object.as_str();
+                    let body = scene.bodies.get_index_of(object).unwrap_or_default();
+                    let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(object));
+                    let pose = world.observation().bodies[body].pose;
+                    performer.righting.apply(&mut performer.target, &pose, shared, STEP_S);
+                    let tips = &world.observation().hands[place].tips;
+                    performer.firmness.apply(&mut performer.target, tips, body, STEP_S);
+                }
+                runs.aim(&performer.target, &exerted(world.observation(), place));
+            }
+            world.step_moved(&mut executors);
+            let seen = world.observation();
+            if step.is_multiple_of(RECORDED) {
+                log.record(seen);
+            }
+            for (place, (performer, runs)) in performers.iter().zip(&executors).enumerate() {
+                let Some((number, plan, own)) = now[place] else { continue };
+                let body = scene.bodies.get_index_of(&tasks[number].object).unwrap_or_default();
+                tallies[number].note(performer, runs, seen, place, body);
+                if step.is_multiple_of(TRACED) {
+                    trace.moments.push(Moment {
+                        time_s: elapsed as f64 * STEP_S,
+                        task: number,
+                        limb: place,
+                        primitive: plan.primitive(own).to_string(),
+                        stances: executors.iter().map(stance).collect(),
+                        bodies: seen.bodies.iter().map(|body| body.pose).collect(),
+                        forces: forces(&performer.target, seen, place, body),
+                    });
+                }
             }
             elapsed += 1;
             if step.is_multiple_of(500) {
-                progress(((done_s + time.min(task.duration_s())) / whole).min(1.0));
+                progress(((done_s + (step as f64 * STEP_S).min(lasts(numbers))) / whole).min(1.0));
             }
         }
-        done_s += task.duration_s();
-        let end = world.observation().bodies[body].pose;
-        let wanted = plan.taught_end();
+        done_s += lasts(numbers);
+        for &number in numbers {
+            let end = stage.taught_end(tasks, &tasks[number].object);
+            outcomes[number] = Some(tallies[number].judge(&tasks[number], &end, &scene, world.observation()));
+        }
+    }
+    Ok(Performance { recording: log.finish(&scene), outcomes: outcomes.into_iter().flatten().collect(), trace })
+}
+
+/// The scene with the robot's hands in place of the person's.
+fn with_hands(scene: &Scene, sides: &[Side], limbs: &[Robot]) -> Scene {
+    let mut scene = scene.clone();
+    let hands = sides.iter().zip(limbs).filter_map(|(side, limb)| {
+        let hand = limb.hands.get(side)?;
+        let fingers: Vec<Finger> = hand.fingers.iter().map(|finger| finger.finger).collect();
+        let tip_radius = hand.fingers.first().map_or(0.007, |finger| finger.radius);
+        Some((*side, Hand { fingers, tip_radius: Quantity(tip_radius) }))
+    });
+    scene.hands = hands.collect();
+    scene
+}
+
+/// Every hand at the beginning of its first task.
+fn begin(
+    tasks: &[Task],
+    sides: &[Side],
+    limbs: &[Robot],
+    scene: &Scene,
+    world: &World,
+) -> Result<(Vec<Performer>, Vec<Executor>), InputError> {
+    let gravity = Vector3::from(scene.gravity.map(|part| part.0));
+    let stages = stages(tasks);
+    let (mut performers, mut executors) = (Vec::new(), Vec::new());
+    for (&side, limb) in sides.iter().zip(limbs) {
+        let lacks = || InputError::new("commands", "are of no hand of the robot");
+        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
+        let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
+        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
+        let refuse = |message: String| at_task(tasks, number, message);
+        let stage = stages.iter().find(|stage| stage.contains(&number)).map_or(&[][..], Vec::as_slice);
+        let found = found(tasks, stage, number, &pose_of(tasks, number, scene, world)?);
+        let plan = Plan::new(&tasks[number], limb, &hand, found, None, taught_radius).map_err(refuse)?;
+        let (runs, from_s) = beginning(limb, &hand, &plan, gravity).map_err(refuse)?;
+        let target = plan.at(from_s);
+        executors.push(runs);
+        let righting = Righting::default();
+        let firmness = Firmness::default();
+        performers.push(Performer { side, hand, taught_radius, righting, firmness, target, fresh: Some(from_s) });
+    }
+    Ok((performers, executors))
+}
+
+/// The plans of a stage for hands that are where they are, and when of its own plans each begins, s.
+fn plan<'a>(
+    tasks: &'a [Task],
+    numbers: &[usize],
+    performers: &mut [Performer],
+    executors: &[Executor],
+    scene: &Scene,
+    world: &World,
+) -> Result<(Stage<'a>, Vec<f64>), InputError> {
+    let mut hands = Vec::new();
+    let mut begins = Vec::new();
+    for (performer, runs) in performers.iter_mut().zip(executors) {
+        let mut plans: Plans<'a> = Vec::new();
+        let mut palm = performer.fresh.is_none().then(|| runs.wanted_palm());
+        let mut q = runs.wanted();
+        begins.push(0.0);
+        for &number in numbers.iter().filter(|number| tasks[**number].track == performer.side.name()) {
+            let refuse = |message: String| at_task(tasks, number, message);
+            let found = found(tasks, numbers, number, &pose_of(tasks, number, scene, world)?);
+            let made =
+                Plan::new(&tasks[number], runs.robot(), &performer.hand, found, palm.as_ref(), performer.taught_radius);
+            let mut made = made.map_err(refuse)?;
+            if made.duration() > LONGEST_S {
+                return Err(refuse(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", made.duration())));
+            }
+            let from_s = performer.fresh.take().unwrap_or_default();
+            let from_s = runs.slow_down(&mut made, from_s, &mut q);
+            if plans.is_empty() {
+                begins.pop();
+                begins.push(from_s);
+            }
+            palm = Some(made.at(made.duration()).palm);
+            plans.push((number, made));
+        }
+        hands.push(plans);
+    }
+    Ok((Stage::new(hands), begins))
+}
+
+fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
+    InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
+}
+
+/// Where the object of a task is now.
+fn pose_of(tasks: &[Task], number: usize, scene: &Scene, world: &World) -> Result<Isometry3<f64>, InputError> {
+    let object = &tasks[number].object;
+    let body = scene.bodies.get_index_of(object);
+    let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
+    Ok(world.observation().bodies[body.ok_or_else(lacks)?].pose)
+}
+
+/// The forces of a hand's fingertips.
+fn exerted(seen: &Observation, hand: usize) -> Vec<Vector3<f64>> {
+    seen.hands[hand].tips.iter().map(|tip| tip.touches.iter().map(|touch| touch.force).sum()).collect()
+}
+
+fn stance(runs: &Executor) -> Stance {
+    Stance { q: runs.motion.q.iter().copied().collect(), root: runs.motion.root }
+}
+
+/// Commanded and exerted forces on a task's object, in its frame.
+fn forces(target: &Target, seen: &Observation, hand: usize, body: usize) -> Vec<FingerForce> {
+    let object = seen.bodies[body].pose;
+    let forces = seen.hands[hand].tips.iter().map(|tip| {
+        let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
+        let wanted = wanted.map_or_else(Vector3::zeros, |(.., force)| *force);
+        let [wanted, exerted] = [wanted, tip.force_on(body)].map(|force| object.inverse_transform_vector(&force));
+        FingerForce { finger: tip.finger, wanted, exerted }
+    });
+    forces.collect()
+}
+
+impl Tally {
+    fn note(&mut self, performer: &Performer, runs: &Executor, seen: &Observation, hand: usize, body: usize) {
+        let target = &performer.target;
+        let off = (runs.palm().translation.vector - target.palm.translation.vector).norm();
+        self.palm_error = self.palm_error.max(off);
+        for tip in &seen.hands[hand].tips {
+            let force = tip.force_on(body);
+            self.largest_force = self.largest_force.max(force.norm());
+            let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
+            if let Some((.., wanted)) = wanted.filter(|(.., wanted)| wanted.norm() > COMPARED_N) {
+                self.force_errors = (self.force_errors.0 + (force - wanted).norm(), self.force_errors.1 + 1.0);
+            }
+        }
+    }
+
+    /// What came of a task whose object was to end at `wanted`.
+    fn judge(&self, task: &Task, wanted: &Isometry3<f64>, scene: &Scene, seen: &Observation) -> Outcome {
+        let body = scene.bodies.get_index_of(&task.object).unwrap_or_default();
+        let end = seen.bodies[body].pose;
         let off = (end.translation.vector - wanted.translation.vector).norm();
         // What is in a hole may have turned about its axis.
-        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(&scene, &task.object, &scene.bodies[body], pose);
-        let turned = match (axis(&end), axis(&wanted)) {
+        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(scene, &task.object, &scene.bodies[body], pose);
+        let turned = match (axis(&end), axis(wanted)) {
             (Some(axis), Some(_)) => {
                 let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
-                own(&end).angle(&own(&wanted))
+                own(&end).angle(&own(wanted))
             }
             _ => end.rotation.angle_to(&wanted.rotation),
         };
-        outcomes.push(Outcome {
+        Outcome {
             task: task.task.clone(),
+            side: Side::from_name(&task.track).unwrap_or(Side::Right),
             object: task.object.clone(),
             off,
             turned,
-            palm_error,
-            largest_force,
-            force_error: force_errors.0 / f64::max(force_errors.1, 1.0),
+            palm_error: self.palm_error,
+            largest_force: self.largest_force,
+            force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
             done: off <= WITHIN_M && turned <= WITHIN_RAD,
-        });
+        }
     }
-    Ok(Performance { recording: log.finish(&scene), outcomes, trace })
-}
-
-/// The hand that commands are for: one, the same for all tasks.
-pub(super) fn commanded_side(commands: &Commands) -> Result<Side, InputError> {
-    let refuse = |message: String| InputError::new("commands", message);
-    let Some(first) = commands.tasks.first() else { return Err(refuse("have no tasks, nothing is to be done".into())) };
-    if commands.tasks.iter().any(|task| task.track != first.track) {
-        return Err(refuse(
-            "are of both hands, wanted those of one: coordination of two arms is not simulated yet".into(),
-        ));
-    }
-    Side::from_name(&first.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", first.track)))
 }

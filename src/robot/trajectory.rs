@@ -5,10 +5,11 @@
 
 use super::Robot;
 use super::arm::solve_arm;
-use super::executor::{beginning, resting};
+use super::executor::beginning;
 use super::hand::HandModel;
-use super::plan::{Plan, minimum_jerk};
-use super::simulate::commanded_side;
+use super::mapping::from_seven;
+use super::plan::{Found, Plan, minimum_jerk};
+use super::stage::sides;
 use crate::base::error::InputError;
 use crate::base::geometry;
 use crate::base::scene::Scene;
@@ -99,7 +100,10 @@ impl JointTrajectory {
 /// # Errors
 /// As [`super::simulate::simulate`]; a joint that would have to jump.
 pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<JointTrajectory, InputError> {
-    let side = commanded_side(commands)?;
+    let refuse = |message: &str| InputError::new("commands", message);
+    let &[side] = sides(&commands.tasks).map_err(|message| refuse(&message))?.as_slice() else {
+        return Err(refuse("are of both hands, wanted those of one for a joint trajectory: leave out `--trajectory`"));
+    };
     let limb = robot.limb(side)?;
     let lacks = || InputError::new("commands", "are of no hand of the robot");
     let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
@@ -117,7 +121,10 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
             object.ok_or_else(|| at_task(format!("is about `{}`, which is no body of the scene", task.object)))?;
         let stood = || geometry::pose(object.position.map(|length| length.0), object.rotation);
         let found = places.get(task.object.as_str()).copied().unwrap_or_else(stood);
-        let plan = Plan::new(task, &hand, &found, stands.as_ref().map(|(.., palm)| palm), taught_radius);
+        let taught = task.segments.first().and_then(|segment| segment.object.first());
+        let off = taught.map_or_else(Isometry3::identity, |taught| found * from_seven(taught).inverse());
+        let found = Found { off, until_s: f64::INFINITY };
+        let plan = Plan::new(task, &limb, &hand, found, stands.as_ref().map(|(.., palm)| palm), taught_radius);
         let plan = plan.map_err(at_task)?;
         let (mut q, root, from_s) = match stands.take() {
             Some((q, root, _)) => (q, root, 0.0),
@@ -159,11 +166,7 @@ fn joints(
         }
         let shaped = minimum_jerk(since / RESHAPING_S);
         for finger in &hand.fingers {
-            let tip = target.tips.iter().find(|(which, ..)| *which == finger.finger);
-            let angles = tip.map_or_else(
-                || resting(&finger.ranges),
-                |(_, tip, _)| finger.reach(target.palm.inverse_transform_point(tip)).angles,
-            );
+            let angles = target.angles(finger);
             for (dof, angle) in finger.dofs.iter().zip(angles) {
                 q[*dof] = before[*dof] + (angle - before[*dof]) * shaped;
             }

@@ -74,6 +74,8 @@ fn the_readme_shows_what_both_hands_do_in_the_demo() {
     let lanes = &printed[printed.find("\nleft ").unwrap()..printed.find("\nleft\n").unwrap()];
     let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
     assert!(readme.contains(lanes.trim()), "README.md shows something else than:\n{lanes}");
+    let robot = &printed[printed.find("\nthe robot\n").unwrap()..printed.find("\n\nwritten").unwrap()];
+    assert!(readme.contains(robot.trim()), "README.md shows something else than:\n{robot}");
     let analysis: Value = serde_json::from_str(&std::fs::read_to_string(out.join("analysis.json")).unwrap()).unwrap();
     let tracks: Vec<&str> =
         analysis["tracks"].as_array().unwrap().iter().map(|track| track["track"].as_str().unwrap()).collect();

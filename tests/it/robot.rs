@@ -1,6 +1,8 @@
 //! Tests of `robot`: files, kinematics against finite differences and round trips.
 
+mod clock;
 mod files;
 mod grasping;
 mod kinematics;
 mod motion;
+mod two_hands;

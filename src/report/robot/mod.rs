@@ -19,7 +19,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Writes the page.
 pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String {
-    let title = format!("{} – the robot {}", escape(&commands.log), escape(&trace.limb.name));
+    let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
+    let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
     let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
     page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
     page.push_str(&format!("<title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
@@ -31,8 +32,9 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
         let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
         let verdict = if outcome.done { "done" } else { "not done" };
         page.push_str(&format!(
-            "<section>\n<h2>{} of <code>{}</code>: {verdict}</h2>\n<p>{} mm and {}° from where the person left it; palm within {} mm of its way, \
+            "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{} mm and {}° from where the person left it; palm within {} mm of its way, \
              forces {} N off on average, {} N at most.</p>\n",
+            if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
             escape(&task.task),
             escape(&task.object),
             decimals(outcome.off * 1e3, 1),
@@ -84,11 +86,14 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         |moment: &Moment| moment.forces.iter().fold(zeros(), |[a, b], force| [a + force.wanted, b + force.exerted]);
     plots.extend(forces("total force on the object", moments, total));
 
-    let Some(hand) = trace.limb.hands.get(&trace.side) else { return plots };
+    let place = moments.first().map_or(0, |moment| moment.limb);
+    let Some(limb) = trace.limbs.get(place) else { return plots };
+    let Some(hand) = limb.robot.hands.get(&limb.side) else { return plots };
+    let q = |moment: &Moment| moment.stances.get(place).map_or_else(Vec::new, |stance| stance.q.clone());
     let joints = |dofs: &[usize]| -> Vec<Line> {
         let line = |(place, dof): (usize, &usize)| {
-            let value = |moment: &&Moment| moment.q.get(*dof).copied().unwrap_or(f64::NAN);
-            let name = trace.limb.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
+            let value = |moment: &&Moment| q(moment).get(*dof).copied().unwrap_or(f64::NAN);
+            let name = limb.robot.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
             Line { name: name.into(), color: place, dashed: false, values: moments.iter().map(value).collect() }
         };
         dofs.iter().enumerate().map(line).collect()
@@ -101,7 +106,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         plots.push(Plot { title, lines: joints(&finger.dofs), shortest: 0.1 });
     }
     let measures = hand.fingers.iter().enumerate().map(|(place, finger)| {
-        let measure = |moment: &&Moment| finger.measure(&finger.angles(&moment.q));
+        let measure = |moment: &&Moment| finger.measure(&finger.angles(&q(moment)));
         let values = moments.iter().map(measure).collect();
         Line { name: finger.finger.name().into(), color: place, dashed: false, values }
     });

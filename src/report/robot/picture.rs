@@ -36,12 +36,18 @@ struct View {
 
 /// Draws a moment; `object` is what the task is about.
 pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str) -> String {
-    let poses: Vec<Isometry3<f64>> =
-        trace.limb.forward(&moment.q).into_iter().map(|root_from_link| moment.root * root_from_link).collect();
+    let poses: Vec<Vec<Isometry3<f64>>> = trace
+        .limbs
+        .iter()
+        .zip(&moment.stances)
+        .map(|(limb, stance)| limb.robot.forward(&stance.q).into_iter().map(|link| stance.root * link).collect())
+        .collect();
+    let hand = trace.limbs.get(moment.limb).and_then(|limb| limb.robot.hands.get(&limb.side));
+    let own = poses.get(moment.limb);
     let place = |name: &str| {
         trace.scene.bodies.get_index_of(name).and_then(|at| moment.bodies.get(at)).map(|pose| pose.translation.vector)
     };
-    let palm = trace.limb.hands.get(&trace.side).and_then(|hand| poses.get(hand.palm));
+    let palm = hand.zip(own).and_then(|(hand, poses)| poses.get(hand.palm));
     let palm = palm.map(|pose| pose.translation.vector);
     let middle = match (place(object), palm) {
         (Some(object), Some(palm)) => (object + palm) / 2.0,
@@ -56,7 +62,8 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str) -> String {
         };
         view.body(body, pose, class);
     }
-    for (link, pose) in trace.limb.links.iter().zip(&poses) {
+    let links = trace.limbs.iter().zip(&poses).flat_map(|(limb, poses)| limb.robot.links.iter().zip(poses));
+    for (link, pose) in links {
         for solid in &link.solids {
             match solid {
                 Solid::Capsule(from, to, radius) => view.capsule(pose * from, pose * to, *radius),
@@ -64,7 +71,7 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str) -> String {
             }
         }
     }
-    if let Some(hand) = trace.limb.hands.get(&trace.side) {
+    if let Some((hand, poses)) = hand.zip(own) {
         let object_pose = trace.scene.bodies.get_index_of(object).and_then(|at| moment.bodies.get(at));
         for (finger, force) in hand.fingers.iter().zip(&moment.forces) {
             let tip = poses.get(finger.tip_link).map(|pose| pose * finger.tip_in_link);

@@ -32,6 +32,11 @@ pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
 pub const LARGEST_PUSHING_ANGLE: f64 = 95.0 * std::f64::consts::PI / 180.0;
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: f64 = 0.003;
+/// So many of the best poses are leant over, and so many candidates are kept.
+const LEANT: usize = 3;
+const CANDIDATES: usize = 40;
+/// These differ by more than this, m.
+const APART_M: f64 = 0.005;
 /// Shapes are clear of each other when they overlap by no more than this, m.
 pub const CLEAR_M: f64 = 1e-4;
 
@@ -216,6 +221,53 @@ impl<'a> Mapper<'a> {
         let cost = Cost::new(self, wanted)?;
         let pose = search::everywhere(&cost, generations, chance);
         self.check(&pose, &cost, &Shapes::new(self.hand, wanted))
+    }
+
+    /// Poses of the palm to begin with when something else moves as well, cheapest first, whether or not they are grasps: where a search ends, and the
+    /// best of those leant over to all sides.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn candidates(&self, wanted: &Wanted<'_>) -> Result<Vec<Isometry3<f64>>, Failure> {
+        let cost = Cost::new(self, wanted)?;
+        let mut poses = search::best_poses(&cost, &starts::starts(self, wanted));
+        let leant: Vec<Isometry3<f64>> =
+            poses.iter().take(LEANT).flat_map(|pose| search::leant(&cost, wanted, pose)).collect();
+        poses.extend(leant);
+        let mut ranked: Vec<(f64, Isometry3<f64>)> = poses.into_iter().map(|pose| (cost.of(&pose), pose)).collect();
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut kept: Vec<Isometry3<f64>> = Vec::new();
+        for (_, pose) in ranked {
+            if kept.len() < CANDIDATES && kept.iter().all(|other| search::apart(&pose, other) > APART_M) {
+                kept.push(pose);
+            }
+        }
+        Ok(kept)
+    }
+
+    /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn improved(
+        &self,
+        wanted: &Wanted<'_>,
+        pose: &Isometry3<f64>,
+        steps: usize,
+    ) -> Result<(f64, Isometry3<f64>), Failure> {
+        let mut cost = Cost::new(self, wanted)?;
+        cost.keep_away(AWAY_M);
+        Ok(search::improved(&cost, pose, steps))
+    }
+
+    /// The angles of every finger at a pose: on its contact or as near as it comes, or out of the way.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn angles(&self, wanted: &Wanted<'_>, pose: &Isometry3<f64>) -> Result<Vec<(Finger, Angles)>, Failure> {
+        let cost = Cost::new(self, wanted)?;
+        let touching = cost.fingers(pose).into_iter().map(|held| (held.finger, held.angles));
+        Ok(touching.chain(cost.idle(pose)).collect())
     }
 
     /// The pose that copies the person's: the hand half closed in the middle of its ranges, laid over the taught contacts. What it is

@@ -3,7 +3,9 @@
 //! Improving is a quasi-Newton descent (BFGS) with differences for the slope, in six coordinates about the current pose: a shift of the
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
 
+use super::Wanted;
 use super::cost::Cost;
+use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 /// So many times the contacts are approached from each start, without a look at anything else.
@@ -13,6 +15,9 @@ const IMPROVED: usize = 12;
 const FIRST_STEPS: usize = 12;
 const BEST: usize = 3;
 const LAST_STEPS: usize = 60;
+/// How far a pose is leant over, rad.
+const ROLLS: [f64; 7] = [0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2];
+const TILTS: [f64; 3] = [0.0, -0.4, 0.4];
 /// m for one rad.
 const TURN_M: f64 = 0.1;
 /// The difference for slopes, m.
@@ -65,6 +70,28 @@ pub(super) fn polished(cost: &Cost<'_>, pose: &Isometry3<f64>) -> Isometry3<f64>
     descent.pose
 }
 
+/// A pose leant over about the line from the thumb to the fingers and about the row of fingers, with the fingers back on their contacts.
+pub(super) fn leant(cost: &Cost<'_>, wanted: &Wanted<'_>, pose: &Isometry3<f64>) -> Vec<Isometry3<f64>> {
+    let middle = cost.middle();
+    let thumb = wanted.contacts.iter().find(|contact| contact.finger == Finger::Thumb).or(wanted.contacts.first());
+    let across = thumb.and_then(|thumb| (middle - thumb.point).try_normalize(1e-6)).unwrap_or_else(Vector3::x);
+    let row = (middle.coords - pose.translation.vector).cross(&across).try_normalize(1e-6).unwrap_or_else(Vector3::y);
+    let turns = ROLLS.into_iter().flat_map(|roll| TILTS.map(|tilt| across * roll + row * tilt));
+    let leant = turns.map(|turn| {
+        let leant =
+            moved(pose, &middle, &Vector6::new(0.0, 0.0, 0.0, turn.x * TURN_M, turn.y * TURN_M, turn.z * TURN_M));
+        (0..FITTED).fold(leant, |pose, _| cost.nearer(&pose))
+    });
+    leant.collect()
+}
+
+/// A pose after so many steps, and what it costs.
+pub(super) fn improved(cost: &Cost<'_>, pose: &Isometry3<f64>, steps: usize) -> (f64, Isometry3<f64>) {
+    let mut descent = Descent::new(*pose, cost.of(pose));
+    descent.run(cost, &cost.middle(), steps);
+    (descent.value, descent.pose)
+}
+
 /// Differential evolution over all poses near the object, then a polish.
 pub(super) fn everywhere(cost: &Cost<'_>, generations: usize, chance: &mut dyn FnMut() -> f64) -> Isometry3<f64> {
     const MEMBERS: usize = 48;
@@ -104,7 +131,7 @@ pub(super) fn everywhere(cost: &Cost<'_>, generations: usize, chance: &mut dyn F
 }
 
 /// How far two poses are apart, m, a turn counted as in the search.
-fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
+pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> f64 {
     (one.translation.vector - other.translation.vector).norm() + TURN_M * one.rotation.angle_to(&other.rotation)
 }
 

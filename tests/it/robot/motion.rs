@@ -13,7 +13,7 @@ use teachtree::robot::executor::Executor;
 use teachtree::robot::plan::Target;
 use teachtree::robot::simulate::{Performance, simulate};
 use teachtree::robot::{Kind, Robot};
-use teachtree::world::{Fingertips, World};
+use teachtree::world::{Fingertips, TipState, World};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 
@@ -128,16 +128,23 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
     let target = |height: f64, force: f64| Target {
         palm,
         tips: vec![(Finger::Index, above(height), Vector3::new(0.0, 0.0, -force))],
+        idle: Vec::new(),
         object: Isometry3::identity(),
         carried: false,
     };
-    let mut runs = Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap();
+    let mut runs = vec![Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap()];
+    let mut step_to = |target: Target, world: &mut World| {
+        let felt = |tip: &TipState| tip.touches.iter().map(|touch| touch.force).sum();
+        let exerted: Vec<Vector3<f64>> = world.observation().hands[0].tips.iter().map(felt).collect();
+        runs[0].aim(&target, &exerted);
+        world.step_moved(&mut runs);
+    };
     for step in 0..300 {
-        runs.step(&target(0.012 - 0.005 * f64::from(step) / 300.0, 0.0), &mut world);
+        step_to(target(0.012 - 0.005 * f64::from(step) / 300.0, 0.0), &mut world);
     }
     let mut forces = Vec::new();
     for step in 0..1500 {
-        runs.step(&target(0.007, (f64::from(step) / 200.0).min(1.0)), &mut world);
+        step_to(target(0.007, (f64::from(step) / 200.0).min(1.0)), &mut world);
         if step >= 500 {
             forces.push(-world.observation().hands[0].tips[1].touches.iter().map(|touch| touch.force.z).sum::<f64>());
         }
@@ -148,7 +155,7 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
 }
 
 /// The chapter's cube, grasped by thumb, index and middle finger, lifted by 60 mm and held for a time.
-fn lift(held_s: f64) -> (Commands, Scene) {
+fn lift(held_s: f64, firmly: f64) -> (Commands, Scene) {
     let scene = scene(
         "name: lift
 bodies:
@@ -157,7 +164,7 @@ bodies:
 hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
     );
     let contacts = [("thumb", [0.0, -0.06, 0.03]), ("index", [-0.015, 0.06, 0.03]), ("middle", [0.015, 0.06, 0.03])];
-    let squeezed = [1.5, 0.75, 0.75];
+    let squeezed = [1.5, 0.75, 0.75].map(|force| force * firmly);
     let weight = [0.245, 0.1225, 0.1225];
     let segment = |primitive: &str, seconds: f64, from: f64, to: f64, lifted: f64| {
         let n = (seconds * 100.0) as usize + 1;
@@ -220,7 +227,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
 fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
     for name in ["gifu_hand_iii_right", "both_hands"] {
         let robot = shipped(name);
-        let (mut commands, scene) = lift(if name == "both_hands" { 2.0 } else { 10.0 });
+        let (mut commands, scene) = lift(if name == "both_hands" { 2.0 } else { 10.0 }, 1.0);
         teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
         let grasp = &commands.tasks[0].grasps[0];
         assert!(grasp.mapped.is_some(), "{:?}", grasp.infeasible);
@@ -237,4 +244,15 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
             assert!(high - low < 1e-3, "{name}, {axis}: {low} to {high}");
         }
     }
+}
+
+/// Commanded are forces with which friction just carries the weight. The hand feels that the cube is about to slip, and holds it more firmly.
+#[test]
+fn a_hand_that_feels_slip_holds_more_firmly() {
+    let robot = shipped("gifu_hand_iii_right");
+    let (mut commands, scene) = lift(2.0, 0.2);
+    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
+    assert!(outcomes[0].done, "{:?}", outcomes[0]);
+    assert!(outcomes[0].largest_force > 0.4, "0.39 N would do: {:?}", outcomes[0]);
 }

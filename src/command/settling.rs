@@ -1,0 +1,54 @@
+//! What a person lets fall a little is put down where it came to rest: let go above its place, or askew. How it falls is chance, and a robot that lets it
+//! fall as well has another one (chapter, section 2.1: such error is inadvertent).
+
+use super::episodes::Episode;
+use super::insertion::smooth_step;
+use super::series::Series;
+use nalgebra::{Isometry3, Translation3};
+
+/// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.
+const FELL: (f64, f64) = (0.002, 0.035);
+const DROPPED: (f64, f64) = (0.040, 0.6);
+/// It is brought there within this share of the time that it was held.
+const SHARE: f64 = 0.5;
+
+/// Brings the object in the end of each episode to where it came to rest.
+pub(super) fn put_down(series: &mut Series, episodes: &[Episode]) {
+    for (number, episode) in episodes.iter().enumerate() {
+        let grasped = episode.pieces.iter().any(|piece| piece.primitive == "Grasp");
+        let inserted = episode.pieces.iter().any(|piece| piece.primitive == "Insert");
+        let held = episode.pieces.iter().filter(|piece| piece.touching && piece.primitive != "Release");
+        let held: Vec<usize> =
+            held.filter(|piece| piece.primitive != "Grasp").flat_map(|piece| piece.samples.iter().copied()).collect();
+        let let_go = episode.pieces.last().filter(|piece| piece.primitive == "Release");
+        let (Some(&first), Some(&last), Some(_)) = (held.first(), held.last(), let_go) else { continue };
+        if !grasped || inserted {
+            continue;
+        }
+        let touched_again = episodes.iter().skip(number + 1).flat_map(|later| &later.pieces).find(|it| it.touching);
+        let rests = touched_again.map_or(series.len() - 1, |piece| piece.samples[0]);
+        let (from, to) = (series.object[last], series.object[rests]);
+        let (way, turn) = apart(&from, &to);
+        if (way < FELL.0 && turn < FELL.1) || way > DROPPED.0 || turn > DROPPED.1 {
+            continue;
+        }
+        let begins = last - ((last - first) as f64 * SHARE) as usize;
+        let turned = to.rotation * from.rotation.inverse();
+        let moved = to.translation.vector - from.translation.vector;
+        for at in held.into_iter().filter(|at| *at >= begins) {
+            let share = smooth_step((at - begins) as f64 / (last - begins).max(1) as f64);
+            let person = series.object[at];
+            let place = Translation3::from(person.translation.vector + moved * share);
+            series.wanted[at] = Isometry3::from_parts(place, turned.powf(share) * person.rotation);
+        }
+        for at in last + 1..series.len().min(rests + 1) {
+            series.wanted[at] = to;
+        }
+    }
+}
+
+/// How far two poses are apart, m and rad.
+fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) {
+    let way = one.translation.vector - other.translation.vector;
+    (way.norm(), one.rotation.angle_to(&other.rotation))
+}

@@ -1,0 +1,96 @@
+//! A stage: tasks of both hands that a person did at the same time, planned together and run by one clock. A task that nothing else overlaps is a stage
+//! of its own, planned when the one before is over and the object is seen where it is.
+
+use super::clock::{Clock, Part};
+use super::mapping::from_seven;
+use super::plan::{Found, Plan};
+use crate::base::hands::Side;
+use crate::command::Task;
+use nalgebra::Isometry3;
+
+/// With two hands the clock changes its speed within this time before and after, s.
+const EASED_S: f64 = 0.1;
+/// Tasks that overlap by less were done one after the other, s.
+const OVERLAP_S: f64 = 0.02;
+
+/// Indices of the tasks of each stage.
+pub(super) fn stages(tasks: &[Task]) -> Vec<Vec<usize>> {
+    let mut stages: Vec<(f64, Vec<usize>)> = Vec::new();
+    for (number, task) in tasks.iter().enumerate() {
+        match stages.last_mut() {
+            Some((end_s, those)) if task.start_s < *end_s - OVERLAP_S => {
+                *end_s = end_s.max(task.end_s);
+                those.push(number);
+            }
+            _ => stages.push((task.end_s, vec![number])),
+        }
+    }
+    stages.into_iter().map(|(_, those)| those).collect()
+}
+
+/// Where the object of a task is found by its hand, when it is at `object` as the stage begins: what another task of the stage has brought onto the
+/// taught way is there afterwards.
+pub(super) fn found(tasks: &[Task], stage: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
+    let same = || stage.iter().filter(|other| tasks[**other].object == tasks[number].object);
+    let firsts = same().filter_map(|other| tasks[*other].segments.first());
+    let first = firsts.min_by(|a, b| a.taught_start_s.total_cmp(&b.taught_start_s));
+    let taught = first.and_then(|segment| segment.object.first());
+    let off = taught.map_or_else(Isometry3::identity, |taught| object * from_seven(taught).inverse());
+    let until_s = same().filter(|other| **other != number).filter_map(|other| tasks[*other].first_moved_s());
+    Found { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
+}
+
+/// What one hand does in a stage: the indices of its tasks and their plans, one after the other.
+pub(super) type Plans<'a> = Vec<(usize, Plan<'a>)>;
+
+/// A stage as it is performed.
+pub(super) struct Stage<'a> {
+    /// Of each hand.
+    pub(super) hands: Vec<Plans<'a>>,
+    pub(super) clock: Clock,
+}
+
+impl<'a> Stage<'a> {
+    /// The stage of hands with their plans.
+    pub(super) fn new(hands: Vec<Plans<'a>>) -> Self {
+        let parts = |plans: &Plans<'_>| plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
+        let parts: Vec<Vec<Part>> = hands.iter().map(parts).collect();
+        let together = parts.iter().filter(|parts| !parts.is_empty()).count() > 1;
+        Self { hands, clock: Clock::of(&parts, if together { EASED_S } else { 0.0 }) }
+    }
+
+    /// What a hand does at a time of the clock, or would have done `from_s` at first: its task, the plan and the time in it; `None` for one that does nothing.
+    pub(super) fn at(&self, hand: usize, clock_s: f64, from_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
+        let mut own = self.clock.at(hand, clock_s).max(from_s);
+        let plans = self.hands.get(hand)?;
+        for (number, plan) in plans {
+            if own <= plan.duration() {
+                return Some((*number, plan, own));
+            }
+            own -= plan.duration();
+        }
+        plans.last().map(|(number, plan)| (*number, plan, plan.duration()))
+    }
+
+    /// Where the person left an object in the end, as the last of the tasks about it says.
+    pub(super) fn taught_end(&self, tasks: &[Task], object: &str) -> Isometry3<f64> {
+        let about = self.hands.iter().flatten().filter(|(number, _)| tasks[*number].object == object);
+        let last = about.max_by(|a, b| tasks[a.0].end_s.total_cmp(&tasks[b.0].end_s));
+        last.map_or_else(Isometry3::identity, |(_, plan)| plan.taught_end())
+    }
+}
+
+/// The hands that tasks are for, each once, in order.
+///
+/// # Errors
+/// No task, or one of no hand.
+pub(super) fn sides(tasks: &[Task]) -> Result<Vec<Side>, String> {
+    if tasks.is_empty() {
+        return Err("have no tasks, nothing is to be done".into());
+    }
+    let side = |task: &Task| Side::from_name(&task.track).ok_or_else(|| format!("are of no hand: `{}`", task.track));
+    let mut sides = tasks.iter().map(side).collect::<Result<Vec<Side>, String>>()?;
+    sides.sort();
+    sides.dedup();
+    Ok(sides)
+}

@@ -1,0 +1,99 @@
+//! Two arms: a person's hand-over becomes the robot's.
+
+use super::kinematics::shipped;
+use crate::program::{complained, teachtree};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use serde_json::Value;
+use teachtree::base::hands::Side;
+use teachtree::command::{Commands, MappedGrasp};
+use teachtree::robot::{MAX_DOFS, Robot, Solid};
+
+#[test]
+fn a_hand_over_is_carried_out_by_two_arms() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
+    let scene = "hand_over_right_to_left";
+    assert!(teachtree(&["teach", scene, scene, "--seed", "3", "-o", &log]).status.success());
+    let made = teachtree(&["command", &log, "-o", &commanded]);
+    assert!(made.status.success(), "{}{}", String::from_utf8_lossy(&made.stdout), complained(&made));
+
+    // This person tried to take it twice: the try is left out, the way to it is not.
+    let commands = Commands::read(&std::fs::read_to_string(&commanded).unwrap(), "commands.json").unwrap();
+    let receiver = commands.tasks.iter().find(|task| task.track == "left").unwrap();
+    let primitives: Vec<&str> = receiver.segments.iter().map(|segment| segment.primitive.as_str()).collect();
+    assert_eq!(primitives, ["Move", "Approach", "Pass", "Translate", "Place", "Release"]);
+    assert_eq!(receiver.left_out[0].primitives, ["EqualGrasp", "Release"]);
+
+    // While both hold the box there is room for both.
+    let robot = shipped("both_hands");
+    let mapped = |side: &str| {
+        let task = commands.tasks.iter().find(|task| task.track == side).unwrap();
+        task.grasps.last().unwrap().mapped.clone().unwrap()
+    };
+    let gap = gap(&robot, [(Side::Left, &mapped("left")), (Side::Right, &mapped("right"))]);
+    assert!(gap > -0.5e-3, "the hands are in each other by {} mm", -gap * 1e3);
+
+    let done = teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--report", &path("robot.html")]);
+    let told = String::from_utf8(done.stdout.clone()).unwrap();
+    assert!(done.status.success(), "{told}{}", complained(&done));
+    assert!(
+        told.contains("left pick_and_place: `box` is") && told.contains("right pick_and_place: `box` is"),
+        "{told}"
+    );
+    let page = std::fs::read_to_string(path("robot.html")).unwrap();
+    assert!(page.contains("left hand, pick_and_place") && page.contains("right hand, pick_and_place"));
+
+    // The robot's recording has the same tasks by the same rules, and the Pass.
+    let tracks = |log: &str| -> Vec<(String, Vec<String>, bool)> {
+        let said = teachtree(&["analyze", log, "--format", "json"]);
+        let said: Value = serde_json::from_slice(&said.stdout).unwrap();
+        let track = |track: &Value| {
+            let tasks =
+                track["tasks"].as_array().unwrap().iter().map(|task| task["task"].as_str().unwrap().to_string());
+            (track["track"].as_str().unwrap().to_string(), tasks.collect(), track.to_string().contains("\"Pass\""))
+        };
+        said["tracks"].as_array().unwrap().iter().map(track).collect()
+    };
+    assert_eq!(tracks(&log), tracks(&out));
+    assert!(tracks(&out).iter().all(|(.., pass)| *pass));
+
+    // What does not go for both hands yet says so.
+    let joints =
+        teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--trajectory", &path("joints.json")]);
+    assert_eq!(joints.status.code(), Some(2));
+    assert!(complained(&joints).contains("leave out `--trajectory`"), "{}", complained(&joints));
+}
+
+/// The smallest gap between two hands in their grasps of one object, m, between points on bars and in boxes of their links.
+fn gap(robot: &Robot, hands: [(Side, &MappedGrasp); 2]) -> f64 {
+    let [one, other] = hands.map(|(side, mapped)| {
+        let hand = &robot.hands[&side];
+        let [x, y, z, w, i, j, k] = mapped.object_from_palm;
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+        let object_from_palm = Isometry3::from_parts(Translation3::new(x, y, z), turn);
+        let mut balls: Vec<(Point3<f64>, f64)> = Vec::new();
+        let mut add = |solid: &Solid| match *solid {
+            Solid::Capsule(from, to, radius) => {
+                balls.extend((0..=20).map(|at| (from + (to - from) * (f64::from(at) / 20.0), radius)));
+            }
+            Solid::Box(at, half) => {
+                for place in 0..9 * 9 * 9 {
+                    let share = |by: i32| f64::from(place / by % 9) / 4.0 - 1.0;
+                    balls.push((at * Point3::new(half.x * share(1), half.y * share(9), half.z * share(81)), 0.0));
+                }
+            }
+        };
+        hand.palm_solids.iter().for_each(&mut add);
+        for finger in &hand.fingers {
+            let mut angles = [0.0; MAX_DOFS];
+            for (angle, dof) in angles.iter_mut().zip(&finger.dofs) {
+                *angle = mapped.joints[&robot.dofs[*dof].name];
+            }
+            finger.solids(&finger.posture(&angles)).for_each(|(_, solid)| add(&solid));
+        }
+        balls.into_iter().map(|(at, radius)| (object_from_palm * at, radius)).collect::<Vec<_>>()
+    });
+    let gaps = one.iter().flat_map(|(a, ra)| other.iter().map(move |(b, rb)| (a - b).norm() - ra - rb));
+    gaps.fold(f64::INFINITY, f64::min)
+}
