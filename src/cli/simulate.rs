@@ -55,6 +55,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let recorded = output::of_recording(&args.out);
     output::refuse_one_for_two(&recorded.iter().map(PathBuf::as_path).chain(more).collect::<Vec<_>>())?;
+    let infeasible = told_infeasible(&commands);
+    if !infeasible.is_empty() {
+        output::print(&infeasible)?;
+        return Err(Failure::No);
+    }
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
     let Performance { recording, outcomes, trace } = perform(&commands, &robot, &scene)?;
     formats::write(&recording, &args.out)?;
@@ -69,6 +74,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
+}
+
+/// The grasps that the robot's hand cannot take, as `command` noted them; empty when there is none.
+fn told_infeasible(commands: &Commands) -> String {
+    let mut text = String::new();
+    for (number, task) in commands.tasks.iter().enumerate() {
+        for why in task.grasps.iter().filter_map(|grasp| grasp.infeasible.as_ref()) {
+            let _ = writeln!(text, "refused  task {} ({} {}): no grasp, {why}", number + 1, task.track, task.task);
+        }
+    }
+    text
 }
 
 /// What the joints are to do, for people.

@@ -41,6 +41,8 @@ pub(super) struct Bodies {
     /// What is moved and what stands still.
     movable: Vec<bool>,
     solids: Vec<Solid>,
+    /// Where the bodies are, `world_from_body`: asked for many times a step.
+    poses: Vec<Isometry3<f64>>,
 }
 
 impl Bodies {
@@ -67,7 +69,8 @@ impl Bodies {
         // Contact data are read every step: they must be those of this step.
         parameters.contact_recycling = false;
         parameters.contact_clustering = false;
-        let mut bodies = Self { physics, handles: Vec::new(), movable: Vec::new(), solids: Vec::new() };
+        let mut bodies =
+            Self { physics, handles: Vec::new(), movable: Vec::new(), solids: Vec::new(), poses: Vec::new() };
         for (index, (name, body)) in scene.bodies.iter().enumerate() {
             let refuse = |message: String| InputError::new(format!("body `{name}`"), message);
             let solid = Solid::new(name, body)?;
@@ -99,6 +102,7 @@ impl Bodies {
             bodies.handles.push(handle);
             bodies.movable.push(movable);
             bodies.solids.push(solid);
+            bodies.poses.push(pose);
         }
         Ok(bodies)
     }
@@ -120,7 +124,7 @@ impl Bodies {
 
     /// The pose of a body, `world_from_body`.
     pub(super) fn pose(&self, body: usize) -> Isometry3<f64> {
-        convert::our_pose(self.physics.bodies[self.handles[body]].position())
+        self.poses[body]
     }
 
     /// Velocity of a body's material at a point, m/s, both in the reference frame.
@@ -157,6 +161,9 @@ impl Bodies {
             let body = &mut self.physics.bodies[handle];
             body.reset_forces(false);
             body.reset_torques(false);
+        }
+        for (pose, handle) in self.poses.iter_mut().zip(&self.handles) {
+            *pose = convert::our_pose(self.physics.bodies[*handle].position());
         }
     }
 

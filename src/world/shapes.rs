@@ -21,6 +21,8 @@ pub(super) struct Solid {
 pub(super) struct SolidPart {
     pub(super) shape: SharedShape,
     pub(super) body_from_part: Isometry3<f64>,
+    /// Half the edges of the box about the part, m, part frame; all our shapes stand about its origin.
+    half_edges: Vector3<f64>,
 }
 
 /// The point of a solid's surface that is nearest to a given point; body frame.
@@ -74,6 +76,14 @@ impl Solid {
         best
     }
 
+    /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a box about each part tells.
+    pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<Nearest> {
+        if self.parts.iter().all(|part| part.is_farther(point_in_body, reach)) {
+            return None;
+        }
+        Some(self.nearest(point_in_body)).filter(|nearest| nearest.distance < reach)
+    }
+
     /// The surface point nearest to a point and the normal there; a point on the surface itself takes the normal of the face about it.
     pub(super) fn surface(&self, point_in_body: Point3<f64>) -> (Point3<f64>, Vector3<f64>) {
         let nearest = self.nearest(point_in_body);
@@ -123,7 +133,14 @@ impl SolidPart {
         if matches!(part.shape, Shape::Cylinder(_)) {
             body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         }
-        Ok(Self { shape, body_from_part })
+        let half_edges = convert::our_vector(shape.compute_local_aabb().half_extents());
+        Ok(Self { shape, body_from_part, half_edges })
+    }
+
+    /// Whether a point is surely farther than this.
+    fn is_farther(&self, point_in_body: Point3<f64>, reach: f64) -> bool {
+        let point = self.body_from_part.inverse_transform_point(&point_in_body);
+        point.coords.iter().zip(&self.half_edges).any(|(at, half)| at.abs() > half + reach)
     }
 
     fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {

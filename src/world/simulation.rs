@@ -396,12 +396,12 @@ impl World {
         let mut pushed = Pushed::default();
         for (body, bristle) in tip.bristles.iter_mut().enumerate() {
             let world_from_body = self.bodies.pose(body);
-            let nearest = self.bodies.solid(body).nearest(world_from_body.inverse_transform_point(&state.position));
-            let depth = radius - nearest.distance;
-            if depth <= 0.0 {
+            let tip_in_body = world_from_body.inverse_transform_point(&state.position);
+            let Some(nearest) = self.bodies.solid(body).within(tip_in_body, radius) else {
                 *bristle = None;
                 continue;
-            }
+            };
+            let depth = radius - nearest.distance;
             let point = world_from_body * nearest.point;
             let overlap = Overlap {
                 depth,

@@ -126,6 +126,17 @@ fn a_page_shows_what_the_robot_did() {
     let drawn = text.split("aria-label=\"total force on the object, z, N\"").nth(1).unwrap();
     let curve = drawn.split("class=\"line c0\" d=\"M").nth(2).unwrap().split('"').next().unwrap();
     assert!(curve.contains('l') && curve.len() > 200, "{curve}");
+    // A grasp that the hand cannot take is an answer, not a mistake.
+    let mut without = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
+    without.tasks[0].grasps[0].mapped = None;
+    without.tasks[0].grasps[0].infeasible = Some("thumb cannot reach its contact: 24.8 mm are missing".into());
+    let refused = path("refused.json");
+    std::fs::write(&refused, without.json().unwrap()).unwrap();
+    let said = teachtree(&["simulate", &refused, "--scene", "pick_and_place", "-o", &path("none.csv")]);
+    assert_eq!(said.status.code(), Some(1));
+    let told = String::from_utf8(said.stdout).unwrap();
+    assert!(told.starts_with("refused  task 1 (right pick_and_place): no grasp, thumb cannot reach"), "{told}");
+    assert!(!std::path::Path::new(&path("none.csv")).exists());
     // What the command reads is not written over.
     let lost = simulate(&commands);
     assert_eq!(lost.status.code(), Some(2));
