@@ -1,11 +1,31 @@
-//! The shipped rules on what was taught in a shipped scene, over and over.
+//! The shipped rules on what was taught in shipped scenes, over and over.
 
+pub mod by_hand;
+mod rows;
+
+use crate::job::{self, differing, runs_by_rules};
+use crate::measure::{Contestant, Wanted, figure, heading, race};
+use by_hand::LABELS;
+use rows::rows;
+use std::hint::black_box;
+use teachtree::base::hands::Finger;
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{self, Request};
 use teachtree::report;
 use teachtree::stream::frames::{Column, Frames, Values};
 use teachtree::world::{shipped, teach};
+
+/// Scenes of one hand.
+const ONE_HAND: [&str; 4] = ["pick_and_press", "peg_in_hole", "push_and_trace", "pick_and_follow"];
+/// Scenes of two hands.
+pub const TWO_HANDS: [&str; 2] = ["hand_over_left_to_right", "hold_and_insert"];
+/// Bodies that the target of a scene may touch, at most. (Four would do for some, but the compiler makes faster code of five.)
+const CONTACTS: usize = 5;
+/// Most scenes of one hand are made for three fingers: the others are there, but idle.
+const FINGERS: [Finger; 5] = [Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
+const FRAMES: usize = 200_000;
+const ROUNDS: usize = 15;
 
 /// Rules that are ready to run, and a log of at least so many frames in one stretch.
 pub struct Shipped {
@@ -14,21 +34,26 @@ pub struct Shipped {
 }
 
 impl Shipped {
-    /// Teaches a scene and repeats it.
+    /// Teaches a scene to hands of five fingers and repeats it.
     pub fn new(rules: &str, scene: &str, frames: usize) -> Self {
         let request = Request { files: vec![rules.into()], needs_tree: true, ..Request::default() };
         let rules = language::load(&request).rules.expect("shipped rules are right");
-        let (scene, operator) = (shipped::scene(scene).expect("shipped"), shipped::operator(scene).expect("shipped"));
+        let (mut scene, operator) =
+            (shipped::scene(scene).expect("shipped"), shipped::operator(scene).expect("shipped"));
+        for hand in scene.hands.values_mut() {
+            hand.fingers = FINGERS.to_vec();
+        }
         let recording = teach(&scene, &operator, 1).expect("it can be taught");
         let log = teachtree::stream::frames(&recording, &report::channels(&rules)).expect("all channels are there");
         Self { graph: lower(&rules), frames: repeated(&log, frames) }
     }
 
-    pub fn run(&self) -> usize {
-        evaluate(&self.graph, &self.frames).expect("1 kHz suits the rules").len()
+    pub fn run(&self) {
+        drop(black_box(evaluate(&self.graph, &self.frames).expect("1 kHz suits the rules")));
     }
 }
 
+/// A log over and over in one stretch, in columns of 32 bits.
 fn repeated(log: &Frames, frames: usize) -> Frames {
     let times = frames.div_ceil(log.len);
     let column =
@@ -40,5 +65,67 @@ fn repeated(log: &Frames, frames: usize) -> Frames {
         time: (0..len).map(|frame| frame as f64 / log.layout.rate_hz).collect(),
         stretches: std::iter::once(0..len).collect(),
         ..log.clone()
+    }
+}
+
+/// `single_hand.rules` and `contact.rules` against their translation.
+pub fn one_hand() {
+    heading(&format!("single_hand.rules and contact.rules against their translation by hand, {FRAMES} frames a scene"));
+    for scene in ONE_HAND {
+        let job = Shipped::new("rules/contact.rules", scene, FRAMES);
+        against_by_hand(scene, &job);
+    }
+}
+
+fn against_by_hand(scene: &str, job: &Shipped) {
+    let rows = rows::<CONTACTS>(&job.frames).expect("no scene has more bodies to touch");
+    let [narrow, wide] = [by_hand::in_rows::<f32, CONTACTS>(&rows), by_hand::in_rows::<f64, CONTACTS>(&rows)];
+    let by_rules = runs_by_rules(&job.graph, &job.frames, &LABELS);
+    let kinds = by_rules.iter().fold(0_u32, |kinds, (label, _)| kinds | 1 << label).count_ones();
+    let told = |what: &str| format!("{scene}: {what}");
+    figure(&told("kinds of leaves"), f64::from(kinds), "", Wanted::Nothing);
+    figure(&told("runs of leaves"), by_rules.len() as f64, "", Wanted::Nothing);
+    let [narrow, wide] = [narrow, wide].map(|runs| differing(&runs, &by_rules) as f64);
+    figure(&told("frames labelled otherwise by hand, f64"), wide, "", Wanted::AtMost(0.0));
+    figure(&told("frames labelled otherwise by hand, f32"), narrow, "", Wanted::AtMost(0.0));
+    let speeds: Vec<f64> = race(
+        ROUNDS,
+        &mut [
+            Contestant::new("by hand, f64", || drop(black_box(by_hand::in_rows::<f64, CONTACTS>(&rows)))),
+            Contestant::new("by hand, f32", || drop(black_box(by_hand::in_rows::<f32, CONTACTS>(&rows)))),
+            Contestant::new("rules", || job.run()),
+        ],
+    )
+    .into_iter()
+    .map(|time| job.frames.len as f64 / time / 1e6)
+    .collect();
+    let [wide, narrow, rules] = [speeds[0], speeds[1], speeds[2]];
+    figure(&told("by hand, arithmetic in f64"), wide, "M frames/s", Wanted::Nothing);
+    figure(&told("by hand, arithmetic in f32"), narrow, "M frames/s", Wanted::Nothing);
+    figure(&told("rules"), rules, "M frames/s", Wanted::Nothing);
+    figure(&told("rules to the faster one by hand"), rules / wide.max(narrow), "", Wanted::AtLeast(0.6));
+}
+
+/// All three rule files with two hands against the row loop of the job with twelve predicates.
+pub fn two_hands() {
+    heading(&format!("all three rule files with two hands, {FRAMES} frames a scene, columns of 32 bits"));
+    let rows = job::data::rows(FRAMES, 1);
+    let wide: Vec<[f64; job::data::CHANNELS]> = rows.iter().map(|row| row.map(f64::from)).collect();
+    let jobs = TWO_HANDS.map(|scene| Shipped::new("rules/bimanual.rules", scene, FRAMES));
+    let mut contestants = vec![
+        Contestant::new("row loop of twelve predicates, f32", || drop(black_box(job::by_hand::in_rows(&rows)))),
+        Contestant::new("row loop of twelve predicates, f64", || drop(black_box(job::by_hand::in_rows(&wide)))),
+    ];
+    contestants.extend(TWO_HANDS.iter().zip(&jobs).map(|(scene, job)| Contestant::new(*scene, || job.run())));
+    let times = race(ROUNDS, &mut contestants);
+    let frames = [rows.len(), wide.len()].into_iter().chain(jobs.iter().map(|job| job.frames.len));
+    let speeds: Vec<f64> = frames.zip(times).map(|(frames, time)| frames as f64 / time / 1e6).collect();
+    for (contestant, speed) in contestants.iter().zip(&speeds) {
+        figure(&contestant.name, *speed, "M frames/s", Wanted::Nothing);
+    }
+    for (scene, speed) in TWO_HANDS.iter().zip(&speeds[2..]) {
+        let wanted = Wanted::AtLeast((1.0_f64 / 3.0 * 1000.0).floor() / 1000.0);
+        figure(&format!("{scene} to the row loop, f32"), speed / speeds[0], "", wanted);
+        figure(&format!("{scene} to the row loop, f64"), speed / speeds[1], "", Wanted::Nothing);
     }
 }

@@ -39,8 +39,8 @@ pub enum Formula {
 /// Something that holds or does not.
 #[derive(Clone, Debug)]
 pub struct Atom {
-    /// By which equal ones are known.
-    key: String,
+    /// By which equal ones are known; shared, since a search copies what it knows at every step.
+    key: Rc<str>,
     /// As its author wrote it.
     text: String,
     /// What it says about a quantity.
@@ -66,8 +66,8 @@ enum Quantity {
 /// A number of a frame.
 #[derive(Clone, Debug)]
 struct Number {
-    /// By which equal ones are known.
-    key: String,
+    /// By which equal ones are known; shared, since a search copies what it knows at every step.
+    key: Rc<str>,
     /// As its author wrote it, with its dimension; `None` for what nobody wrote.
     shown: Option<(String, Dimension)>,
     /// Where it always lies, unless it is not a number.
@@ -153,13 +153,13 @@ impl Formula {
 #[derive(Clone, Debug, Default)]
 pub struct Case {
     /// What holds and what does not, by key.
-    atoms: BTreeMap<String, (Rc<Atom>, bool)>,
+    atoms: BTreeMap<Rc<str>, (Rc<Atom>, bool)>,
     /// What is known of numbers, by key.
-    numbers: BTreeMap<String, (Rc<Number>, Known)>,
+    numbers: BTreeMap<Rc<str>, (Rc<Number>, Known)>,
     /// What is known of differences of two numbers, by the keys of the two.
-    differences: BTreeMap<(String, String), Known>,
+    differences: BTreeMap<(Rc<str>, Rc<str>), Known>,
     /// The leaves that may come before.
-    pub before: BTreeSet<String>,
+    pub before: Rc<BTreeSet<String>>,
     /// Whether it matters which of them does.
     asks_before: bool,
 }
@@ -190,7 +190,7 @@ impl Case {
         if let Some((_, known)) = self.atoms.get(&atom.key) {
             return *known == holds;
         }
-        self.atoms.insert(atom.key.clone(), (Rc::clone(atom), holds));
+        self.atoms.insert(Rc::clone(&atom.key), (Rc::clone(atom), holds));
         let Some(Bound { quantity, test }) = &atom.bound else { return true };
         let (lies, undefined) = (test.lies(holds).0, test.is_undefined(holds));
         match quantity {
@@ -198,7 +198,7 @@ impl Case {
             Quantity::Difference(one, other) => {
                 let may_be = one.undefined || other.undefined;
                 let free = Known { lies: Some(Interval::ALL), undefined: may_be };
-                let known = self.differences.entry((one.key.clone(), other.key.clone())).or_insert(free);
+                let known = self.differences.entry((Rc::clone(&one.key), Rc::clone(&other.key))).or_insert(free);
                 known.lies = known.lies.and_then(|known| known.with(lies));
                 known.undefined &= undefined;
                 let known = *known;
@@ -214,7 +214,7 @@ impl Case {
     fn narrow(&mut self, number: &Rc<Number>, lies: Interval, undefined: bool) -> bool {
         let (known_number, known) = self
             .numbers
-            .entry(number.key.clone())
+            .entry(Rc::clone(&number.key))
             .or_insert_with(|| (Rc::clone(number), Known { lies: Some(number.natural), undefined: number.undefined }));
         if known_number.shown.is_none() {
             known_number.clone_from(number);
@@ -271,14 +271,18 @@ pub enum Answer {
 }
 
 /// Looks for a case in which each formula comes out as wanted, after one of the leaves `before`.
-pub fn possible(wanted: &[(&Formula, bool)], before: BTreeSet<String>) -> Answer {
+pub fn possible(wanted: &[(&Formula, bool)], before: impl Into<Rc<BTreeSet<String>>>) -> Answer {
     let mut left = MAX_STEPS;
     possible_within(wanted, before, &mut left)
 }
 
 /// The same with the steps that are `left`, which become fewer.
-pub fn possible_within(wanted: &[(&Formula, bool)], before: BTreeSet<String>, left: &mut usize) -> Answer {
-    let case = Case { before, ..Case::default() };
+pub fn possible_within(
+    wanted: &[(&Formula, bool)],
+    before: impl Into<Rc<BTreeSet<String>>>,
+    left: &mut usize,
+) -> Answer {
+    let case = Case { before: before.into(), ..Case::default() };
     match search(wanted.iter().copied().rev().collect(), Vec::new(), case, left) {
         Some(case) => Answer::Yes(case),
         None if *left == 0 => Answer::Perhaps,
@@ -307,7 +311,7 @@ fn search<'a>(mut open: Open<'a>, mut later: Open<'a>, mut case: Case, left: &mu
             }
             (Formula::From(leaves), _) => {
                 case.asks_before = true;
-                case.before.retain(|leaf| leaves.iter().any(|name| covers(name, leaf)) == wanted);
+                Rc::make_mut(&mut case.before).retain(|leaf| leaves.iter().any(|name| covers(name, leaf)) == wanted);
                 if case.before.is_empty() {
                     return None;
                 }

@@ -53,15 +53,23 @@ const SLIPPING: u32 = 1 << 11;
 const DEBOUNCE: u8 = 20;
 
 /// f32 and f64.
-pub trait Real: Copy + Default + PartialOrd + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {
+pub trait Real:
+    Copy + Default + PartialOrd + From<f32> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
+{
     /// A constant.
     fn of(constant: f64) -> Self;
+    /// The square root.
+    fn root(self) -> Self;
 }
 
 impl Real for f32 {
     #[inline(always)]
     fn of(constant: f64) -> Self {
         constant as f32
+    }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
     }
 }
 
@@ -70,10 +78,15 @@ impl Real for f64 {
     fn of(constant: f64) -> Self {
         constant
     }
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
 }
 
+/// The square of a length.
 #[inline(always)]
-fn square<T: Real>(x: T, y: T, z: T) -> T {
+pub fn square<T: Real>(x: T, y: T, z: T) -> T {
     x * x + y * y + z * z
 }
 
@@ -261,7 +274,8 @@ impl<T: Real> RowLoop<T> {
 /// A run of frames with one label, and how many of them there are.
 pub type Runs = Vec<(u8, usize)>;
 
-fn append(runs: &mut Runs, label: u8) {
+/// One more frame.
+pub fn append(runs: &mut Runs, label: u8) {
     match runs.last_mut() {
         Some((last, frames)) if *last == label => *frames += 1,
         _ => runs.push((label, 1)),

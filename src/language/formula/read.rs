@@ -89,10 +89,10 @@ impl<'a> Reader<'a> {
             ExprKind::Compare(Comparison::NotEqual, a, b) if a.ty.shape == Shape::Object => {
                 let kind = ExprKind::Compare(Comparison::Equal, a.clone(), b.clone());
                 let key = written(&Expr { kind, ..expr.clone() }, self.rules, this);
-                let same = Atom { key, text: text.replace("!=", "=="), bound: None };
+                let same = Atom { key: key.into(), text: text.replace("!=", "=="), bound: None };
                 Formula::Not(Box::new(Formula::Atom(Rc::new(same))))
             }
-            _ => Formula::Atom(Rc::new(Atom { key, text, bound: self.bound(expr, this) })),
+            _ => Formula::Atom(Rc::new(Atom { key: key.into(), text, bound: self.bound(expr, this) })),
         }
     }
 
@@ -133,7 +133,7 @@ impl<'a> Reader<'a> {
         let shown = Some((self.text(expr, this), expr.ty.dimension));
         let natural = if never_negative(expr) { Interval::above(0.0, false) } else { Interval::ALL };
         let whole = matches!(expr.kind, ExprKind::Call(Function::Count, _));
-        Rc::new(Number { key, shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined })
+        Rc::new(Number { key: key.into(), shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined })
     }
 
     /// What a single condition says about a quantity.
@@ -163,7 +163,7 @@ impl<'a> Reader<'a> {
                 let [array] = args.as_slice() else { return None };
                 let key = format!("{:?}({},)", Function::Count, written(array, self.rules, this));
                 let natural = Interval::above(0.0, false);
-                let number = Number { key, shown: None, natural, whole: true, undefined: false };
+                let number = Number { key: key.into(), shown: None, natural, whole: true, undefined: false };
                 (Quantity::One(Rc::new(number)), Test::Compared(Comparison::GreaterEqual, 1.0))
             }
             _ => return None,

@@ -31,13 +31,13 @@ impl Case {
             if known.lies.is_some() && !case.narrow(&number, Interval::at(value), false) {
                 return None;
             }
-            frame.numbers.insert(key.clone(), value);
+            frame.numbers.insert(key.to_string(), value);
             if let Some((text, dimension)) = &number.shown {
                 frame.told.push(format!("`{text}` is {}", shown(value, *dimension)));
             }
         }
         for (key, (atom, holds)) in &self.atoms {
-            frame.holds.insert(key.clone(), *holds);
+            frame.holds.insert(key.to_string(), *holds);
             let is_told = match &atom.bound {
                 Some(bound @ Bound { quantity: Quantity::One(number), .. }) => {
                     let shown = self.numbers.get(&number.key).is_some_and(|(number, _)| number.shown.is_some());
@@ -93,7 +93,7 @@ impl Frame {
 impl Bound {
     /// Whether the condition holds for the numbers of a frame; `None` when they leave it open.
     fn decides(&self, frame: &Frame) -> Option<bool> {
-        let number = |number: &Number| frame.numbers.get(&number.key).copied();
+        let number = |number: &Number| frame.numbers.get(&*number.key).copied();
         match (&self.quantity, self.test) {
             (Quantity::One(one), Test::Compared(comparison, limit)) => Some(comparison.holds(number(one)?, limit)),
             (Quantity::One(one), Test::Hysteresis { on, off, rising }) => {
@@ -126,7 +126,7 @@ impl Formula {
             Self::Known(value) => Some(*value),
             Self::Atom(atom) => {
                 let by_number = atom.bound.as_ref().and_then(|bound| bound.decides(frame));
-                by_number.or_else(|| frame.holds.get(&atom.key).copied())
+                by_number.or_else(|| frame.holds.get(&*atom.key).copied())
             }
             Self::From(leaves) => frame.before.as_ref().map(|before| leaves.iter().any(|name| covers(name, before))),
             Self::Not(inner) => inner.on(frame).map(|value| !value),

@@ -27,8 +27,9 @@ pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
     let mut findings = Vec::new();
     for tree in &rules.trees {
         lint.prover.this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
-        lint.prover.before = tree.root.ways().iter().filter_map(|way| leaf(&way.choice.then, rules)).collect();
-        lint.prover.before.insert("none".into());
+        let mut before = BTreeSet::from(["none".to_string()]);
+        leaves(&tree.root, rules, &mut before);
+        lint.prover.before = before.into();
         lint.branch(&tree.root);
         let concerns = |dead: &Dead| {
             let extended = dead.finding.labels.iter().any(|label| label.span.file != dead.choice.file);
@@ -39,12 +40,19 @@ pub fn dead_choices(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Dead> {
     findings
 }
 
-/// A leaf as it is known on the frame after.
-fn leaf(then: &Then, rules: &Rules) -> Option<String> {
-    match then {
-        Then::Primitive(given) => Some(label(*given, rules)),
-        Then::Separate => Some("separate".into()),
-        Then::Stay | Then::Branch(_) => None,
+/// Adds the leaves of a branch as they are known on the frame after.
+fn leaves(branch: &Branch, rules: &Rules, found: &mut BTreeSet<String>) {
+    for choice in &branch.choices {
+        match &choice.then {
+            Then::Primitive(given) => {
+                found.insert(label(*given, rules));
+            }
+            Then::Separate => {
+                found.insert("separate".into());
+            }
+            Then::Stay => {}
+            Then::Branch(below) => leaves(below, rules, found),
+        }
     }
 }
 

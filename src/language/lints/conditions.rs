@@ -11,7 +11,8 @@ use std::collections::BTreeSet;
 pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span]) -> Vec<(&'a Expr, Diagnostic)> {
     let mut lint = Conditions { prover: Prover::new(rules), findings: Vec::new() };
     // All that may come before: a leaf of any primitive, none, or nothing that `from` can name.
-    lint.prover.before = rules.label_names().chain(["none", "separate"].map(str::to_string)).collect();
+    lint.prover.before =
+        rules.label_names().chain(["none", "separate"].map(str::to_string)).collect::<BTreeSet<_>>().into();
     let within = |place: &Span, all: Span| place.file == all.file && all.start <= place.start && place.end <= all.end;
     for (condition, this) in expressions(rules) {
         let span = condition.span;

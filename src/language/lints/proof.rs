@@ -6,6 +6,7 @@ use crate::base::diagnostic::Diagnostic;
 use crate::language::formula::{Answer, Formula, Frame, Reader, possible_within};
 use crate::language::rules::{Expr, ExprKind, Hand, Rules};
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 /// Steps of all proofs about a rule set.
 const MAX_STEPS: usize = 300_000;
@@ -22,7 +23,7 @@ pub struct Prover<'a> {
     /// Who `this` is in what is read now.
     pub this: Hand,
     /// The leaves that may come before.
-    pub before: BTreeSet<String>,
+    pub before: Rc<BTreeSet<String>>,
     steps: usize,
     size: usize,
 }
@@ -42,7 +43,7 @@ impl<'a> Prover<'a> {
     /// Reads the conditions of a rule set.
     pub fn new(rules: &'a Rules) -> Self {
         let reader = Reader::with_open_constants(rules);
-        Self { reader, this: Hand::Nobody, before: BTreeSet::new(), steps: MAX_STEPS, size: MAX_SIZE }
+        Self { reader, this: Hand::Nobody, before: Rc::default(), steps: MAX_STEPS, size: MAX_SIZE }
     }
 
     /// A condition to be asked; `None` when all that may be read has been read.
@@ -56,7 +57,7 @@ impl<'a> Prover<'a> {
     pub fn is_impossible(&mut self, all: &[(&Formula, bool)]) -> bool {
         let given = MAX_STEPS_EACH.min(self.steps);
         let mut left = given;
-        let answer = possible_within(all, self.before.clone(), &mut left);
+        let answer = possible_within(all, Rc::clone(&self.before), &mut left);
         self.steps -= given - left;
         matches!(answer, Answer::No)
     }
@@ -65,7 +66,7 @@ impl<'a> Prover<'a> {
     pub fn frame(&mut self, all: &[(&Formula, bool)]) -> Option<Frame> {
         let given = MAX_STEPS_EACH.min(self.steps);
         let mut left = given;
-        let answer = possible_within(all, self.before.clone(), &mut left);
+        let answer = possible_within(all, Rc::clone(&self.before), &mut left);
         self.steps -= given - left;
         match answer {
             Answer::Yes(case) => case.frame(all),

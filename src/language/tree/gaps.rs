@@ -4,6 +4,7 @@ use super::conditions;
 use crate::language::formula::{Answer, Formula, Frame, Reader, possible_within};
 use crate::language::rules::{Branch, Expr, Hand, Rules, Then, Tree, TreeScope};
 use std::collections::BTreeSet;
+use std::rc::Rc;
 
 /// Steps of all proofs about a tree.
 const MAX_STEPS: usize = 300_000;
@@ -30,12 +31,12 @@ pub fn gaps<'a>(rules: &'a Rules, tree: &'a Tree) -> Vec<Gap<'a>> {
         TreeScope::BothHands => (Hand::Nobody, Some("separate")),
     };
     // Leaves that other files may bring are among those before, so that no extension makes a gap.
-    let before = rules.label_names().chain(more.into_iter().chain(["none", OTHER]).map(str::to_string)).collect();
+    let before = rules.label_names().chain(more.into_iter().chain(["none", OTHER]).map(str::to_string));
     let mut search = Search {
         reader: None,
         rules,
         this,
-        before,
+        before: before.collect::<BTreeSet<_>>().into(),
         steps: MAX_STEPS,
         size: MAX_SIZE,
         asked: Vec::new(),
@@ -50,7 +51,7 @@ struct Search<'a> {
     reader: Option<Reader<'a>>,
     rules: &'a Rules,
     this: Hand,
-    before: BTreeSet<String>,
+    before: Rc<BTreeSet<String>>,
     steps: usize,
     size: usize,
     asked: Vec<(&'a Expr, bool)>,
@@ -88,7 +89,7 @@ impl<'a> Search<'a> {
                 self.asked.iter().map(|(expr, wanted)| (reader.formula(expr, self.this), *wanted)).collect();
             self.size = self.size.saturating_sub(formulas.iter().map(|(formula, _)| formula.size()).sum());
             let wanted: Vec<(&Formula, bool)> = formulas.iter().map(|(formula, wanted)| (formula, *wanted)).collect();
-            match possible_within(&wanted, self.before.clone(), &mut self.steps) {
+            match possible_within(&wanted, Rc::clone(&self.before), &mut self.steps) {
                 Answer::No => is_proved = true,
                 Answer::Yes(case) => frame = case.frame(&wanted),
                 Answer::Perhaps => {}

@@ -1,0 +1,135 @@
+//! The job on which labelling programs are compared: twelve predicates and a tree, as rules, in rows by hand, and in blocks of columns by an expert.
+
+pub mod by_hand;
+pub mod data;
+
+use crate::measure::{Contestant, Wanted, figure, heading, race};
+use by_hand::{LABELS, Runs};
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use teachtree::base::hands::{Finger, Side};
+use teachtree::engine::evaluator::evaluate;
+use teachtree::graph::{Graph, lower};
+use teachtree::language;
+use teachtree::language::rules::Rules;
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+
+const FRAMES: usize = 1_000_000;
+const ROUNDS: usize = 7;
+
+pub fn section() {
+    let rows = data::rows(FRAMES, 1);
+    let wide: Vec<[f64; data::CHANNELS]> = rows.iter().map(|row| row.map(f64::from)).collect();
+    let narrow = data::columns::<f32>(&rows);
+    let columns = data::columns::<f64>(&rows);
+
+    let loaded = language::load_text("job.rules", include_str!("job/job.rules"));
+    let rules = loaded.rules.expect("the job's rules are right");
+    let graph = lower(&rules);
+    let (frames_wide, frames_narrow) = (frames(&rules, &columns), frames(&rules, &narrow));
+
+    heading(&format!("twelve predicates and a tree, {FRAMES} frames, one core"));
+    let truth = by_hand::in_rows(&wide);
+    let others = [
+        by_hand::in_rows(&rows),
+        by_hand::in_blocks(&columns),
+        by_hand::in_blocks(&narrow),
+        by_rules(&graph, &frames_wide),
+        by_rules(&graph, &frames_narrow),
+    ];
+    let differing: usize = others.iter().map(|runs| differing(runs, &truth)).sum();
+    figure("frames labelled otherwise than by the row loop", differing as f64, "", Wanted::AtMost(0.0));
+
+    let speeds: Vec<f64> = race(
+        ROUNDS,
+        &mut [
+            Contestant::new("row loop, f64", || drop(black_box(by_hand::in_rows(&wide)))),
+            Contestant::new("row loop, f32", || drop(black_box(by_hand::in_rows(&rows)))),
+            Contestant::new("expert, f64", || drop(black_box(by_hand::in_blocks(&columns)))),
+            Contestant::new("expert, f32", || drop(black_box(by_hand::in_blocks(&narrow)))),
+            Contestant::new("rules, f64", || drop(black_box(by_rules(&graph, &frames_wide)))),
+            Contestant::new("rules, f32", || drop(black_box(by_rules(&graph, &frames_narrow)))),
+        ],
+    )
+    .into_iter()
+    .map(|time| FRAMES as f64 / time / 1e6)
+    .collect();
+    for (at, bits) in ["f64", "f32"].into_iter().enumerate() {
+        let [rows, expert, rules] = [speeds[at], speeds[2 + at], speeds[4 + at]];
+        figure(&format!("row loop, {bits}"), rows, "M frames/s", Wanted::Nothing);
+        figure(&format!("blocks of columns by an expert, {bits}"), expert, "M frames/s", Wanted::Nothing);
+        figure(&format!("rules, {bits}"), rules, "M frames/s", Wanted::Nothing);
+        figure(&format!("rules to the row loop, {bits}"), rules / rows, "", Wanted::AtLeast(1.0));
+        figure(&format!("rules to the expert, {bits}"), rules / expert, "", Wanted::AtLeast(0.8));
+    }
+}
+
+/// How many frames are labelled otherwise, or by one of both only.
+pub fn differing(runs: &Runs, truth: &Runs) -> usize {
+    let labels = |runs: &Runs| -> Vec<u8> { runs.iter().flat_map(|(label, frames)| vec![*label; *frames]).collect() };
+    let (runs, truth) = (labels(runs), labels(truth));
+    runs.len().abs_diff(truth.len()) + runs.iter().zip(&truth).filter(|(found, wanted)| found != wanted).count()
+}
+
+/// The leaves of the right hand, as positions in a list of names.
+pub fn runs_by_rules(graph: &Graph, frames: &Frames, names: &[&str]) -> Runs {
+    let leaves = evaluate(graph, frames).expect("the rate suits the rules");
+    let hand = leaves.iter().flat_map(|leaves| &leaves.hands[&Side::Right]);
+    hand.map(|run| {
+        let name = run.label.map_or("", |label| graph.label_name(label));
+        let at = names.iter().position(|label| *label == name).unwrap_or_else(|| panic!("unknown label {name}"));
+        (at as u8, run.end - run.start)
+    })
+    .collect()
+}
+
+fn by_rules(graph: &Graph, frames: &Frames) -> Runs {
+    runs_by_rules(graph, frames, &LABELS)
+}
+
+/// The job's columns under the names that rules know.
+pub fn frames<T: Clone>(rules: &Rules, columns: &[Vec<T>]) -> Frames
+where
+    Column: From<Vec<T>>,
+{
+    let layout = Layout {
+        rate_hz: 1000.0,
+        hands: vec![HandLayout {
+            side: Side::Right,
+            fingers: vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little],
+            contacts: vec![],
+        }],
+    };
+    let len = columns[0].len();
+    let mut named = BTreeMap::new();
+    for (channel, spec) in rules.channels.iter().enumerate() {
+        let places: Vec<(u32, usize)> = match spec.name.as_str() {
+            "target.position" => vec![(0, 0)],
+            "target.velocity" => vec![(0, 7)],
+            "target.angular_velocity" => vec![(0, 10)],
+            "floor.flag" => vec![(0, 43)],
+            "wall.flag" => vec![(0, 44)],
+            "fingers.position" => (0..5).map(|slot| (slot, 13 + 6 * slot as usize)).collect(),
+            "fingers.force" => (0..5).map(|slot| (slot, 16 + 6 * slot as usize)).collect(),
+            // Read by no rule of the job.
+            _ => vec![],
+        };
+        for (slot, first) in places {
+            for component in 0..spec.shape.components().len() {
+                let key =
+                    ColumnKey { channel: channel as u32, side: Some(Side::Right), slot, component: component as u32 };
+                named.insert(key, columns[first + component].clone().into());
+            }
+        }
+    }
+    Frames {
+        layout,
+        channels: rules.channels.clone(),
+        columns: named,
+        len,
+        time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
+        stretches: std::iter::once(0..len).collect(),
+        objects: vec![],
+        issues: vec![],
+    }
+}

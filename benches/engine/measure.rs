@@ -1,0 +1,64 @@
+//! Taking times and telling them: contestants take their turns round by round, so that whatever disturbs the machine disturbs all of them alike.
+
+use std::time::Instant;
+
+/// A name and what it does.
+pub struct Contestant<'a> {
+    pub name: String,
+    run: Box<dyn FnMut() + 'a>,
+}
+
+impl<'a> Contestant<'a> {
+    pub fn new(name: impl Into<String>, run: impl FnMut() + 'a) -> Self {
+        Self { name: name.into(), run: Box::new(run) }
+    }
+}
+
+/// The fastest time of each, in seconds: whatever else runs on a machine only makes rounds slower. A first round is not counted.
+pub fn race(rounds: usize, contestants: &mut [Contestant<'_>]) -> Vec<f64> {
+    let mut times = vec![f64::INFINITY; contestants.len()];
+    for round in 0..=rounds {
+        for (contestant, times) in contestants.iter_mut().zip(&mut times) {
+            let start = Instant::now();
+            (contestant.run)();
+            if round > 0 {
+                *times = times.min(start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    times
+}
+
+/// The median.
+pub fn median(mut numbers: Vec<f64>) -> f64 {
+    numbers.sort_by(f64::total_cmp);
+    numbers[numbers.len() / 2]
+}
+
+/// What a figure is held against.
+#[derive(Clone, Copy)]
+pub enum Wanted {
+    AtLeast(f64),
+    AtMost(f64),
+    /// Told for comparison only.
+    Nothing,
+}
+
+use Wanted::{AtLeast, AtMost, Nothing};
+
+/// The heading of a table.
+pub fn heading(text: &str) {
+    println!("\n{text}");
+}
+
+/// A line of a table: what was found beside what is wanted.
+pub fn figure(name: &str, found: f64, unit: &str, wanted: Wanted) {
+    let digits = if found.abs() < 10.0 { 2 } else { 1 };
+    let (told, met) = match wanted {
+        AtLeast(bound) => (format!("at least {bound}"), found >= bound),
+        AtMost(bound) => (format!("at most {bound}"), found <= bound),
+        Nothing => (String::new(), true),
+    };
+    let missed = if met { "" } else { "  MISSED" };
+    println!("  {name:<62} {found:>9.digits$} {unit:<11} {told}{missed}");
+}

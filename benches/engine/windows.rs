@@ -1,0 +1,142 @@
+//! What windows and conditions cost: a window of one second no more than one of 20 ms, many conditions as much as there are of them, rules that
+//! share a condition nothing.
+
+use crate::job;
+use crate::measure::{Contestant, Wanted, figure, heading, race};
+use std::fmt::Write;
+use std::hint::black_box;
+use teachtree::engine::evaluator::Evaluator;
+use teachtree::graph::lower;
+use teachtree::language;
+use teachtree::stream::frames::{Frames, Values};
+
+const FRAMES: usize = 500_000;
+const ROUNDS: usize = 11;
+const WINDOWS: [&str; 2] = ["20 ms", "1 s"];
+const CONDITIONS: [usize; 4] = [10, 20, 40, 80];
+const SHARING: [usize; 3] = [1, 10, 100];
+
+/// Each operator with a window, on quantities that cross their thresholds all the time, and all of them in one tree.
+const OPERATORS: [(&str, &str); 5] = [
+    ("for", "(pressed) for window"),
+    ("within last", "(pressed) within last window"),
+    ("within next", "(pressed) within next window"),
+    ("rate", "rate(target.position.z, window) < -5 mm/s"),
+    ("a latch of `for`", "moved"),
+];
+
+/// Rules that ask for conditions in turn, with a window.
+fn windowed(conditions: &[&str], window: &str) -> String {
+    let mut rules = format!(
+        "stream {{ for each hand {{ fingers.force : vec3 N per finger }} }}
+primitive Idle, One, Other
+param window = {window} in 1 ms .. 2 s
+for each hand {{
+  signal pressed = norm(sum(fingers.force)) above 0.5 N until below 0.3 N
+  signal moving  = norm(target.velocity) above 20 mm/s until below 10 mm/s
+  latch moved set (moving) for window clear (not moving) for window
+}}
+tree windows for each hand {{\n  pressed and moving => One\n"
+    );
+    for condition in conditions {
+        let _ = writeln!(rules, "  {condition} => Other");
+    }
+    rules + "  else => Idle\n}\n"
+}
+
+struct Job {
+    /// Before the first frame.
+    evaluator: Evaluator,
+    frames: Frames,
+}
+
+impl Job {
+    fn new(rules: &str, columns: &[Vec<f32>]) -> Self {
+        let loaded = language::load_text("windows.rules", rules);
+        let rules = loaded.rules.unwrap_or_else(|| panic!("{:#?}", loaded.diagnostics));
+        let frames = job::frames(&rules, columns);
+        Self { evaluator: Evaluator::new(&lower(&rules), &frames.layout).expect("1 kHz suits the rules"), frames }
+    }
+
+    /// How many runs of leaves there are.
+    fn run(&self) -> usize {
+        let (mut evaluator, mut runs) = (self.evaluator.clone(), 0);
+        let inputs = evaluator.plan().inputs.clone();
+        let columns: Vec<Values<'_>> =
+            inputs.iter().map(|key| self.frames.column(*key).unwrap_or(Values::NONE)).collect();
+        evaluator.push(&columns, 0, self.frames.len, &mut |_, _| runs += 1);
+        evaluator.finish(&mut |_, _| runs += 1);
+        runs
+    }
+}
+
+/// Nanoseconds a frame of each.
+fn race_of(jobs: &[Job]) -> Vec<f64> {
+    let mut contestants: Vec<Contestant> =
+        jobs.iter().map(|job| Contestant::new("", || _ = black_box(job.run()))).collect();
+    race(ROUNDS, &mut contestants).into_iter().map(|time| time / FRAMES as f64 * 1e9).collect()
+}
+
+pub fn section() {
+    let columns = job::data::columns::<f32>(&job::data::rows(FRAMES, 1));
+
+    heading("windows: the same rules with short and with long ones");
+    let all: Vec<&str> = OPERATORS.iter().map(|(_, condition)| *condition).collect();
+    let each = OPERATORS.iter().map(|(name, condition)| (*name, vec![*condition]));
+    for (name, conditions) in each.chain([("all of them", all)]) {
+        let jobs = WINDOWS.map(|window| Job::new(&windowed(&conditions, window), &columns));
+        let times = race_of(&jobs);
+        for ((window, time), job) in WINDOWS.iter().zip(&times).zip(&jobs) {
+            figure(&format!("{name}, {window}: {} runs of leaves", job.run()), *time, "ns/frame", Wanted::Nothing);
+        }
+        let wanted = if conditions.len() > 1 { Wanted::AtMost(1.1) } else { Wanted::Nothing };
+        figure(&format!("{name}: long to short"), times[1] / times[0], "", wanted);
+    }
+
+    heading("distinct conditions, each with its own threshold and window");
+    let jobs = CONDITIONS.map(|count| Job::new(&distinct(count), &columns));
+    let times = race_of(&jobs);
+    for (count, time) in CONDITIONS.iter().zip(&times) {
+        figure(&format!("{count} conditions"), *time, "ns/frame", Wanted::Nothing);
+    }
+    let condition = (times[3] - times[0]) / (CONDITIONS[3] - CONDITIONS[0]) as f64;
+    figure("one more condition", condition, "ns/frame", Wanted::Nothing);
+    figure("80 conditions to twice 40", times[3] / (2.0 * times[2]), "", Wanted::AtMost(1.1));
+
+    heading("rules that share one condition with memory, written out in each of them");
+    let jobs = SHARING.map(|rules| Job::new(&sharing(rules), &columns));
+    let times = race_of(&jobs);
+    for ((rules, time), job) in SHARING.iter().zip(&times).zip(&jobs) {
+        figure(&format!("{rules} rules, {} runs of leaves", job.run()), *time, "ns/frame", Wanted::Nothing);
+    }
+    // Rules cost something on the few frames on which the label changes.
+    let rule = (times[2] - times[0]) / (SHARING[2] - SHARING[0]) as f64;
+    figure("one more rule that shares it, to one more condition", rule / condition, "", Wanted::AtMost(0.1));
+}
+
+/// A tree that asks for so many conditions one after the other. Thresholds and windows are all different, but so near to each other that all
+/// conditions change about equally often.
+fn distinct(count: usize) -> String {
+    let mut rules = String::from("primitive Idle, Up, Down\nfor each hand {\n");
+    for at in 0..count {
+        let (speed, time) = (30.0 + 0.01 * at as f64, 20 + at % 7);
+        let _ = writeln!(rules, "  signal c{at} = (target.velocity.z > {speed} mm/s) for {time} ms");
+    }
+    rules.push_str("}\ntree conditions for each hand {\n");
+    for at in 0..count {
+        let _ = writeln!(rules, "  c{at} => {}", if at % 2 == 0 { "Up" } else { "Down" });
+    }
+    rules + "  else => Idle\n}\n"
+}
+
+/// A tree whose label moves on by one of so many rules whenever one condition comes to hold.
+fn sharing(count: usize) -> String {
+    let labels: Vec<String> = (0..=count).map(|at| format!("P{at}")).collect();
+    let mut rules = format!("primitive {}\ntree shared for each hand {{\n  from(none) => P0\n", labels.join(", "));
+    for at in 0..count {
+        let shared = "rises((norm(target.velocity) above 20 mm/s until below 10 mm/s) for 20 ms)";
+        let _ = writeln!(rules, "  {shared} and from(P{at}) => P{}", at + 1);
+    }
+    let _ = writeln!(rules, "  rises((norm(target.velocity) above 20 mm/s until below 10 mm/s) for 20 ms) => P0");
+    rules + "  else => stay\n}\n"
+}
