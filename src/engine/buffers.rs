@@ -2,7 +2,7 @@
 //! they all stay in the processor's nearest cache.
 
 use super::bits::BLOCK;
-use super::plan::{Number, NumberId, Plan, Step};
+use super::plan::{Condition, Number, NumberId, Plan, Step};
 
 /// The buffers of a plan, a block long each.
 #[derive(Clone, Debug)]
@@ -12,13 +12,28 @@ pub struct Buffers {
     place: Vec<u32>,
 }
 
+/// The numbers that a step reads frame by frame: not the constants that its loop has in a register ([`super::columns`]).
+fn columns_read(plan: &Plan, step: Step) -> Vec<NumberId> {
+    let is_constant = |id: &NumberId| matches!(plan.numbers[id.index()].0, Number::Constant(_));
+    let in_register = match step {
+        Step::Number(id) => match &plan.numbers[id.index()].0 {
+            Number::Arithmetic(_, a, b) => is_constant(b) && !is_constant(a),
+            _ => false,
+        },
+        Step::Condition(id) => matches!(plan.conditions[id.index()].0, Condition::Compare(..)),
+    };
+    let mut read = plan.reads(step).0;
+    read.retain(|id| !(in_register && is_constant(id)));
+    read
+}
+
 impl Buffers {
     /// Room for the numbers of a plan; constants are filled in.
     pub fn new(plan: &Plan) -> Self {
-        let mut last_read = vec![0; plan.numbers.len()];
+        let mut last_read = vec![None; plan.numbers.len()];
         for (at, step) in plan.steps.iter().enumerate() {
-            for id in plan.reads(*step).0 {
-                last_read[id.index()] = at;
+            for id in columns_read(plan, *step) {
+                last_read[id.index()] = Some(at);
             }
         }
         let mut buffers: Vec<Vec<f64>> = Vec::new();
@@ -27,6 +42,8 @@ impl Buffers {
             if let Step::Number(id) = step {
                 let constant = match plan.numbers[id.index()].0 {
                     Number::Input(_) => continue,
+                    // Rules have many thresholds, and hardly one is read as a column.
+                    Number::Constant(_) if last_read[id.index()].is_none() => continue,
                     Number::Constant(number) => Some(number.get()),
                     _ => None,
                 };
@@ -38,7 +55,7 @@ impl Buffers {
             }
             // What this step has read for the last time; a number that is read twice is free once.
             let mut read: Vec<NumberId> =
-                plan.reads(*step).0.into_iter().filter(|id| last_read[id.index()] == at).collect();
+                columns_read(plan, *step).into_iter().filter(|id| last_read[id.index()] == Some(at)).collect();
             read.sort_unstable();
             read.dedup();
             let held = |id: &NumberId| !matches!(plan.numbers[id.index()].0, Number::Input(_) | Number::Constant(_));

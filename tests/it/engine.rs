@@ -6,14 +6,14 @@ use proptest::prelude::*;
 use std::ops::Range;
 use teachtree::analysis::channels;
 use teachtree::base::hands::Side;
-use teachtree::engine::evaluator::{evaluate, evaluate_in_blocks};
+use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in_blocks};
 use teachtree::engine::reference;
 use teachtree::engine::runs::{Leaves, Run, append};
 use teachtree::engine::stepper::Stepper;
 use teachtree::graph::{Graph, lower};
-use teachtree::language::{Request, load};
+use teachtree::language::{Request, load, load_text};
 use teachtree::stream;
-use teachtree::stream::frames::{Column, ColumnKey, Frames, Values};
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout, Values};
 use teachtree::world;
 
 proptest! {
@@ -105,6 +105,32 @@ fn a_live_log_takes_no_memory() {
     });
     assert_eq!(asked.count_total, 0, "{asked:?}");
     assert!(runs > 10, "only {runs} runs in {} frames", frames.len);
+}
+
+/// A threshold is a number, not a column of them: a run of rules with thousands of thresholds is small.
+#[test]
+fn thresholds_take_no_columns() {
+    let threshold = |at: usize| format!("speed > {at} mm/s");
+    let signal = |at: usize| {
+        let thresholds: Vec<String> = (1..=40).map(|of| threshold(40 * at + of)).collect();
+        format!("  signal s{at} = {}\n", thresholds.join(" or "))
+    };
+    let signals: String = (0..100).map(signal).collect();
+    let choices: String = (0..100).map(|at| format!("  s{at} => A\n")).collect();
+    let rules = format!(
+        "stream {{ for each hand {{ speed : scalar m/s }} }}\nprimitive A, B\nfor each hand {{\n{signals}}}\n\
+         tree t for each hand {{\n{choices}  else => B\n}}\n"
+    );
+    let loaded = load_text("thresholds.rules", &rules);
+    let rules = loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
+    let hand = HandLayout { side: Side::Right, fingers: vec![], contacts: vec![] };
+    let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
+    let graph = lower(&rules);
+    let mut evaluator = None;
+    let asked = allocation_counter::measure(|| evaluator = Some(Evaluator::new(&graph, &layout).unwrap()));
+    assert!(evaluator.unwrap().plan().conditions.len() >= 4000);
+    // The bits of a block are half a kilobyte a condition; a column is 32 kB.
+    assert!(asked.bytes_max < 4000 * 4096, "{} bytes", asked.bytes_max);
 }
 
 /// The random cases are no walk-over: they reach many different leaves and all kinds of operators.
