@@ -1,7 +1,7 @@
 //! The compiled evaluator for a log that is still being made: one frame in, and the leaves that end with it out. It says the same as
 //! [`super::evaluator`], frame for frame, and allocates nothing after it was made.
 //!
-//! Numbers and comparisons are worked out on every frame ([`sources`]). What is made of conditions ([`events`]) changes only when a comparison does,
+//! Numbers and comparisons are worked out on every frame (`sources`). What is made of conditions (`events`) changes only when a comparison does,
 //! or when a window that is open comes to its end, and nobody looks at it before: on most frames nothing happens.
 
 mod events;
