@@ -25,7 +25,7 @@ use teachtree::stream::table::Want;
 
 /// One hour at 1 kHz.
 const HOUR: usize = 3_600_000;
-/// Rows of the table of the job that `benches/engine.rs` measures.
+/// Rows of the table of the job that `benches/engine/job` measures.
 const ROWS: usize = 400_000;
 const ROUNDS: usize = 5;
 

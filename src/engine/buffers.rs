@@ -14,7 +14,7 @@ pub struct Buffers {
 
 /// The numbers that a step reads frame by frame: not the constants that its loop has in a register ([`super::columns`]).
 fn columns_read(plan: &Plan, step: Step) -> Vec<NumberId> {
-    let is_constant = |id: &NumberId| matches!(plan.numbers[id.index()].0, Number::Constant(_));
+    let is_constant = |id: &NumberId| plan.constant(*id).is_some();
     let in_register = match step {
         Step::Number(id) => match &plan.numbers[id.index()].0 {
             Number::Arithmetic(_, a, b) => is_constant(b) && !is_constant(a),

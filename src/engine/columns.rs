@@ -141,16 +141,12 @@ impl Columns {
         let mut taken = self.numbers.take(id);
         let Some(out) = taken.get_mut(..block.len) else { return };
         let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
-        let constant = |id: &NumberId| match plan.numbers[id.index()].0 {
-            Number::Constant(number) => Some(number.get()),
-            _ => None,
-        };
         let memory = &mut self.number_memory[id.index()];
         match number {
             Number::Input(_) | Number::Constant(_) => {}
             Number::Negate(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| -a), out)),
             Number::Abs(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| a.abs()), out)),
-            Number::Arithmetic(operation, a, b) => match (constant(a), constant(b)) {
+            Number::Arithmetic(operation, a, b) => match (plan.constant(*a), plan.constant(*b)) {
                 (None, Some(b)) => with_slices!([a = arg(a);] match operation {
                     Arithmetic::Add => write(Of((a,), |a: f64| a + b), out),
                     Arithmetic::Subtract => write(Of((a,), |a: f64| a - b), out),
@@ -261,11 +257,7 @@ impl Columns {
             }
             Condition::Compare(comparison, a, b) => {
                 let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
-                let constant = |id: &NumberId| match plan.numbers[id.index()].0 {
-                    Number::Constant(number) => Some(number.get()),
-                    _ => None,
-                };
-                match (constant(a), constant(b)) {
+                match (plan.constant(*a), plan.constant(*b)) {
                     (Some(a), Some(b)) => out.fill(if comparison.holds(a, b) { u64::MAX } else { 0 }),
                     (None, Some(b)) => with_slices!([a = arg(a);] compare(*comparison, a, b, len, out)),
                     (Some(a), None) => with_slices!([b = arg(b);] compare(comparison.swapped(), b, a, len, out)),

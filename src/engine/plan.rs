@@ -245,6 +245,15 @@ pub struct Cost {
 }
 
 impl Plan {
+    /// A number that is the same on every frame.
+    #[inline]
+    pub fn constant(&self, id: NumberId) -> Option<f64> {
+        match self.numbers[id.index()].0 {
+            Number::Constant(number) => Some(number.get()),
+            _ => None,
+        }
+    }
+
     /// The numbers and conditions that a step reads.
     pub fn reads(&self, step: Step) -> (Vec<NumberId>, Vec<BitId>) {
         match step {

@@ -107,10 +107,12 @@ impl Stepper {
         }
         let mut imports_changed = false;
         if changed {
-            // What reads conditions was worked out from those of the frame before: once more, rank by rank.
             let mut due = u64::MAX;
-            for (sources, events) in &mut *ranks {
-                sources.run(values, bits, first, inside);
+            for (rank, (sources, events)) in ranks.iter_mut().enumerate() {
+                // What reads conditions was worked out from those of the frame before.
+                if rank > 0 {
+                    sources.run(values, bits, first, inside);
+                }
                 due = due.min(events.run(plan, bits, self.now, inside));
             }
             self.due = due;

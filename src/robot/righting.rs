@@ -25,8 +25,8 @@ impl Righting {
     /// It moves only what nothing but the hand touches: elsewhere the object is where it is for a reason. While another hand holds the object
     /// as well (`shared`), nothing is added to what was made up for: two hands would turn it about two places.
     pub(super) fn apply(&mut self, target: &mut Target, object: &Isometry3<f64>, shared: bool, dt: f64) {
-        if holds(target) && shared {
-        } else if holds(target) {
+        let held = holds(target);
+        if held && !shared {
             let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
             self.turned += error * (RATE * dt);
             self.turned *= (MOST_RAD / self.turned.norm().max(1e-9)).min(1.0);
@@ -35,7 +35,7 @@ impl Righting {
                 self.moved += error * (RATE * dt);
                 self.moved *= (MOST_M / self.moved.norm().max(1e-9)).min(1.0);
             }
-        } else {
+        } else if !held {
             self.turned *= 1.0 - FORGOTTEN * dt;
             self.moved *= 1.0 - FORGOTTEN * dt;
         }
