@@ -133,38 +133,28 @@ impl<R: Read> Read for Squeezed<R> {
     fn read(&mut self, out: &mut [u8]) -> std::io::Result<usize> {
         use std::io::BufRead as _;
         let mut written = 0;
-        // A letter may need two places: the tab before it, and itself.
-        while written + 2 <= out.len() {
+        // Nothing written is the end to whoever reads, so that even a single place is filled while there is text.
+        while written == 0 && !out.is_empty() {
             let chunk = self.bytes.fill_buf()?;
             if chunk.is_empty() {
                 break;
             }
             let mut used = 0;
-            for byte in chunk {
-                if written + 2 > out.len() {
-                    break;
-                }
-                used += 1;
+            while let (Some(slot), Some(byte)) = (out.get_mut(written), chunk.get(used)) {
+                let line_ends = matches!(byte, b'\n' | b'\r');
                 match byte {
-                    b' ' | b'\t' => self.gap = true,
+                    b' ' | b'\t' => (self.gap, used) = (true, used + 1),
+                    // The tab before a letter; the letter itself comes next.
+                    _ if self.gap && self.begun && !line_ends => {
+                        (*slot, self.gap, written) = (b'\t', false, written + 1);
+                    }
                     byte => {
-                        let line_ends = matches!(byte, b'\n' | b'\r');
-                        let tab = (self.gap && self.begun && !line_ends).then_some(b'\t');
-                        for letter in tab.into_iter().chain([*byte]) {
-                            if let Some(slot) = out.get_mut(written) {
-                                *slot = letter;
-                                written += 1;
-                            }
-                        }
-                        self.gap = false;
-                        self.begun = !line_ends;
+                        (*slot, self.gap, self.begun) = (*byte, false, !line_ends);
+                        (used, written) = (used + 1, written + 1);
                     }
                 }
             }
             self.bytes.consume(used);
-            if written > 0 {
-                break;
-            }
         }
         Ok(written)
     }

@@ -27,6 +27,29 @@ fn columns_without_names_are_bound_by_number() {
     assert_eq!(values(&recording, "right.palm.position.y"), [0.002, 0.005, 0.008]);
 }
 
+/// However the text is cut into pieces while it is read: it is longer than what is looked at first, and than what a core takes at a time.
+#[test]
+fn a_long_table_with_blanks_is_read_to_its_end() {
+    let row = |row: usize| {
+        format!(
+            "{}{:.3}{}{row} 0  {}\n",
+            [" ", "", "\t"][row % 3],
+            row as f64 / 1e3,
+            " ".repeat(1 + row % 5),
+            row * 7 % 31
+        )
+    };
+    for rows in [100, 5_000, 90_000] {
+        let text: String = (0..rows).map(row).collect();
+        let (recording, issues) =
+            bound_text("log.dat", &text, "time: 1\nchannels: {right.palm.position: \"<xyz=2 3 4>\"}\n").unwrap();
+        assert!(issues.is_empty());
+        assert_eq!(recording.time.len(), rows);
+        assert!((0..rows).all(|row| values(&recording, "right.palm.position.x")[row] == row as f64));
+        assert!((0..rows).all(|row| values(&recording, "right.palm.position.z")[row] == (row * 7 % 31) as f64));
+    }
+}
+
 #[test]
 fn a_comma_is_the_decimal_point_between_semicolons() {
     let text = "time;px;py;pz\n0,0;1,5;0;0\n0,1;2,5;0;0\n";
