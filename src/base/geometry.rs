@@ -46,10 +46,11 @@ impl Solid {
         distances.fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether a point is surely at most this far from the surface, told without a root: its way to the middle of a part is at most that.
-    pub fn is_within(&self, distance: f64, point_in_body: &Point3<f64>) -> bool {
-        let middle = |(at, _): &(Isometry3<f64>, Shape)| (point_in_body.coords - at.translation.vector).norm_squared();
-        self.parts.iter().any(|part| middle(part) < distance * distance)
+    /// How far the origin of the body is from the middle of its nearest part, m: no point is farther from the surface than this and its way
+    /// to the origin together.
+    pub fn inset(&self) -> f64 {
+        let middles = self.parts.iter().map(|(at, _)| at.translation.vector.norm());
+        middles.min_by(f64::total_cmp).unwrap_or_default()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Logs that are larger than memory: a path in, frames in windows out, and no more of the log in memory than its stamps and one window.
 //!
-//! Some things are known only when the whole log was seen: its rate and its gaps, what its sensors read at rest, whether one is dead. So
-//! the log is read twice (text three times, since the number of its rows is not known before): first it is looked through, then its
-//! frames are derived window by window. What comes out is the same, bit by bit, as of a log that is in memory.
+//! Some things are known only when the whole log was seen: its rate and its gaps, and what its sensors read at rest. So the stamps are read
+//! first, then the columns that tell of rest, and then all of it is read and derived window by window. What comes out is the same, bit by
+//! bit, as of a log that is in memory.
 //!
 //! That is for plain logs: canonical, one table, every sample measured, no sensor that may be dead, contacts in the log. Others need all
 //! their rows at once ([`super::open()`]).
@@ -53,6 +53,7 @@ pub struct Known {
     /// Gap-free stretches of frames.
     pub stretches: Vec<Range<usize>>,
     issues: Vec<Issue>,
+    /// What the force sensors read at rest, by channel.
     rests: Vec<(String, tare::Rest)>,
 }
 
@@ -97,7 +98,17 @@ impl Flow {
 
     /// Reads the log once more.
     fn blocks(&self) -> Option<Box<dyn Blocks>> {
-        let wants: Vec<Want> = self.columns.iter().map(|(.., want)| *want).collect();
+        self.blocks_of(|_| true)
+    }
+
+    /// Reads the stamps once more, and the columns that are asked for by name.
+    fn blocks_of(&self, asked: impl Fn(&str) -> bool) -> Option<Box<dyn Blocks>> {
+        let want = |(name, _, want): &(String, Dimension, Want)| match want {
+            Want::Time(_) => *want,
+            _ if asked(name) => *want,
+            _ => Want::Nothing,
+        };
+        let wants: Vec<Want> = self.columns.iter().map(want).collect();
         let header = formats::open(&self.log).ok()?;
         let issues = header.issues.is_empty();
         let [sheet] = <[_; 1]>::try_from(header.sheets).ok()?;
@@ -128,36 +139,31 @@ impl Flow {
             return None;
         }
         let mut time = vec![];
-        let mut issues = vec![];
-        let mut blocks = self.blocks()?;
-        let mut samples = Samples::new(blocks.rows().unwrap_or_default(), &self);
-        let mut plain = Plain::new(&self);
+        let mut blocks = self.blocks_of(|_| false)?;
         while let Some(block) = blocks.next().ok()? {
             if block.time.len() != block.row_time.len() {
                 return None;
             }
-            plain.look(&block, &self).then_some(())?;
-            samples.take(time.len(), &block, &self);
             time.extend(block.time);
-            issues.extend(block.issues);
-        }
-        plain.finish(time.len()).then_some(())?;
-        if samples.of != time.len() {
-            samples = Samples::new(time.len(), &self);
-            let mut start = 0;
-            let mut blocks = self.blocks()?;
-            while let Some(block) = blocks.next().ok()? {
-                samples.take(start, &block, &self);
-                start += block.time.len();
-            }
         }
         let told: Vec<(&str, Stranger)> = strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
-        issues.extend(strangers::ignored(&ends, &told));
-        let Timebase { rate_hz, rows, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
-        drop(rows);
-        let rests = samples.rests(&self, rate_hz);
+        let mut issues = strangers::ignored(&ends, &told);
+        let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
+        let rests = self.rests(time.len(), rate_hz)?;
         Some(Known { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, rests })
+    }
+
+    /// What the sensors of a log with so many rows read at rest.
+    fn rests(&self, rows: usize, rate_hz: f64) -> Option<Vec<(String, tare::Rest)>> {
+        let mut samples = Samples::new(rows, self);
+        let mut blocks = self.blocks_of(|name| tare::asks(&self.scene, name))?;
+        let mut start = 0;
+        while let Some(block) = blocks.next().ok()? {
+            samples.take(start, &block, self);
+            start += block.time.len();
+        }
+        (start == rows).then(|| samples.rests(self, rate_hz))
     }
 
     /// The columns that are read, the time left out.
@@ -177,13 +183,17 @@ impl Known {
     /// Derives the frames, part by part in order; what was found wrong with the log.
     ///
     /// # Errors
-    /// What `each` says; when the log cannot be read any more; as [`super::frames()`].
+    /// What `each` says; when the log is not plain, or cannot be read any more; as [`super::frames()`].
     pub fn parts(
         &self,
         each: &mut dyn FnMut(Part) -> Result<(), InputError>,
     ) -> Result<(Layout, Vec<Issue>), InputError> {
-        let gone = || InputError::new(self.flow.log.display().to_string(), "cannot be read a second time");
+        let wrong = |message: &str| InputError::new(self.flow.log.display().to_string(), message);
+        let gone = || wrong("cannot be read once more");
+        let not_plain = || wrong("has to be in memory to be read");
         let mut blocks = self.flow.blocks().ok_or_else(gone)?;
+        let mut plain = Plain::new(&self.flow);
+        let mut row_issues = vec![];
         let around = derive::looked_at(self.rate_hz);
         let mut held = Held { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
         let mut told = Told::default();
@@ -195,8 +205,12 @@ impl Known {
                 let core = start..(start + WINDOW).min(stretch.end);
                 let seen = core.start.saturating_sub(around).max(stretch.start)..(core.end + around).min(stretch.end);
                 while held.end() < seen.end {
-                    let block = blocks.next()?.ok_or_else(gone)?;
+                    let mut block = blocks.next()?.ok_or_else(gone)?;
+                    if !plain.look(&block, &self.flow) {
+                        return Err(not_plain());
+                    }
                     held.take(self.flow.values(&block));
+                    row_issues.append(&mut block.issues);
                 }
                 held.forget(seen.start);
                 let after = RefCell::new(BTreeMap::new());
@@ -214,11 +228,13 @@ impl Known {
                     window: Some(window),
                     columns: held.columns(&self.flow, seen.len()),
                 };
-                let mut issues = self.issues.clone();
-                issues.extend(tare::correct(&mut measured, &self.rests));
+                let corrected = tare::correct(&mut measured, &self.rests);
                 let frames = derive::derived_frames(&measured, &self.channels, &mut told)?;
                 each(Part { frames: &frames, core: within, start: core.start, ends: core.end == stretch.end })?;
                 if core.end == self.time.len() {
+                    plain.finish(core.end).then_some(()).ok_or_else(not_plain)?;
+                    let mut issues = std::mem::take(&mut row_issues);
+                    issues.extend(self.issues.iter().cloned().chain(corrected));
                     issues.extend(told.issues(&measured, &frames.layout));
                     issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
                     last = Some((frames.layout, issues));
@@ -267,8 +283,6 @@ impl Held {
 
 /// Rows from all over a log, to tell what its sensors read at rest.
 struct Samples {
-    /// Of how many rows.
-    of: usize,
     rows: Vec<usize>,
     next: usize,
     columns: Vec<Vec<f64>>,
@@ -277,7 +291,7 @@ struct Samples {
 impl Samples {
     fn new(of: usize, flow: &Flow) -> Self {
         let rows: Vec<usize> = tare::samples(of).flatten().collect();
-        Self { of, rows, next: 0, columns: flow.read_columns().map(|_| vec![]).collect() }
+        Self { rows, next: 0, columns: flow.read_columns().map(|_| vec![]).collect() }
     }
 
     fn take(&mut self, start: usize, block: &Table, flow: &Flow) {

@@ -8,6 +8,7 @@ mod formats;
 mod never_panics;
 mod robosuite;
 mod round_trip;
+mod targets;
 mod touch;
 
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};

@@ -6,6 +6,7 @@
 
 use super::hands::HandTrack;
 use super::motion::{Columns3, Motion, vector};
+use super::source::Source;
 use super::touch;
 use crate::base::geometry::face_normal;
 use crate::base::scene::Role;
@@ -22,13 +23,13 @@ pub const TOUCH_ON: f64 = 0.05;
 /// … until it is below this, N.
 pub const TOUCH_OFF: f64 = 0.02;
 
-/// The contact between two bodies over the whole log, as seen by the first.
+/// The contact between two bodies over the whole log, as seen by the first; everything in the reference frame.
 pub struct Contact<'a> {
+    /// Force of the other body on this one, N, if it is known.
     force: Option<Columns3<'a>>,
-    normal: Option<Columns3<'a>>,
+    /// Unit normal from the other body to this one; zero without contact.
+    normal: [Vec<f64>; 3],
     flag: Option<Cow<'a, [f64]>>,
-    /// 1 when the columns are as seen by the first body, -1 when by the second.
-    sign: f64,
 }
 
 /// Contacts by object and other body, as indices in the scene.
@@ -37,26 +38,37 @@ pub type Contacts<'a> = BTreeMap<(usize, usize), Contact<'a>>;
 impl<'a> Contact<'a> {
     /// A contact that the log does not have: force, normal and flag at each frame.
     pub fn derived(forces: &[Vector3<f64>], normals: impl Iterator<Item = Vector3<f64>>, flags: &[bool]) -> Self {
-        let columns = |rows: Vec<Vector3<f64>>| {
-            [0, 1, 2].map(|axis| Cow::Owned(rows.iter().map(|row| row[axis]).collect::<Vec<f64>>()))
-        };
+        let columns =
+            |rows: Vec<Vector3<f64>>| [0, 1, 2].map(|axis| rows.iter().map(|row| row[axis]).collect::<Vec<f64>>());
         let flag = flags.iter().map(|flag| f64::from(u8::from(*flag))).collect();
-        Self {
-            force: Some(columns(forces.to_vec())),
-            normal: Some(columns(normals.collect())),
-            flag: Some(Cow::Owned(flag)),
-            sign: 1.0,
-        }
+        let (force, normal) = (columns(forces.to_vec()), columns(normals.collect()));
+        Self::new(flags.len(), Some(force.map(Cow::Owned)), Some(normal.map(Cow::Owned)), Some(Cow::Owned(flag)))
+    }
+
+    fn new(
+        frames: usize,
+        force: Option<Columns3<'a>>,
+        logged_normal: Option<Columns3<'a>>,
+        flag: Option<Cow<'a, [f64]>>,
+    ) -> Self {
+        let normal = directions(frames, logged_normal.as_ref(), force.as_ref());
+        Self { force, normal, flag }
     }
 
     /// The contact between two bodies, if the log has it.
     fn logged(measured: &'a Measured, body: &str, other: &str) -> Option<Self> {
-        let borrowed = |channel: &str| measured.vec3(channel).map(|columns| columns.map(Cow::Borrowed));
         let read = |a: &str, b: &str, sign: f64| {
             let name = format!("contact.{a}.{b}");
-            let (force, flag) = (borrowed(&format!("{name}.force")), measured.scalar(&name).map(Cow::Borrowed));
-            let normal = borrowed(&format!("{name}.normal"));
-            (force.is_some() || flag.is_some()).then_some(Self { force, normal, flag, sign })
+            let columns = |channel: &str| {
+                let signed = |column: &'a [f64]| match sign {
+                    1.0 => Cow::Borrowed(column),
+                    sign => Cow::Owned(column.iter().map(|value| value * sign).collect()),
+                };
+                measured.vec3(channel).map(|columns| columns.map(signed))
+            };
+            let (force, flag) = (columns(&format!("{name}.force")), measured.scalar(&name).map(Cow::Borrowed));
+            let normal = columns(&format!("{name}.normal"));
+            (force.is_some() || flag.is_some()).then(|| Self::new(measured.len(), force, normal, flag))
         };
         read(body, other, 1.0).or_else(|| read(other, body, -1.0))
     }
@@ -66,18 +78,26 @@ impl<'a> Contact<'a> {
         measured.vec3(&format!("contact.{a}.{b}.force")).is_some()
     }
 
-    /// Force of the other body on this one, reference frame, N.
-    pub fn force(&self, frame: usize) -> Vector3<f64> {
-        self.force.as_ref().map_or_else(Vector3::zeros, |force| vector(force, frame) * self.sign)
+    /// Force of the other body on this one at all frames, reference frame, N.
+    pub fn forces(&self) -> Source<'_, 3> {
+        self.force.as_ref().map_or(Source::ZERO, Source::from)
     }
 
-    /// Unit normal from the other body to this one, reference frame: as logged, else the direction of the force; zero without contact.
+    /// Unit normal from the other body to this one at all frames, reference frame: as logged, else the direction of the force; zero without contact.
+    pub fn normals(&self) -> Source<'_, 3> {
+        Source::from(&self.normal)
+    }
+
+    /// Force of the other body on this one, reference frame, N.
+    #[inline]
+    pub fn force(&self, frame: usize) -> Vector3<f64> {
+        self.force.as_ref().map_or_else(Vector3::zeros, |force| vector(force, frame))
+    }
+
+    /// Unit normal from the other body to this one, reference frame.
+    #[inline]
     pub fn normal(&self, frame: usize) -> Vector3<f64> {
-        let normal = self.normal.as_ref().map_or_else(Vector3::zeros, |normal| vector(normal, frame) * self.sign);
-        normal
-            .try_normalize(1e-6)
-            .or_else(|| self.force(frame).try_normalize(DIRECTED_ABOVE))
-            .unwrap_or_else(Vector3::zeros)
+        vector(&self.normal, frame)
     }
 
     /// Whether the bodies touch at each frame of a log: as logged, else from the force.
@@ -88,6 +108,17 @@ impl<'a> Contact<'a> {
             None => self.force(frame).norm() > TOUCH_ON,
         }
     }
+}
+
+/// Unit vectors along what is logged as normal, along the force where that has no direction; zero where neither has.
+fn directions(frames: usize, normal: Option<&Columns3>, force: Option<&Columns3>) -> [Vec<f64>; 3] {
+    let mut directions = [(); 3].map(|()| Vec::with_capacity(frames));
+    for frame in 0..frames {
+        let along = |columns: Option<&Columns3>, least: f64| vector(columns?, frame).try_normalize(least);
+        let direction = along(normal, 1e-6).or_else(|| along(force, DIRECTED_ABOVE)).unwrap_or_else(Vector3::zeros);
+        directions.iter_mut().zip(direction.iter()).for_each(|(column, part)| column.push(*part));
+    }
+    directions
 }
 
 /// The contacts of all objects.

@@ -3,16 +3,19 @@
 //! The target is the object that the hand touches, else the one nearest to its fingertips; it changes only while the hand touches
 //! nothing, where touching is the channel `fingers.contact` that the rules see (LANGUAGE.md section 3, point 1; PAPER.md A11).
 
-use super::motion::{Motion, vector};
+use super::motion::{Motion, Moved, vector};
 use super::raw::Array;
 use crate::base::geometry::Solid;
 use crate::base::hands::{Finger, Side};
 use crate::stream::measured::{Measured, State};
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
+use std::ops::Range;
 
 /// While nothing is touched, another object must be nearer than the target by this much to become the target, m: two objects at the
 /// same distance would otherwise take turns.
 const NEARER_BY: f64 = 0.010;
+/// Distances that differ by less than this, m, are worked out anew.
+const ROUNDED: f64 = 1e-6;
 
 /// A hand over the whole log.
 pub struct HandTrack {
@@ -22,6 +25,8 @@ pub struct HandTrack {
     pub touching: Vec<bool>,
     /// The body that is the target, as an index in the scene.
     pub target: Vec<Option<usize>>,
+    /// The same as stretches of frames with one target, all frames in order.
+    pub runs: Vec<(Range<usize>, Option<usize>)>,
 }
 
 /// The fingers of a hand, in the order of `fingers`: from the scene, or those that the log measures where the scene has no such hand.
@@ -43,28 +48,46 @@ pub fn fingers(measured: &Measured, side: Side) -> Vec<Finger> {
 
 /// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.
 pub fn track(measured: &Measured, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
-    let mut track = HandTrack { side, touching: vec![false; measured.len()], target: vec![None; measured.len()] };
+    let (mut touching, mut target) = (vec![false; measured.len()], vec![None; measured.len()]);
     let objects = super::objects(measured.scene);
     let hand = Feelers::new(measured, motions, side, fingers, touches, &objects);
     let fixed = objects
         .iter()
         .copied()
         .find(|body| measured.scene.bodies.get_index(*body).is_some_and(|(_, body)| body.fixed_to == Some(side)));
+    let mut sure = None;
     measured.follow(&format!("target of {side}"), |frame, was| {
-        let touching = hand.touching(frame);
-        let target = match fixed {
+        let touches = hand.touching(frame);
+        let body = match fixed {
             Some(body) => Some(body),
-            None if touching && was.on => was.which,
-            None if touching => hand.touched(frame).or(was.which),
-            None => hand.nearest(frame, was.which),
+            None if touches && was.on => was.which,
+            None if touches => hand.touched(frame).or(was.which),
+            None => hand.nearest(frame, was.which, &mut sure),
         };
-        if let (Some(touches), Some(body)) = (track.touching.get_mut(frame), track.target.get_mut(frame)) {
+        if let (Some(touching), Some(target)) = (touching.get_mut(frame), target.get_mut(frame)) {
             // What is fixed to a hand is touched all the time.
-            (*touches, *body) = (touching || fixed.is_some(), target);
+            (*touching, *target) = (touches || fixed.is_some(), body);
         }
-        State { on: touching, which: target }
+        State { on: touches, which: body }
     });
-    track
+    let mut runs: Vec<(Range<usize>, Option<usize>)> = vec![];
+    for (frame, body) in target.iter().enumerate() {
+        match runs.last_mut() {
+            Some((frames, same)) if same == body => frames.end = frame + 1,
+            _ => runs.push((frame..frame + 1, *body)),
+        }
+    }
+    HandTrack { side, touching, target, runs }
+}
+
+/// What was found at a frame, and is so until something has moved.
+struct Sure {
+    frame: usize,
+    target: usize,
+    /// How far a fingertip may get from where it was as seen from an object, m.
+    while_within: f64,
+    /// How far the fingertips were from the origin of each object at most, m.
+    reach: Vec<f64>,
 }
 
 /// What tells a hand's objects apart.
@@ -74,6 +97,8 @@ struct Feelers<'a> {
     /// The shape of each object.
     solids: Vec<Solid>,
     fingers: Vec<Feeler<'a>>,
+    /// Whether the log has the place of a fingertip.
+    any_tip: bool,
 }
 
 struct Feeler<'a> {
@@ -107,7 +132,9 @@ impl<'a> Feelers<'a> {
         };
         let body = |object: &usize| measured.scene.bodies.get_index(*object);
         let solids = objects.iter().filter_map(body).map(|(_, body)| Solid::new(body)).collect();
-        Self { motions, objects, solids, fingers: fingers.iter().zip(touches).map(feeler).collect() }
+        let fingers: Vec<Feeler> = fingers.iter().zip(touches).map(feeler).collect();
+        let any_tip = fingers.iter().any(|finger| finger.tip && finger.position.is_some());
+        Self { motions, objects, solids, fingers, any_tip }
     }
 
     fn touching(&self, frame: usize) -> bool {
@@ -135,23 +162,59 @@ impl<'a> Feelers<'a> {
     }
 
     /// The object whose surface is nearest to the fingertips; the target so far, unless another is clearly nearer.
-    fn nearest(&self, frame: usize, target: Option<usize>) -> Option<usize> {
+    fn nearest(&self, frame: usize, target: Option<usize>, sure: &mut Option<Sure>) -> Option<usize> {
         // However far it is, there is no other.
         if let [only] = self.objects {
             return Some(*only);
         }
-        let any_tip = self.fingers.iter().any(|finger| finger.tip && finger.position.is_some());
-        let mut so_far = None;
-        let distances = self.distances(frame, |finger| finger.tip || !any_tip).inspect(|(body, distance)| {
-            if Some(*body) == target {
-                so_far = Some((*body, *distance));
-            }
-        });
-        let Some((body, distance)) = self.least(distances) else { return target };
-        match so_far {
-            Some((target, so_far)) if so_far - distance < NEARER_BY => Some(target),
-            _ => Some(body),
+        if sure.as_ref().is_some_and(|sure| Some(sure.target) == target && self.still(sure, frame)) {
+            return target;
         }
+        let distances: Vec<(usize, f64)> = self.distances(frame, |finger| self.tells(finger)).collect();
+        let Some((body, distance)) = self.least(distances.iter().copied()) else { return target };
+        let of_target =
+            |target| distances.iter().find(|(body, _)| Some(*body) == target).map(|(_, distance)| *distance);
+        let found = match of_target(target) {
+            Some(so_far) if so_far - distance < NEARER_BY => target,
+            _ => Some(body),
+        };
+        *sure = found.zip(of_target(found)).map(|(found, so_far)| {
+            let others = distances.iter().filter(|(body, _)| *body != found).map(|(_, distance)| *distance);
+            let ahead = others.fold(f64::INFINITY, f64::min) - so_far + NEARER_BY;
+            let reach = |body: &usize| {
+                let origin =
+                    self.motions.get(*body).map_or_else(Vector3::zeros, |it| it.pose(frame).translation.vector);
+                self.tips(frame).map(|tip| (tip - origin).norm()).fold(0.0, f64::max)
+            };
+            let reach = self.objects.iter().map(reach).collect();
+            // Either may come as much nearer as the other gets farther; what is left out is far more than errors of rounding.
+            Sure { frame, target: found, while_within: (ahead - ROUNDED) / 2.0, reach }
+        });
+        found
+    }
+
+    /// Whether a fingertip counts for what is near.
+    fn tells(&self, finger: &Feeler) -> bool {
+        finger.tip || !self.any_tip
+    }
+
+    fn tips(&self, frame: usize) -> impl Iterator<Item = Vector3<f64>> {
+        let fingers = self.fingers.iter().filter(|finger| self.tells(finger)).filter_map(|finger| finger.position);
+        fingers.map(move |columns| vector(&columns, frame))
+    }
+
+    /// Whether fingertips and objects are still so near to where they were that what was found is so.
+    fn still(&self, sure: &Sure, frame: usize) -> bool {
+        let tips = self.tips(frame).zip(self.tips(sure.frame));
+        let fingers = tips.map(|(now, before)| (now - before).norm_squared()).fold(0.0, f64::max).sqrt();
+        if fingers >= sure.while_within {
+            return false;
+        }
+        let objects = self.objects.iter().zip(&sure.reach).filter_map(|(body, reach)| {
+            let Moved { by, turned } = self.motions.get(*body)?.moved(sure.frame, frame);
+            Some(by + turned * reach)
+        });
+        fingers + objects.fold(0.0, f64::max) < sure.while_within
     }
 
     /// The least distance between the surface of each object and one of the fingers, m; nothing where no finger is placed.

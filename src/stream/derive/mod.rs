@@ -9,6 +9,7 @@ mod motion;
 mod plausible;
 mod raw;
 mod sockets;
+mod source;
 pub(super) mod tare;
 mod targets;
 mod touch;

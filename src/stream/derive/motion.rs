@@ -4,6 +4,7 @@
 //! averaged over [`TREMOR_SECS`] around the frame, twice: the weights are a triangle of twice that width, the delay is none, and what is left
 //! of a tremor is at most a twentieth. An average of a differentiated position is the way from the mean place before to the mean place after.
 
+use super::source::Source;
 use crate::base::geometry::{pose, unit};
 use crate::base::scene::Body as SceneBody;
 use crate::stream::measured::Measured;
@@ -34,6 +35,14 @@ pub struct Motion<'a> {
     poses: Vec<Isometry3<f64>>,
     velocity: Option<[Vec<f64>; 3]>,
     angular_velocity: Option<[Vec<f64>; 3]>,
+}
+
+/// How a body has moved between two frames.
+pub struct Moved {
+    /// How far its origin is from where it was, m.
+    pub by: f64,
+    /// At most by how much it has turned, rad.
+    pub turned: f64,
 }
 
 impl<'a> Motion<'a> {
@@ -73,9 +82,40 @@ impl<'a> Motion<'a> {
     }
 
     fn pose_at(&self, frame: usize) -> Isometry3<f64> {
-        let position = self.position.map_or(self.at_start.translation.vector, |columns| vector(&columns, frame));
         let rotation = self.rotation.map_or(self.at_start.rotation, |columns| quaternion(&columns, frame));
-        Isometry3::from_parts(position.into(), rotation)
+        Isometry3::from_parts(self.position(frame).into(), rotation)
+    }
+
+    /// Where the body's origin is, reference frame, m.
+    #[inline]
+    pub fn position(&self, frame: usize) -> Vector3<f64> {
+        self.position.map_or(self.at_start.translation.vector, |columns| vector(&columns, frame))
+    }
+
+    /// How the body has moved from one frame to another.
+    pub fn moved(&self, from: usize, to: usize) -> Moved {
+        if self.poses.is_empty() {
+            return Moved { by: 0.0, turned: 0.0 };
+        }
+        let (before, after) = (self.pose(from), self.pose(to));
+        let apart = (after.rotation.coords - before.rotation.coords).norm();
+        // Of unit quaternions the difference is twice the sine of a quarter of the angle, which is at least a third of that.
+        Moved { by: (after.translation.vector - before.translation.vector).norm(), turned: 3.0 * apart }
+    }
+
+    /// Where the body's origin is, reference frame, m.
+    pub fn positions(&self) -> Source<'_, 3> {
+        self.position.as_ref().map_or_else(|| Source::Same(self.at_start.translation.vector.into()), Source::from)
+    }
+
+    /// Velocity of the body's origin, reference frame, m/s.
+    pub fn velocities(&self) -> Source<'_, 3> {
+        self.velocity.as_ref().map_or(Source::ZERO, Source::from)
+    }
+
+    /// Angular velocity, reference frame, rad/s.
+    pub fn angular_velocities(&self) -> Source<'_, 3> {
+        self.angular_velocity.as_ref().map_or(Source::ZERO, Source::from)
     }
 
     /// Velocity of the body's origin, reference frame, m/s.
@@ -118,12 +158,12 @@ fn at(column: &[f64], frame: usize) -> f64 {
 
 /// The slope of each column at each frame, in its unit per second, without tremor.
 pub fn slopes(measured: &Measured, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
-    columns.map(|column| slope(measured, |frame| column.get(frame).copied().unwrap_or_default()))
+    columns.map(|column| slope(measured, column))
 }
 
-/// The slope of a quantity at each frame, per second, without tremor.
-pub fn slope(measured: &Measured, value: impl Fn(usize) -> f64) -> Vec<f64> {
-    steady(measured, &differences(measured, |before, after| value(after) - value(before)))
+/// The slope of a column at each frame, in its unit per second, without tremor.
+pub fn slope(measured: &Measured, column: &[f64]) -> Vec<f64> {
+    steady(measured, &differences(measured, |before, after| at(column, after) - at(column, before)))
 }
 
 /// Angular velocity in the reference frame at each frame, rad/s, without tremor.
@@ -163,34 +203,78 @@ pub fn averaged(measured: &Measured, column: &[f64], reach: usize) -> Vec<f64> {
     if reach == 0 {
         return column.to_vec();
     }
-    let stretches = measured.stretches.iter();
-    stretches.flat_map(|stretch| average(column.get(stretch.clone()).unwrap_or_default(), reach)).collect()
+    let mut means = Vec::with_capacity(column.len());
+    for stretch in &measured.stretches {
+        average(column.get(stretch.clone()).unwrap_or_default(), reach, &mut means);
+    }
+    means
 }
 
 /// The mean of what lies at most `reach` before and after each value; of fewer values at the ends.
-fn average(values: &[f64], reach: usize) -> Vec<f64> {
+fn average(values: &[f64], reach: usize, means: &mut Vec<f64>) {
+    // What stands still, or is not touched, is so for long.
+    if values.iter().all(|value| *value == 0.0) {
+        return means.resize(means.len() + values.len(), 0.0);
+    }
     // Sums begin anew every so many values, so that neither their errors grow nor a part of a log is averaged otherwise than the whole.
-    let mut sums = Vec::with_capacity(values.len() + 1);
-    let mut totals = Vec::with_capacity(values.len() / ANCHOR + 1);
-    for group in values.chunks(ANCHOR) {
-        let mut sum = 0.0;
-        for value in group {
-            sums.push(sum);
-            sum += value;
-        }
+    let mut sums = vec![0.0; values.len() + 1];
+    let (groups, rest) = values.as_chunks::<ANCHOR>();
+    let (group_sums, rest_sums) = sums.split_at_mut(groups.len() * ANCHOR);
+    let mut totals = Vec::with_capacity(groups.len() + 1);
+    // Groups are added up side by side: one addition waits for the one before.
+    let (group_sums, _) = group_sums.as_chunks_mut::<ANCHOR>();
+    let ((fours, ones), (four_sums, one_sums)) = (groups.as_chunks::<4>(), group_sums.as_chunks_mut::<4>());
+    fours.iter().zip(four_sums).for_each(|(group, sums)| totals.extend(add_up(group, sums)));
+    ones.as_chunks::<1>()
+        .0
+        .iter()
+        .zip(one_sums.as_chunks_mut::<1>().0)
+        .for_each(|(group, sums)| totals.extend(add_up(group, sums)));
+    let mut sum = 0.0;
+    for (before, value) in rest_sums.iter_mut().zip(rest.iter().chain(&[0.0])) {
+        *before = sum;
+        sum += value;
+    }
+    if !rest.is_empty() {
         totals.push(sum);
     }
-    sums.push(if values.len().is_multiple_of(ANCHOR) { 0.0 } else { totals.last().copied().unwrap_or_default() });
-    let at = |list: &[f64], index: usize| list.get(index).copied().unwrap_or_default();
-    let mean = |index: usize| {
+    let mut index = 0;
+    while index < values.len() {
         let (from, to) = (index.saturating_sub(reach), (index + reach + 1).min(values.len()));
         let (first, last) = (from / ANCHOR, to / ANCHOR);
-        let between = match last - first {
-            0 => -at(&sums, from),
-            1 => at(&totals, first) - at(&sums, from),
-            _ => (first + 1..last).fold(at(&totals, first) - at(&sums, from), |sum, group| sum + at(&totals, group)),
+        // As long as both ends move on within their groups, the same is added up.
+        let run = if index < reach || to == values.len() {
+            1
+        } else {
+            (ANCHOR - from % ANCHOR).min(ANCHOR - to % ANCHOR).min(values.len() - to)
         };
-        (between + at(&sums, to)) / (to - from) as f64
-    };
-    (0..values.len()).map(mean).collect()
+        let ends = [from, to].map(|end| sums.get(end..end + run).unwrap_or_default());
+        let (total, between) = match totals.get(first..last).unwrap_or_default() {
+            [] => (0.0, &[][..]),
+            [total, between @ ..] => (*total, between),
+        };
+        let count = (to - from) as f64;
+        let [starts, ends] = [ends[0].iter(), ends[1].iter()];
+        match between {
+            [] => means.extend(starts.zip(ends).map(|(start, end)| (total - start + end) / count)),
+            some => means.extend(
+                starts
+                    .zip(ends)
+                    .map(|(start, end)| (some.iter().fold(total - start, |sum, group| sum + group) + end) / count),
+            ),
+        }
+        index += run;
+    }
+}
+
+/// What lies before each value of each group, added up; the sum of each group.
+fn add_up<const N: usize>(groups: &[[f64; ANCHOR]; N], sums: &mut [[f64; ANCHOR]; N]) -> [f64; N] {
+    let mut total = [0.0; N];
+    for at in 0..ANCHOR {
+        for ((total, group), before) in total.iter_mut().zip(groups).zip(sums.iter_mut()) {
+            before[at] = *total;
+            *total += group[at];
+        }
+    }
+    total
 }

@@ -76,6 +76,9 @@ pub fn far_touches(
         .filter(|((_, body), _)| sized(body))
         .map(|((name, body), motion)| (name, Solid::new(body), motion))
         .collect();
+    // A fingertip this near to the origin of one of them is surely near enough, m.
+    let near: Vec<(f64, &Motion)> =
+        bodies.iter().map(|(_, body, motion)| ((REACH - body.inset()).max(0.0), *motion)).collect();
     if bodies.is_empty() || bodies.len() < objects.len() {
         return;
     }
@@ -85,11 +88,10 @@ pub fn far_touches(
         let found = findings.far.entry((hand.side, place)).or_default();
         for frame in measured.core().filter(|frame| touches.get(*frame).is_some_and(|touches| *touches > 0.5)) {
             let tip: Point3<f64> = vector(&position, frame).into();
-            let in_body = |motion: &Motion| motion.pose(frame).inverse_transform_point(&tip);
-            // Mostly it is near what it touched last.
-            if bodies.iter().any(|(_, body, motion)| body.is_within(REACH, &in_body(motion))) {
+            if near.iter().any(|(near, motion)| (tip.coords - motion.position(frame)).norm_squared() < near * near) {
                 continue;
             }
+            let in_body = |motion: &Motion| motion.pose(frame).inverse_transform_point(&tip);
             let least = bodies
                 .iter()
                 .map(|(name, body, motion)| (body.distance(&in_body(motion)), name.as_str()))
@@ -139,29 +141,36 @@ pub fn wrong_signs(
     let touched = |frame: usize, object: usize| {
         tracks.iter().any(|it| it.touching.get(frame) == Some(&true) && it.target.get(frame) == Some(&Some(object)))
     };
-    let of = |object: usize| contacts.iter().filter(move |((one, _), _)| *one == object);
+    let core = measured.core();
     for track in tracks {
         let forces: Vec<[&[f64]; 3]> =
             Finger::ALL.iter().filter_map(|finger| measured.vec3(&format!("{}.{finger}.force", track.side))).collect();
         let found = findings.hands.entry(track.side).or_default();
-        for frame in measured.core() {
-            let Some(target) = track.target.get(frame) else { continue };
+        for (frames, target) in &track.runs {
             let Some(object) = *target else { continue };
-            let in_air = of(object).next().is_some() && of(object).all(|(_, it)| it.force(frame).norm() < TOUCH_ON);
-            let alone = tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
-            if touched(frame, object) && in_air && alone {
-                found.add(
-                    measured,
-                    frame,
-                    forces.iter().map(|force| vector(force, frame)).sum::<Vector3<f64>>().dot(&up),
-                );
+            let of_object: Vec<&Contact> =
+                contacts.iter().filter(|((one, _), _)| *one == object).map(|(_, contact)| contact).collect();
+            if of_object.is_empty() {
+                continue;
+            }
+            for frame in frames.start.max(core.start)..frames.end.min(core.end) {
+                let alone = || tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
+                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < TOUCH_ON);
+                if touched(frame, object) && alone() && in_air() {
+                    let force: Vector3<f64> = forces.iter().map(|force| vector(force, frame)).sum();
+                    found.add(measured, frame, force.dot(&up));
+                }
             }
         }
     }
-    for ((object, other), contact) in contacts.iter().filter(|((object, _), _)| objects.contains(object)) {
-        let support = measured.scene.bodies.get_index(*other).is_some_and(|(_, body)| body.role == Role::Support);
+    let supports =
+        |body: usize| measured.scene.bodies.get_index(body).is_some_and(|(_, body)| body.role == Role::Support);
+    for ((object, other), contact) in contacts {
+        if !objects.contains(object) || !supports(*other) {
+            continue;
+        }
         let found = findings.contacts.entry((*object, *other)).or_default();
-        for frame in measured.core().filter(|frame| support && !touched(*frame, *object)) {
+        for frame in core.clone().filter(|frame| !touched(*frame, *object)) {
             let force = contact.force(frame);
             if force.norm() > TOUCH_ON {
                 found.add(measured, frame, force.dot(&up));

@@ -59,16 +59,16 @@ pub struct Plugged {
     pub depth: Vec<f64>,
     /// How fast that grows, without tremor, m/s; 0 when it is in none.
     pub rate: Vec<f64>,
-    /// Whether it searches for a socket.
-    pub over: Vec<bool>,
+    /// 1 while it searches for a socket, else 0.
+    pub over: Vec<f64>,
 }
 
 /// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere; an object whose
 /// angle in a socket is logged is in it all along.
 pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
     let frames = measured.len();
-    let (socket, depth, over) = (vec![None; frames], vec![0.0; frames], vec![false; frames]);
-    let mut plugged = Plugged { socket, depth, rate: vec![0.0; frames], over };
+    let zeros = || vec![0.0; frames];
+    let mut plugged = Plugged { socket: vec![None; frames], depth: zeros(), rate: zeros(), over: zeros() };
     let Some(((name, it), motion)) = measured.scene.bodies.get_index(body).zip(motions.get(body)) else {
         return plugged;
     };
@@ -77,23 +77,26 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
         let Some(holder) = motions.get(socket.body) else { continue };
         let rim = Point3::from(socket.socket.rim.map(|length| length.0));
         let radius = socket.socket.radius.0;
-        let angle = logged(measured, name, "angle", socket);
-        let turns = angle.map(|angle| vec![socket.socket.depth.0; angle.len()]);
-        let depths = logged(measured, name, "depth", socket).or(turns.as_deref());
-        let from_rim = |frame: usize| motion.pose(frame) * plug - holder.pose(frame) * rim;
-        let below_rim = |frame: usize| {
-            let logged = depths.and_then(|depth| depth.get(frame).copied());
-            logged.unwrap_or_else(|| -from_rim(frame).dot(&socket.axis(motions, frame)))
-        };
+        // Where the plug point is, as seen from the rim: along the axis and beside it, m.
+        let places: Vec<(f64, f64)> = (0..frames)
+            .map(|frame| {
+                let axis = socket.axis(motions, frame);
+                let from_rim = motion.pose(frame) * plug - holder.pose(frame) * rim;
+                let height = from_rim.dot(&axis);
+                (height, (from_rim - axis * height).norm())
+            })
+            .collect();
+        let known = logged(measured, name, "depth", socket).map(<[f64]>::to_vec);
+        let turns = || logged(measured, name, "angle", socket).map(|angle| vec![socket.socket.depth.0; angle.len()]);
+        let known = known.or_else(turns);
+        let is_known = known.is_some();
+        let depths = known.unwrap_or_else(|| places.iter().map(|(height, _)| -height).collect());
         let mut ever_inside = false;
         measured.follow(&format!("{name} in {index}"), |frame, was| {
-            let axis = socket.axis(motions, frame);
-            let from_rim = from_rim(frame);
-            let (height, beside) = (from_rim.dot(&axis), (from_rim - axis * from_rim.dot(&axis)).norm());
-            let depth = below_rim(frame);
+            let (Some(&(height, beside)), Some(&depth)) = (places.get(frame), depths.get(frame)) else { return was };
             let allowed = if was.on { LEAVES_AT * radius } else { radius };
             let within = depth <= socket.socket.depth.0 + radius && beside <= allowed;
-            let inside = depth > 0.0 && (depths.is_some() || within);
+            let inside = depth > 0.0 && (is_known || within);
             if let (true, Some(in_socket), Some(in_depth)) =
                 (inside, plugged.socket.get_mut(frame), plugged.depth.get_mut(frame))
                 && depth > *in_depth
@@ -103,19 +106,21 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
             }
             let searching = beside <= radius + SEARCH_BESIDE && (-SEARCH_BELOW..=SEARCH_ABOVE).contains(&height);
             if let (true, Some(over)) = (searching, plugged.over.get_mut(frame)) {
-                *over = true;
+                *over = 1.0;
             }
             State { on: inside, ..was }
         });
         if ever_inside {
-            let rates = slope(measured, below_rim);
+            let rates = slope(measured, &depths);
             let inside = plugged.rate.iter_mut().zip(&plugged.socket).zip(rates);
             inside.filter(|((_, socket), _)| **socket == Some(index)).for_each(|((rate, _), value)| *rate = value);
         }
     }
     for (over, depth) in plugged.over.iter_mut().zip(&plugged.depth) {
         // Rules take an object for inserted only from some depth on: until then it is still searching.
-        *over &= *depth <= SEARCH_BELOW;
+        if *depth > SEARCH_BELOW {
+            *over = 0.0;
+        }
     }
     plugged
 }

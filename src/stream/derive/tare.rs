@@ -3,9 +3,10 @@
 use super::motion::{Motion, vector};
 use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
-use crate::base::scene::Role;
+use crate::base::scene::{Role, Scene};
 use crate::stream::frames::Issue;
 use crate::stream::measured::{Measured, Noise};
+use crate::stream::names;
 use nalgebra::{Point3, Vector3};
 
 /// A fingertip this far from every object feels nothing, m.
@@ -25,6 +26,17 @@ const QUIET: f64 = 1e-6;
 pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
     let stride = frames.div_ceil(LOOKED_AT).max(1);
     (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])
+}
+
+/// Whether what sensors read at rest is told from this column too: where the fingertips and the objects are, and what the fingertips feel.
+pub fn asks(scene: &Scene, column: &str) -> bool {
+    let Some(meaning) = names::meaning(column) else { return false };
+    let Some((owner, quantity)) = meaning.channel.rsplit_once('.') else { return false };
+    match quantity {
+        "force" | "position" if owner.split_once('.').is_some_and(|(side, _)| Side::from_name(side).is_some()) => true,
+        "position" | "rotation" => scene.bodies.get(owner).is_some_and(|body| body.role == Role::Object),
+        _ => false,
+    }
 }
 
 /// What the force sensors of the fingertips read far from every object, by channel.

@@ -2,13 +2,16 @@
 
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
-use super::motion::{Motion, slope, steady, vector};
+use super::motion::{Motion, slope, steady};
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, logged, plugged, sockets};
+use super::source::Source;
 use crate::base::hands::{Finger, Side};
+use crate::base::scene::Body;
 use crate::stream::measured::{Measured, State};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The normal of a contact that carries points at least this much up (45°).
 const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
@@ -43,7 +46,7 @@ impl<'a> Derivation<'a> {
         let angle_rate = |body: &usize| {
             let (name, _) = measured.scene.bodies.get_index(*body)?;
             let angle = sockets.iter().find_map(|socket| logged(measured, name, "angle", socket))?;
-            Some((*body, slope(measured, |frame| angle.get(frame).copied().unwrap_or_default())))
+            Some((*body, slope(measured, angle)))
         };
         let angle_rates = objects.iter().filter_map(angle_rate).collect();
         Self { measured, motions, objects, partners, tracks, sockets, plugged, angle_rates, contacts }
@@ -60,177 +63,164 @@ impl<'a> Derivation<'a> {
         }
     }
 
-    fn of_hand(&self, name: &str, track: &HandTrack) -> Option<Slots> {
-        let of_motion = |value: &dyn Fn(&Motion, usize) -> Vector3<f64>| {
-            self.vectors(track, |frame, body| {
-                self.motions.get(body).map_or_else(Vector3::zeros, |motion| value(motion, frame))
-            })
-        };
-        let of_body = |value: &dyn Fn(&crate::base::scene::Body) -> f64| {
-            let values: Vec<f64> = self.measured.scene.bodies.values().map(value).collect();
-            self.scalars(track, |_, body| values.get(body).copied().unwrap_or_default())
-        };
-        let of_plug = |value: &dyn Fn(&Plugged, usize) -> f64| {
-            self.scalars(track, |frame, body| self.plugged.get(&body).map_or(0.0, |plug| value(plug, frame)))
-        };
+    fn of_hand<'s>(&'s self, name: &str, track: &HandTrack) -> Option<Slots> {
+        let motion = |body: usize| self.motions.get(body);
+        let plug = |body: usize| self.plugged.get(&body);
         let gravity = self.measured.scene.gravity.iter().map(|part| part.0 * part.0).sum::<f64>().sqrt();
+        let of_body = |value: &dyn Fn(&Body) -> f64| {
+            let bodies = &self.measured.scene.bodies;
+            of_target(track, [0.0], |body| Source::Same([bodies.get_index(body).map_or(0.0, |(_, body)| value(body))]))
+        };
+        let of_contact = |source: &dyn Fn(&'s Contact<'a>, usize) -> Source<'s, 3>| {
+            let slot = |partner: &usize| {
+                let contact = |body: usize| self.contacts.get(&(body, *partner));
+                of_target(track, [0.0; 3], |body| {
+                    contact(body).map_or(Source::ZERO, |contact| source(contact, *partner))
+                })
+            };
+            self.partners.iter().map(slot).collect::<Slots>()
+        };
         Some(match name {
-            "target" => vec![vec![self.target(track)]],
-            "target.position" => vec![of_motion(&|motion, frame| motion.pose(frame).translation.vector)],
+            "target" => vec![of_target(track, [-1.0], |body| Source::Same([self.object(body)]))],
+            "target.position" => {
+                vec![of_target(track, [0.0; 3], |body| motion(body).map_or(Source::ZERO, Motion::positions))]
+            }
             "target.rotation" => vec![self.rotation(track)],
-            "target.velocity" => vec![of_motion(&|motion, frame| motion.velocity(frame))],
-            "target.angular_velocity" => vec![of_motion(&|motion, frame| motion.angular_velocity(frame))],
-            "target.radius" => vec![vec![of_body(&crate::base::scene::Body::bounding_radius)]],
-            "target.weight" => vec![vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))]],
-            "target.spin" => vec![vec![self.scalars(track, |frame, body| self.spin(frame, body))]],
-            "target.depth" => vec![vec![of_plug(&|plug, frame| plug.depth.get(frame).copied().unwrap_or_default())]],
-            "target.sinking" => vec![vec![of_plug(&|plug, frame| plug.rate.get(frame).copied().unwrap_or_default())]],
-            "target.fixed" => {
-                let bodies = &self.measured.scene.bodies;
-                let fixed: Vec<bool> = bodies.values().map(|body| body.fixed_to == Some(track.side)).collect();
-                vec![vec![self.scalars(track, |_, body| flag(fixed.get(body) == Some(&true)))]]
+            "target.velocity" => {
+                vec![of_target(track, [0.0; 3], |body| motion(body).map_or(Source::ZERO, Motion::velocities))]
+            }
+            "target.angular_velocity" => {
+                vec![of_target(track, [0.0; 3], |body| motion(body).map_or(Source::ZERO, Motion::angular_velocities))]
+            }
+            "target.radius" => vec![of_body(&Body::bounding_radius)],
+            "target.weight" => vec![of_body(&|body| body.mass.map_or(0.0, |mass| mass.0 * gravity))],
+            "target.fixed" => vec![of_body(&|body| flag(body.fixed_to == Some(track.side)))],
+            "target.spin" => vec![vec![each_run(track, |frames, body, spins| self.spins(frames, body, spins))]],
+            "target.depth" => {
+                vec![of_target(track, [0.0], |body| plug(body).map_or(Source::ZERO, |it| Source::column(&it.depth)))]
+            }
+            "target.sinking" => {
+                vec![of_target(track, [0.0], |body| plug(body).map_or(Source::ZERO, |it| Source::column(&it.rate)))]
             }
             "target.over_socket" => {
-                vec![vec![of_plug(&|plug, frame| flag(plug.over.get(frame).copied().unwrap_or_default()))]]
+                vec![of_target(track, [0.0], |body| plug(body).map_or(Source::ZERO, |it| Source::column(&it.over)))]
             }
-            "target.in_plain_socket" => {
-                vec![vec![
-                    self.scalars(track, |frame, body| flag(self.socket(frame, body).is_some_and(Socket::is_plain))),
-                ]]
+            "target.in_plain_socket" => vec![vec![each_run(track, |frames, body, flags| {
+                flags.extend(frames.map(|frame| flag(self.socket(frame, plug(body)).is_some_and(Socket::is_plain))));
+            })]],
+            "contacts.force" => of_contact(&|contact, _| contact.forces()),
+            "contacts.normal" => of_contact(&|contact, _| contact.normals()),
+            "contacts.velocity" => of_contact(&|_, partner| motion(partner).map_or(Source::ZERO, Motion::velocities)),
+            "contacts.handled" => self.partners.iter().map(|partner| vec![self.handled(track, *partner)]).collect(),
+            "load" => {
+                let [x, y, z] = self.forces(track);
+                vec![vec![x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vector3::new(*x, *y, *z).norm()).collect()]]
             }
-            "contacts.force" => self.slots(track, |frame, contact, _| contact.force(frame)),
-            "contacts.normal" => self.slots(track, |frame, contact, _| contact.normal(frame)),
-            "contacts.velocity" => self.slots(track, |frame, _, partner| {
-                self.motions.get(partner).map_or_else(Vector3::zeros, |motion| motion.velocity(frame))
-            }),
-            "contacts.handled" => self.handled(track),
-            "load" => vec![vec![self.forces(track).iter().map(Vector3::norm).collect()]],
-            "push" => vec![
-                columns::<3>(self.forces(track).into_iter().map(Into::into))
-                    .iter()
-                    .map(|it| steady(self.measured, it))
-                    .collect(),
-            ],
+            "push" => vec![self.forces(track).iter().map(|column| steady(self.measured, column)).collect()],
             _ => return None,
         })
     }
 
-    /// A number of the target at each frame; 0 without a target.
-    fn scalars(&self, track: &HandTrack, value: impl Fn(usize, usize) -> f64) -> Vec<f64> {
-        track.target.iter().enumerate().map(|(frame, target)| target.map_or(0.0, |body| value(frame, body))).collect()
-    }
-
-    /// A vector of the target at each frame, as three columns; zero without a target.
-    fn vectors(&self, track: &HandTrack, value: impl Fn(usize, usize) -> Vector3<f64>) -> Vec<Vec<f64>> {
-        columns(
-            track
-                .target
-                .iter()
-                .enumerate()
-                .map(|(frame, target)| target.map_or_else(Vector3::zeros, |body| value(frame, body)).into()),
-        )
-    }
-
-    fn target(&self, track: &HandTrack) -> Vec<f64> {
-        let index =
-            |body: &usize| self.objects.iter().position(|object| object == body).map_or(-1.0, |index| index as f64);
-        track.target.iter().map(|target| target.as_ref().map_or(-1.0, index)).collect()
+    /// Which object this is, counted from zero; -1 when it is none.
+    fn object(&self, body: usize) -> f64 {
+        self.objects.iter().position(|object| *object == body).map_or(-1.0, |index| index as f64)
     }
 
     fn rotation(&self, track: &HandTrack) -> Vec<Vec<f64>> {
-        columns(track.target.iter().enumerate().map(|(frame, target)| {
-            let rotation = target
-                .and_then(|body| self.motions.get(body))
-                .map(|motion| motion.pose(frame).rotation)
-                .unwrap_or_default();
-            [rotation.w, rotation.i, rotation.j, rotation.k]
-        }))
+        let mut columns = [(); 4].map(|()| Vec::with_capacity(track.target.len()));
+        for (frames, target) in &track.runs {
+            let motion = target.and_then(|body| self.motions.get(body));
+            for frame in frames.clone() {
+                let rotation = motion.map(|motion| motion.pose(frame).rotation).unwrap_or_default();
+                let parts = [rotation.w, rotation.i, rotation.j, rotation.k];
+                columns.iter_mut().zip(parts).for_each(|(column, part)| column.push(part));
+            }
+        }
+        columns.into()
     }
 
-    /// The socket that a body is in.
-    fn socket(&self, frame: usize, body: usize) -> Option<&Socket<'_>> {
-        let index = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
-        self.sockets.get(index)
+    /// The socket that something is in.
+    fn socket(&self, frame: usize, plugged: Option<&Plugged>) -> Option<&Socket<'_>> {
+        self.sockets.get(plugged?.socket.get(frame).copied().flatten()?)
     }
 
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
     /// else about the vertical.
-    fn spin(&self, frame: usize, body: usize) -> f64 {
-        let turn =
-            |body: usize| self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.angular_velocity(frame));
-        if let Some(rate) = self.angle_rates.get(&body).and_then(|rates| rates.get(frame)) {
-            return *rate;
+    fn spins(&self, frames: Range<usize>, body: usize, spins: &mut Vec<f64>) {
+        if let Some(rates) = self.angle_rates.get(&body) {
+            return spins.extend_from_slice(rates.get(frames).unwrap_or_default());
         }
-        if let Some(socket) = self.socket(frame, body) {
-            return (turn(body) - turn(socket.body)).dot(&socket.axis(self.motions, frame));
-        }
-        let carrying = self.partners.iter().filter_map(|partner| self.contacts.get(&(body, *partner)));
-        let normals = carrying.map(|contact| contact.normal(frame)).filter(|normal| normal.z >= CARRIES);
-        turn(body).dot(&normals.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_else(Vector3::z))
-    }
-
-    /// A vector for each slot of `contacts`; zero where the target is not touched by that body, or is that body.
-    fn slots(&self, track: &HandTrack, value: impl Fn(usize, &Contact, usize) -> Vector3<f64>) -> Slots {
-        let slot = |partner: &usize| {
-            self.vectors(track, |frame, body| {
-                self.contacts
-                    .get(&(body, *partner))
-                    .map_or_else(Vector3::zeros, |contact| value(frame, contact, *partner))
-            })
+        let turn = |body: usize, frame: usize| {
+            self.motions.get(body).map_or_else(Vector3::zeros, |motion| motion.angular_velocity(frame))
         };
-        self.partners.iter().map(slot).collect()
+        let plugged = self.plugged.get(&body);
+        let contacts: Vec<&Contact> =
+            self.partners.iter().filter_map(|partner| self.contacts.get(&(body, *partner))).collect();
+        spins.extend(frames.map(|frame| match self.socket(frame, plugged) {
+            Some(socket) => (turn(body, frame) - turn(socket.body, frame)).dot(&socket.axis(self.motions, frame)),
+            None => {
+                let carrying =
+                    contacts.iter().map(|contact| contact.normal(frame)).filter(|normal| normal.z >= CARRIES);
+                let normal = carrying.max_by(|a, b| a.z.total_cmp(&b.z)).unwrap_or_else(Vector3::z);
+                turn(body, frame).dot(&normal)
+            }
+        }));
     }
 
-    fn handled(&self, track: &HandTrack) -> Slots {
+    /// Whether the other hand has a body that the target touches, or that body is in a socket of the target.
+    fn handled(&self, track: &HandTrack, partner: usize) -> Vec<f64> {
         let other = self.tracks.iter().find(|other| other.side != track.side);
-        let touches = |frame: usize, partner: usize| {
+        let touches = |frame: usize| {
             other.is_some_and(|other| {
                 other.touching.get(frame) == Some(&true) && other.target.get(frame) == Some(&Some(partner))
             })
         };
-        let plugged = |frame: usize, partner: usize, body: usize| {
-            self.socket(frame, partner).is_some_and(|socket| socket.body == body)
-        };
-        let slot = |partner: &usize| {
-            let counts = |frame, body| touches(frame, *partner) || plugged(frame, *partner, body);
-            vec![self.scalars(track, |frame, body| flag(body != *partner && counts(frame, body)))]
-        };
-        self.partners.iter().map(slot).collect()
+        let plugged = self.plugged.get(&partner);
+        each_run(track, |frames, body, flags| {
+            let in_body = |frame| self.socket(frame, plugged).is_some_and(|socket| socket.body == body);
+            flags.extend(frames.map(|frame| flag(body != partner && (touches(frame) || in_body(frame)))));
+        })
     }
 
     /// The sum of the finger forces at each frame, N.
-    fn forces(&self, track: &HandTrack) -> Vec<Vector3<f64>> {
-        let forces: Vec<[&[f64]; 3]> = Finger::ALL
-            .iter()
-            .filter_map(|finger| self.measured.vec3(&format!("{}.{finger}.force", track.side)))
-            .collect();
-        (0..self.measured.len()).map(|frame| forces.iter().map(|force| vector(force, frame)).sum()).collect()
+    fn forces(&self, track: &HandTrack) -> [Vec<f64>; 3] {
+        let mut sum = [(); 3].map(|()| vec![0.0; self.measured.len()]);
+        for finger in Finger::ALL {
+            let force = self.measured.vec3(&format!("{}.{finger}.force", track.side)).unwrap_or_default();
+            for (sum, force) in sum.iter_mut().zip(force) {
+                sum.iter_mut().zip(force).for_each(|(sum, force)| *sum += force);
+            }
+        }
+        sum
     }
 
     /// The targets of both hands, left first, where they differ.
-    fn both_targets(&self, frame: usize) -> Option<(usize, usize)> {
-        let target =
-            |side: Side| self.tracks.iter().find(|track| track.side == side)?.target.get(frame).copied().flatten();
-        target(Side::Left).zip(target(Side::Right)).filter(|(left, right)| left != right)
+    fn both_targets(&self) -> impl Fn(usize) -> Option<(usize, usize)> {
+        let [left, right] = Side::BOTH.map(|side| self.tracks.iter().find(|track| track.side == side));
+        move |frame| {
+            let target = |track: Option<&HandTrack>| track?.target.get(frame).copied().flatten();
+            target(left).zip(target(right)).filter(|(left, right)| left != right)
+        }
     }
 
     /// Speed at which one target's depth in the other grows, m/s; 0 while neither is in the other.
     fn closing(&self) -> Vec<f64> {
         let into = |frame: usize, body: usize, other: usize| {
-            let socket = self.plugged.get(&body)?.socket.get(frame).copied().flatten()?;
-            (self.sockets.get(socket)?.body == other).then(|| self.plugged.get(&body)?.rate.get(frame).copied())?
+            let plugged = self.plugged.get(&body)?;
+            (self.socket(frame, Some(plugged))?.body == other).then(|| plugged.rate.get(frame).copied())?
         };
+        let targets = self.both_targets();
         let at = |frame: usize| {
-            self.both_targets(frame)
-                .and_then(|(left, right)| into(frame, left, right).or_else(|| into(frame, right, left)))
+            targets(frame).and_then(|(left, right)| into(frame, left, right).or_else(|| into(frame, right, left)))
         };
         (0..self.measured.len()).map(|frame| at(frame).unwrap_or_default()).collect()
     }
 
     fn targets_contact(&self) -> Vec<f64> {
         let mut flags = vec![0.0; self.measured.len()];
+        let targets = self.both_targets();
         self.measured.follow("targets touch", |frame, was| {
-            let contact = self.both_targets(frame).and_then(|pair| self.contacts.get(&pair));
+            let contact = targets(frame).and_then(|pair| self.contacts.get(&pair));
             let touching = contact.is_some_and(|contact| contact.touching(frame, was.on));
             if let Some(value) = flags.get_mut(frame) {
                 *value = flag(touching);
@@ -241,15 +231,29 @@ impl<'a> Derivation<'a> {
     }
 }
 
-/// Rows of components as columns.
-fn columns<const N: usize>(rows: impl Iterator<Item = [f64; N]>) -> Vec<Vec<f64>> {
-    let mut columns = vec![Vec::with_capacity(rows.size_hint().0); N];
-    for row in rows {
-        for (column, value) in columns.iter_mut().zip(row) {
-            column.push(value);
+/// A quantity of the target at each frame, a column for each component; `none` without a target.
+fn of_target<'s, const N: usize>(
+    track: &HandTrack,
+    none: [f64; N],
+    of: impl Fn(usize) -> Source<'s, N>,
+) -> Vec<Vec<f64>> {
+    let mut columns = [(); N].map(|()| Vec::with_capacity(track.target.len()));
+    for (frames, target) in &track.runs {
+        target.map_or(Source::Same(none), &of).append(frames.clone(), &mut columns);
+    }
+    columns.into()
+}
+
+/// A number of the target at each frame, from what adds those of the frames in which the target is the same body; 0 without a target.
+fn each_run(track: &HandTrack, add: impl Fn(Range<usize>, usize, &mut Vec<f64>)) -> Vec<f64> {
+    let mut column = Vec::with_capacity(track.target.len());
+    for (frames, target) in &track.runs {
+        match target {
+            Some(body) => add(frames.clone(), *body, &mut column),
+            None => column.resize(frames.end, 0.0),
         }
     }
-    columns
+    column
 }
 
 fn flag(yes: bool) -> f64 {
