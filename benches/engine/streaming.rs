@@ -2,11 +2,12 @@
 
 use crate::measure::{Wanted, figure, heading, median};
 use crate::shipped::{Shipped, TWO_HANDS};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 use teachtree::engine::stepper::Stepper;
 use teachtree::stream::frames::Values;
 
 const FRAMES: usize = 100_000;
+const WEEK: usize = 7 * 24 * 3_600_000;
 /// How often a log is gone through; the median of what is found each time counts.
 const PASSES: usize = 5;
 
@@ -25,6 +26,28 @@ pub fn section() {
     }
 }
 
+/// A week at 1 kHz in one stretch: what is in memory before and after it.
+pub fn week() {
+    heading("a simulated week frame by frame, all three rule files with two hands: minutes of it");
+    let job = Shipped::new("rules/bimanual.rules", TWO_HANDS[0], FRAMES);
+    let mut live = Live::new(&job);
+    live.over(&job, FRAMES);
+    let before = resident_kb();
+    let start = Instant::now();
+    live.over(&job, WEEK);
+    figure("it took", start.elapsed().as_secs_f64() / 60.0, "min", Wanted::Nothing);
+    figure("leaves", live.runs as f64, "", Wanted::Nothing);
+    figure("in memory more than before it", resident_kb() - before, "kB", Wanted::AtMost(0.0));
+}
+
+/// What the program has in memory, as far as the system tells, kB.
+fn resident_kb() -> f64 {
+    let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let resident =
+        told.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse().ok());
+    resident.unwrap_or(f64::NAN)
+}
+
 fn sorted(mut times: Vec<u64>) -> Vec<u64> {
     times.sort_unstable();
     times
@@ -35,22 +58,43 @@ fn at(sorted: &[u64], share: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * share) as usize] as f64
 }
 
-/// Nanoseconds of each frame.
-fn times(job: &Shipped) -> Vec<u64> {
-    let mut stepper = Stepper::new(&job.graph, &job.frames.layout).expect("1 kHz suits the rules");
-    let inputs = stepper.plan().inputs.clone();
-    let columns: Vec<Values<'_>> = inputs.iter().map(|key| job.frames.column(*key).unwrap_or(Values::NONE)).collect();
-    let mut times = Vec::with_capacity(job.frames.len);
-    let mut runs = 0;
-    let mut row = vec![0.0; columns.len()];
-    for frame in 0..job.frames.len {
-        for (value, column) in row.iter_mut().zip(&columns) {
+/// A log that comes in, again and again.
+struct Live<'a> {
+    stepper: Stepper,
+    columns: Vec<Values<'a>>,
+    row: Vec<f64>,
+    runs: u64,
+}
+
+impl<'a> Live<'a> {
+    fn new(job: &'a Shipped) -> Self {
+        let stepper = Stepper::new(&job.graph, &job.frames.layout).expect("1 kHz suits the rules");
+        let inputs = &stepper.plan().inputs;
+        let columns: Vec<Values> = inputs.iter().map(|key| job.frames.column(*key).unwrap_or(Values::NONE)).collect();
+        Self { row: vec![0.0; columns.len()], columns, stepper, runs: 0 }
+    }
+
+    /// Takes a frame in; how long that took.
+    fn frame(&mut self, frame: usize) -> Duration {
+        for (value, column) in self.row.iter_mut().zip(&self.columns) {
             *value = column.get(frame).unwrap_or_default();
         }
         let start = Instant::now();
-        stepper.push(&row, &mut |_, _| runs += 1);
-        times.push(start.elapsed().as_nanos() as u64);
+        self.stepper.push(&self.row, &mut |_, _| self.runs += 1);
+        start.elapsed()
     }
-    assert!(runs > 0, "something happens");
+
+    fn over(&mut self, job: &Shipped, frames: usize) {
+        for frame in 0..frames {
+            self.frame(frame % job.frames.len);
+        }
+    }
+}
+
+/// Nanoseconds of each frame.
+fn times(job: &Shipped) -> Vec<u64> {
+    let mut live = Live::new(job);
+    let times = (0..job.frames.len).map(|frame| live.frame(frame).as_nanos() as u64).collect();
+    assert!(live.runs > 0, "something happens");
     times
 }
