@@ -9,7 +9,7 @@ use crate::command::Commands;
 use crate::report;
 use crate::robot::Robot;
 use crate::robot::simulate::{Outcome, Performance, simulate};
-use crate::robot::trajectory::{JointTrajectory, trajectory};
+use crate::robot::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::stream::formats;
 use crate::stream::text;
 use std::fmt::Write;
@@ -92,8 +92,12 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
     let last = made.points.last().map_or(0.0, |point| point.time_from_start.seconds());
     let mut text =
         format!("{}: {} joints, {} points, {last:.1} s\n", place.display(), made.joint_names.len(), made.points.len());
-    for (number, (slower, joint)) in made.slowed.iter().enumerate().filter(|(_, (slower, _))| *slower > 1.0) {
-        let _ = writeln!(text, "  task {} is {slower:.2} times slower: `{joint}` is at its limit", number + 1);
+    for Slowed { tasks, times, joint } in made.slowed.iter().filter(|slowed| slowed.times > 1.0) {
+        let numbers: Vec<String> = tasks.iter().map(|number| (number + 1).to_string()).collect();
+        let which = if tasks.len() > 1 { "tasks" } else { "task" };
+        let are = if tasks.len() > 1 { "are" } else { "is" };
+        let _ =
+            writeln!(text, "  {which} {} {are} {times:.2} times slower: `{joint}` is at its limit", numbers.join(", "));
     }
     text
 }

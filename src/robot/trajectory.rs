@@ -7,14 +7,15 @@ use super::Robot;
 use super::arm::solve_arm;
 use super::executor::beginning;
 use super::hand::HandModel;
-use super::mapping::from_seven;
-use super::plan::{Found, Plan, minimum_jerk};
-use super::stage::sides;
+use super::plan::{Plan, minimum_jerk};
+use super::stage::{Plans, Stage, found, sides, stages};
+use super::tree::Dof;
 use crate::base::error::InputError;
 use crate::base::geometry;
+use crate::base::hands::Side;
 use crate::base::scene::Scene;
-use crate::command::Commands;
-use nalgebra::Isometry3;
+use crate::command::{Commands, Task};
+use nalgebra::{Isometry3, Vector3};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -36,9 +37,20 @@ pub struct JointTrajectory {
     pub joint_names: Vec<String>,
     /// The way, from the first point on.
     pub points: Vec<JointTrajectoryPoint>,
-    /// How many times slower than planned each task is, and the joint that asks for it; not written.
+    /// How much slower than planned tasks are, in order; not written.
     #[serde(skip)]
-    pub slowed: Vec<(f64, String)>,
+    pub slowed: Vec<Slowed>,
+}
+
+/// Tasks that are slowed down together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Slowed {
+    /// Which, counted from zero.
+    pub tasks: Vec<usize>,
+    /// How many times slower, at least 1.
+    pub times: f64,
+    /// The joint that asks for it; none when nothing is slowed down.
+    pub joint: String,
 }
 
 /// `std_msgs/Header`.
@@ -95,91 +107,157 @@ impl JointTrajectory {
     }
 }
 
-/// The joint trajectory of one hand's commands in a scene, whose objects may stand elsewhere than they were taught.
+/// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were taught. The joints of both hands are in one
+/// trajectory, and tasks that both did at the same time are slowed down together.
 ///
 /// # Errors
 /// As [`super::simulate::simulate`]; a joint that would have to jump.
 pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<JointTrajectory, InputError> {
-    let refuse = |message: &str| InputError::new("commands", message);
-    let &[side] = sides(&commands.tasks).map_err(|message| refuse(&message))?.as_slice() else {
-        return Err(refuse("are of both hands, wanted those of one for a joint trajectory: leave out `--trajectory`"));
-    };
-    let limb = robot.limb(side)?;
-    let lacks = || InputError::new("commands", "are of no hand of the robot");
-    let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-    let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
-    let header = Header { stamp: Duration::default(), frame_id: "world".into() };
-    let joint_names = limb.dofs.iter().map(|dof| dof.name.clone()).collect();
-    let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
+    let tasks = &commands.tasks;
+    let sides = sides(tasks).map_err(|message| InputError::new("commands", message))?;
     let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
-    // The joints, the root of the limb and the palm at the end of the task before.
-    let mut stands: Option<(Vec<f64>, Isometry3<f64>, Isometry3<f64>)> = None;
-    for (number, task) in commands.tasks.iter().enumerate() {
-        let at_task = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
-        let object = scene.bodies.get(&task.object);
-        let object =
-            object.ok_or_else(|| at_task(format!("is about `{}`, which is no body of the scene", task.object)))?;
-        let stood = || geometry::pose(object.position.map(|length| length.0), object.rotation);
-        let found = places.get(task.object.as_str()).copied().unwrap_or_else(stood);
-        let taught = task.segments.first().and_then(|segment| segment.object.first());
-        let off = taught.map_or_else(Isometry3::identity, |taught| found * from_seven(taught).inverse());
-        let found = Found { off, until_s: f64::INFINITY };
-        let plan = Plan::new(task, &limb, &hand, found, stands.as_ref().map(|(.., palm)| palm), taught_radius);
-        let plan = plan.map_err(at_task)?;
-        let (mut q, root, from_s) = match stands.take() {
-            Some((q, root, _)) => (q, root, 0.0),
-            None => {
-                let (made, from_s) = beginning(&limb, &hand, &plan, nalgebra::Vector3::zeros()).map_err(at_task)?;
-                (made.motion.q.as_slice().to_vec(), made.motion.root, from_s)
-            }
-        };
-        let way = joints(&limb, &hand, &plan, &root, &mut q, from_s);
-        let (slower, joint) = slowing(&limb, &way);
+    for (number, task) in tasks.iter().enumerate() {
+        let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
+        let body = scene.bodies.get(&task.object).ok_or_else(lacks)?;
+        places.insert(&task.object, geometry::pose(body.position.map(|length| length.0), body.rotation));
+    }
+    let stages = stages(tasks);
+    let begin = |side: &Side| Moving::new(*side, tasks, &stages, &places, robot, scene);
+    let mut hands = sides.iter().map(begin).collect::<Result<Vec<Moving>, _>>()?;
+    let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.limb.dofs.iter().cloned()).collect();
+    let header = Header { stamp: Duration::default(), frame_id: "world".into() };
+    let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
+    let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
+    for numbers in &stages {
+        let plans = hands.iter_mut().map(|hand| hand.plans(tasks, numbers, &places)).collect::<Result<Vec<_>, _>>()?;
+        let stage = Stage::new(plans);
+        let way = way(&mut hands, &stage);
+        let (slower, joint) = slowing(&dofs, &way);
         if slower > SLOWEST {
-            return Err(at_task(format!("makes the joint `{joint}` jump")));
+            let first = numbers.first().copied().unwrap_or_default();
+            return Err(at_task(tasks, first, format!("makes the joint `{joint}` jump")));
         }
         append(&mut made.points, &way, slower);
-        made.slowed.push((slower, joint));
-        places.insert(&task.object, plan.taught_end());
-        stands = Some((q, root, plan.at(plan.duration()).palm));
+        made.slowed.push(Slowed { tasks: numbers.clone(), times: slower, joint });
+        for &number in numbers {
+            places.insert(&tasks[number].object, stage.taught_end(tasks, &tasks[number].object));
+        }
     }
     Ok(made)
 }
 
-/// The values of all degrees of freedom at each point of a task. `q` goes along.
-fn joints(
-    limb: &Robot,
-    hand: &HandModel,
-    plan: &Plan<'_>,
-    root: &Isometry3<f64>,
-    q: &mut [f64],
+fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
+    InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
+}
+
+/// A hand with its arm on its way.
+struct Moving {
+    side: Side,
+    limb: Robot,
+    hand: HandModel,
+    taught_radius: f64,
+    root: Isometry3<f64>,
+    /// All degrees of freedom now, and as they were when the task began that is done now.
+    q: Vec<f64>,
+    before: Vec<f64>,
+    /// That task, and when it began.
+    doing: Option<(usize, f64)>,
+    /// Where the palm was to be last; `None` before its first task.
+    palm: Option<Isometry3<f64>>,
+    /// When of its first plan it begins, and of every other: at once, s.
     from_s: f64,
-) -> Vec<Vec<f64>> {
-    let before = q.to_vec();
-    let points = ((plan.duration() - from_s) * RATE_HZ).ceil().max(1.0) as usize;
+}
+
+impl Moving {
+    /// A hand where its first task begins.
+    fn new(
+        side: Side,
+        tasks: &[Task],
+        stages: &[Vec<usize>],
+        places: &BTreeMap<&str, Isometry3<f64>>,
+        robot: &Robot,
+        scene: &Scene,
+    ) -> Result<Self, InputError> {
+        let limb = robot.limb(side)?;
+        let lacks = || InputError::new("commands", "are of no hand of the robot");
+        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
+        let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
+        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
+        let stage = stages.iter().find(|stage| stage.contains(&number)).map_or(&[][..], Vec::as_slice);
+        let refuse = |message: String| at_task(tasks, number, message);
+        let found = found(tasks, stage, number, &places[tasks[number].object.as_str()]);
+        let plan = Plan::new(&tasks[number], &limb, &hand, found, None, taught_radius).map_err(refuse)?;
+        let (runs, from_s) = beginning(&limb, &hand, &plan, Vector3::zeros()).map_err(refuse)?;
+        let q = runs.motion.q.as_slice().to_vec();
+        let root = runs.motion.root;
+        Ok(Self { side, limb, hand, taught_radius, root, before: q.clone(), q, doing: None, palm: None, from_s })
+    }
+
+    /// Its plans of a stage, one after the other.
+    fn plans<'t>(
+        &mut self,
+        tasks: &'t [Task],
+        stage: &[usize],
+        places: &BTreeMap<&str, Isometry3<f64>>,
+    ) -> Result<Plans<'t>, InputError> {
+        let mut plans: Plans<'t> = Vec::new();
+        if self.palm.is_some() {
+            self.from_s = 0.0;
+        }
+        for &number in stage.iter().filter(|number| tasks[**number].track == self.side.name()) {
+            let found = found(tasks, stage, number, &places[tasks[number].object.as_str()]);
+            let plan = Plan::new(&tasks[number], &self.limb, &self.hand, found, self.palm.as_ref(), self.taught_radius);
+            let plan = plan.map_err(|message| at_task(tasks, number, message))?;
+            self.palm = Some(plan.at(plan.duration()).palm);
+            plans.push((number, plan));
+        }
+        Ok(plans)
+    }
+
+    /// Goes on to a time of a plan; `at_s` is the time of the stage.
+    fn go_on(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) {
+        if self.doing.is_none_or(|(doing, _)| doing != task) {
+            self.before.clone_from(&self.q);
+            self.doing = Some((task, at_s));
+        }
+        let target = plan.at(own_s.min(plan.duration()));
+        if !self.hand.arm.is_empty() {
+            solve_arm(&self.limb, &self.hand, &self.root, &target.palm, &mut self.q, ITERATIONS);
+        }
+        let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
+        let shaped = minimum_jerk(since / RESHAPING_S);
+        for finger in &self.hand.fingers {
+            let angles = target.angles(finger);
+            for (dof, angle) in finger.dofs.iter().zip(angles) {
+                self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
+            }
+        }
+    }
+}
+
+/// The values of all degrees of freedom of all hands at each point of a stage.
+fn way(hands: &mut [Moving], stage: &Stage<'_>) -> Vec<Vec<f64>> {
+    let busy = hands.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
+    let begins_s = busy.map(|(place, hand)| stage.clock.when(place, hand.from_s)).fold(f64::INFINITY, f64::min);
+    let points = ((stage.clock.duration() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
     let mut way = Vec::with_capacity(points + 1);
     for point in 0..=points {
         let since = point as f64 / RATE_HZ;
-        let target = plan.at((from_s + since).min(plan.duration()));
-        if !hand.arm.is_empty() {
-            solve_arm(limb, hand, root, &target.palm, q, ITERATIONS);
-        }
-        let shaped = minimum_jerk(since / RESHAPING_S);
-        for finger in &hand.fingers {
-            let angles = target.angles(finger);
-            for (dof, angle) in finger.dofs.iter().zip(angles) {
-                q[*dof] = before[*dof] + (angle - before[*dof]) * shaped;
+        for (place, hand) in hands.iter_mut().enumerate() {
+            if let Some(now) = stage.at(place, begins_s + since, hand.from_s) {
+                hand.go_on(now, since);
             }
         }
-        way.push(q.to_vec());
+        way.push(hands.iter().flat_map(|hand| hand.q.iter().copied()).collect());
     }
+    hands.iter_mut().for_each(|hand| hand.doing = None);
     way
 }
 
-/// How many times slower a task has to be for its joints' limits, at least 1, and the joint that asks for most.
-fn slowing(limb: &Robot, way: &[Vec<f64>]) -> (f64, String) {
+/// How many times slower a stage has to be for its joints' limits, at least 1, and the joint that asks for most.
+fn slowing(dofs: &[Dof], way: &[Vec<f64>]) -> (f64, String) {
     let mut most = (1.0, String::new());
-    for (joint, dof) in limb.dofs.iter().enumerate() {
+    for (joint, dof) in dofs.iter().enumerate() {
         for at in 0..way.len() {
             let (velocity, acceleration) = derivatives(way, at, joint);
             let asks = (velocity.abs() / dof.speed).max((acceleration.abs() / dof.acceleration).sqrt());

@@ -56,7 +56,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     // The scene beside the log is an input as well.
     let lost = teachtree(&["command", &log, "-o", &path("log.scene.yaml")]);
     assert_eq!(lost.status.code(), Some(2), "{}", complained(&lost));
-    within_the_limits_of_the_robot(&commands);
+    within_the_limits_of_the_robot(&commands, "paper_box");
     let names: Vec<(&str, &str)> =
         commands.tasks.iter().map(|task| (task.task.as_str(), task.object.as_str())).collect();
     assert_eq!(names, [("pick_and_follow", "right_cube"), ("push_and_trace", "left_cube")]);
@@ -231,10 +231,10 @@ fn the_bias_of_a_sensor_is_not_commanded() {
 }
 
 /// The joint trajectory of commands, checked by differences of its own.
-fn within_the_limits_of_the_robot(commands: &Commands) {
+pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
-    let made = trajectory(commands, &robot, &world::scene("paper_box").unwrap()).unwrap();
-    assert_eq!(made.slowed.len(), commands.tasks.len());
+    let made = trajectory(commands, &robot, &world::scene(scene).unwrap()).unwrap();
+    assert_eq!(made.slowed.iter().flat_map(|slowed| &slowed.tasks).count(), commands.tasks.len());
     for (joint, name) in made.joint_names.iter().enumerate() {
         let dof = &robot.dofs[robot.dof(name).unwrap()];
         for three in made.points.windows(3) {

@@ -1,6 +1,7 @@
 //! Two arms: a person's hand-over becomes the robot's.
 
 use super::kinematics::shipped;
+use crate::command::within_the_limits_of_the_robot;
 use crate::program::{complained, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
 use serde_json::Value;
@@ -34,14 +35,16 @@ fn a_hand_over_is_carried_out_by_two_arms() {
     let gap = gap(&robot, [(Side::Left, &mapped("left")), (Side::Right, &mapped("right"))]);
     assert!(gap > -0.5e-3, "the hands are in each other by {} mm", -gap * 1e3);
 
-    let done = teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--report", &path("robot.html")]);
+    let (page, joints) = (path("robot.html"), path("joints.json"));
+    let more = ["-o", &out, "--report", &page, "--trajectory", &joints];
+    let done = teachtree(&[&["simulate", &commanded, "--scene", scene], &more[..]].concat());
     let told = String::from_utf8(done.stdout.clone()).unwrap();
     assert!(done.status.success(), "{told}{}", complained(&done));
     assert!(
         told.contains("left pick_and_place: `box` is") && told.contains("right pick_and_place: `box` is"),
         "{told}"
     );
-    let page = std::fs::read_to_string(path("robot.html")).unwrap();
+    let page = std::fs::read_to_string(page).unwrap();
     assert!(page.contains("left hand, pick_and_place") && page.contains("right hand, pick_and_place"));
 
     // The robot's recording has the same tasks by the same rules, and the Pass.
@@ -58,11 +61,13 @@ fn a_hand_over_is_carried_out_by_two_arms() {
     assert_eq!(tracks(&log), tracks(&out));
     assert!(tracks(&out).iter().all(|(.., pass)| *pass));
 
-    // What does not go for both hands yet says so.
-    let joints =
-        teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--trajectory", &path("joints.json")]);
-    assert_eq!(joints.status.code(), Some(2));
-    assert!(complained(&joints).contains("leave out `--trajectory`"), "{}", complained(&joints));
+    // The joints of both arms and hands are in one trajectory.
+    let joints: Value = serde_json::from_str(&std::fs::read_to_string(joints).unwrap()).unwrap();
+    let names: Vec<&str> =
+        joints["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let of = |side: &str| names.iter().filter(|name| name.starts_with(side)).count();
+    assert_eq!([of("left_"), of("right_"), names.len()], [22, 22, 44], "{names:?}");
+    within_the_limits_of_the_robot(&commands, scene);
 }
 
 /// The smallest gap between two hands in their grasps of one object, m, between points on bars and in boxes of their links.
