@@ -1,5 +1,6 @@
 //! `cargo bench --bench engine`: the compiled rules against the same jobs written by hand, in the same run, on one core; what windows, frames one
-//! by one, and the compiler cost. `cargo bench --bench engine -- streaming` runs one section; `week`, which takes minutes, runs only when asked for.
+//! by one, and the compiler cost. `cargo bench --bench engine -- streaming` runs one section; `week`, which takes minutes, runs only
+//! when asked for.
 //!
 //! Labels of what is compared are checked frame by frame. Each figure stands beside what is wanted of it.
 #![allow(missing_docs, reason = "a program")]
@@ -18,7 +19,7 @@ mod streaming;
 mod windows;
 
 /// The sections by name.
-const SECTIONS: [(&str, fn()); 7] = [
+const SECTIONS: [(&str, fn()); 8] = [
     ("job", job::section),
     ("one_hand", shipped::one_hand),
     ("two_hands", shipped::two_hands),
@@ -26,7 +27,10 @@ const SECTIONS: [(&str, fn()); 7] = [
     ("streaming", streaming::section),
     ("week", streaming::week),
     ("compilation", compilation::section),
+    ("ready", compilation::ready),
 ];
+/// Those that run only when asked for.
+const ASKED_FOR: [&str; 2] = ["week", "ready"];
 
 fn main() {
     // Cargo itself adds `--bench`.
@@ -36,7 +40,7 @@ fn main() {
         panic!("there is no section `{unknown}`; sections are {}", known.join(", "));
     }
     for (name, section) in SECTIONS {
-        if asked.is_empty() && name != "week" || asked.iter().any(|asked| asked == name) {
+        if asked.is_empty() && !ASKED_FOR.contains(&name) || asked.iter().any(|asked| asked == name) {
             section();
         }
     }
