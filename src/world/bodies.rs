@@ -6,10 +6,12 @@
 //! tolerances are micrometres, and nothing ever sleeps.
 
 use super::convert;
-use super::shapes::{Solid, isometry};
+use super::moving::Moving;
+use super::shapes::{Room, Solid, isometry};
 use crate::base::error::InputError;
 use crate::base::scene::{Role, Scene};
 use nalgebra::{Isometry3, Point3, Vector3};
+use parry3d::mass_properties::MassProperties;
 use rapier3d::dynamics::{FrictionModel, RigidBodyBuilder, RigidBodyHandle};
 use rapier3d::geometry::{ColliderBuilder, ContactManifold};
 use rapier3d::pipeline::PhysicsWorld;
@@ -34,15 +36,38 @@ pub struct BodyContact {
     pub normal: Vector3<f64>,
 }
 
+/// What acts on a body during a step; reference frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    /// Force, N, and the point where it acts.
+    pub(super) force: Vector3<f64>,
+    pub(super) point: Point3<f64>,
+    /// Torque, N m.
+    pub(super) torque: Vector3<f64>,
+    /// Damping that is taken implicitly, N s/m, the same in all directions.
+    pub(super) damping: f64,
+}
+
 /// The scene's bodies, in its order.
 pub(super) struct Bodies {
     physics: PhysicsWorld,
+    gravity: Vector3<f64>,
     handles: Vec<RigidBodyHandle>,
-    /// What is moved and what stands still.
-    movable: Vec<bool>,
+    /// The bodies that move, with what rapier is told about each.
+    moving: Vec<Option<Told>>,
     solids: Vec<Solid>,
     /// Where the bodies are, `world_from_body`: asked for many times a step.
     poses: Vec<Isometry3<f64>>,
+    /// The rooms that they take there.
+    rooms: Vec<Room>,
+}
+
+/// A body that moves, and its mass as rapier should know it while nothing holds it.
+struct Told {
+    body: Moving,
+    alone: MassProperties,
+    /// Whether rapier now knows it with the point masses of fingertips.
+    lumped: bool,
 }
 
 impl Bodies {
@@ -56,7 +81,9 @@ impl Bodies {
             return Err(InputError::new("scene", message));
         }
         let mut physics = PhysicsWorld::new();
-        physics.gravity = convert::vector(Vector3::from(scene.gravity.map(|part| part.0)));
+        // Point masses have no weight: weights are among the forces that we hand over.
+        physics.gravity = convert::vector(Vector3::zeros());
+        let gravity = Vector3::from(scene.gravity.map(|part| part.0));
         let parameters = &mut physics.integration_parameters;
         parameters.length_unit = LENGTH_UNIT;
         parameters.num_internal_pgs_iterations = SWEEPS;
@@ -69,8 +96,15 @@ impl Bodies {
         // Contact data are read every step: they must be those of this step.
         parameters.contact_recycling = false;
         parameters.contact_clustering = false;
-        let mut bodies =
-            Self { physics, handles: Vec::new(), movable: Vec::new(), solids: Vec::new(), poses: Vec::new() };
+        let mut bodies = Self {
+            physics,
+            gravity,
+            handles: Vec::new(),
+            moving: Vec::new(),
+            solids: Vec::new(),
+            poses: Vec::new(),
+            rooms: Vec::new(),
+        };
         for (index, (name, body)) in scene.bodies.iter().enumerate() {
             let refuse = |message: String| InputError::new(format!("body `{name}`"), message);
             let solid = Solid::new(name, body)?;
@@ -81,26 +115,33 @@ impl Bodies {
             let movable = body.role == Role::Object;
             let builder =
                 if movable { RigidBodyBuilder::dynamic().can_sleep(false) } else { RigidBodyBuilder::fixed() };
-            let handle = bodies.physics.insert_body(builder.pose(convert::pose(&pose)));
-            let density = if movable {
+            let mut moving = None;
+            let builder = if movable {
                 let mass = body.mass.map(|mass| mass.0).ok_or_else(|| refuse("is an object without mass".into()))?;
                 if !(1e-4..=1e3).contains(&mass) {
                     return Err(refuse(format!("has a mass of {mass} kg, wanted 0.1 g to 1000 kg")));
                 }
-                mass / solid.volume()
+                let alone = mass_properties(&solid, mass / solid.volume());
+                let com = convert::our_point(alone.local_com);
+                let inertia = convert::our_matrix(alone.reconstruct_inertia_matrix());
+                let body = Moving::new(alone.mass(), com, inertia, pose * com);
+                moving = Some(Told { body, alone, lumped: false });
+                builder.additional_mass_properties(alone)
             } else {
-                0.0
+                builder
             };
+            let handle = bodies.physics.insert_body(builder.pose(convert::pose(&pose)));
             for part in solid.parts() {
                 let collider = ColliderBuilder::new(part.shape.clone())
                     .position(convert::pose(&part.body_from_part))
-                    .density(density)
+                    .density(0.0)
                     .friction(body.friction)
                     .user_data(index as u128);
                 bodies.physics.insert_collider(collider, Some(handle));
             }
             bodies.handles.push(handle);
-            bodies.movable.push(movable);
+            bodies.moving.push(moving);
+            bodies.rooms.push(solid.room(&pose));
             bodies.solids.push(solid);
             bodies.poses.push(pose);
         }
@@ -114,12 +155,17 @@ impl Bodies {
 
     /// Whether this body moves.
     pub(super) fn is_movable(&self, body: usize) -> bool {
-        self.movable[body]
+        self.moving[body].is_some()
     }
 
     /// The shape of a body.
     pub(super) fn solid(&self, body: usize) -> &Solid {
         &self.solids[body]
+    }
+
+    /// Whether a point of the reference frame is surely farther from a body than this, m.
+    pub(super) fn is_farther(&self, body: usize, point: &Point3<f64>, reach: f64) -> bool {
+        self.rooms[body].is_farther(point, reach)
     }
 
     /// The pose of a body, `world_from_body`.
@@ -129,41 +175,65 @@ impl Bodies {
 
     /// Velocity of a body's material at a point, m/s, both in the reference frame.
     pub(super) fn velocity_at(&self, body: usize, point: Point3<f64>) -> Vector3<f64> {
-        convert::our_vector(self.physics.bodies[self.handles[body]].velocity_at_point(convert::point(point)))
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.velocity_at(point))
     }
 
     /// Angular velocity of a body, rad/s, reference frame.
     pub(super) fn angular_velocity(&self, body: usize) -> Vector3<f64> {
-        convert::our_vector(self.physics.bodies[self.handles[body]].angvel())
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.spin())
     }
 
-    /// How fast a body's material at `point` answers to an impulse along the worst direction there, 1/kg: `1/m + |r|²/I_min`.
-    pub(super) fn mobility_at(&self, body: usize, point: Point3<f64>) -> f64 {
-        let body = &self.physics.bodies[self.handles[body]];
-        let properties = body.mass_properties();
-        let arm = convert::our_point(body.center_of_mass()) - point;
-        let inverse_inertia = convert::our_vector(properties.local_mprops.inv_principal_inertia).max();
-        properties.local_mprops.inv_mass + arm.norm_squared() * inverse_inertia
+    /// What the last step added to the velocity of the body's material that was at `point` before it, m/s, reference frame.
+    pub(super) fn change_at(&self, body: usize, point: Point3<f64>) -> Vector3<f64> {
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.change_at(point))
     }
 
-    /// Lets a force (N) and a torque (N m) act on a body during the next step, the force at a point; reference frame.
-    pub(super) fn push(&mut self, body: usize, force: Vector3<f64>, point: Point3<f64>, torque: Vector3<f64>) {
-        let body = &mut self.physics.bodies[self.handles[body]];
-        body.add_force_at_point(convert::vector(force), convert::point(point), true);
-        body.add_torque(convert::vector(torque), true);
+    /// How fast a body's material at `point` answers to an impulse along a unit direction there, 1/kg, reference frame.
+    pub(super) fn mobility(&self, body: usize, point: Point3<f64>, along: Vector3<f64>) -> f64 {
+        self.moving[body].as_ref().map_or(0.0, |told| told.body.mobility(point, along, &self.poses[body].rotation))
+    }
+
+    /// Lets a force (N) and a torque (N m) act on a body during the next step, the force at a point; reference frame. With a `damping`, N s/m, that
+    /// force becomes `force - damping × change_at(point)`: it is taken implicitly over the next `dt` seconds.
+    pub(super) fn push(&mut self, body: usize, push: &Push, dt: f64) {
+        let Some(told) = &mut self.moving[body] else { return };
+        told.body.push(push.force, push.point, push.torque);
+        if push.damping > 0.0 {
+            told.body.hold(push.point, push.damping * dt);
+        }
     }
 
     /// Advances by `dt` seconds under gravity, contacts and what was pushed since the last step.
     pub(super) fn step(&mut self, dt: f64) {
         self.physics.integration_parameters.dt = dt;
-        self.physics.step();
-        for &handle in &self.handles {
-            let body = &mut self.physics.bodies[handle];
-            body.reset_forces(false);
-            body.reset_torques(false);
+        for ((told, handle), pose) in self.moving.iter_mut().zip(&self.handles).zip(&self.poses) {
+            let Some(told) = told else { continue };
+            let rigid = &mut self.physics.bodies[*handle];
+            let lumped = told.body.lumped(&pose.rotation);
+            if told.lumped || lumped.is_some() {
+                told.lumped = lumped.is_some();
+                let properties = lumped.map_or(told.alone, |lumped| {
+                    let inertia = convert::matrix(lumped.inertia);
+                    MassProperties::with_inertia_matrix(convert::point(lumped.com), lumped.mass, inertia)
+                });
+                rigid.set_additional_mass_properties(properties, false);
+                rigid.set_linvel(convert::vector(told.body.lumped_velocity()), false);
+            }
+            let (force, torque) = told.body.load(&self.gravity);
+            rigid.reset_forces(false);
+            rigid.reset_torques(false);
+            rigid.add_force(convert::vector(force), false);
+            rigid.add_torque(convert::vector(torque), false);
         }
-        for (pose, handle) in self.poses.iter_mut().zip(&self.handles) {
-            *pose = convert::our_pose(self.physics.bodies[*handle].position());
+        self.physics.step();
+        for (body, told) in self.moving.iter_mut().enumerate() {
+            let Some(told) = told else { continue };
+            let rigid = &self.physics.bodies[self.handles[body]];
+            let pose = &mut self.poses[body];
+            *pose = convert::our_pose(rigid.position());
+            self.rooms[body] = self.solids[body].room(pose);
+            let com = *pose * told.body.com_in_body();
+            told.body.answered(convert::our_vector(rigid.linvel()), convert::our_vector(rigid.angvel()), com);
         }
     }
 
@@ -189,15 +259,24 @@ impl Bodies {
 
     /// One empty contact for each pair of bodies that can touch: objects in scene order with every body that is fixed or comes later.
     pub(super) fn pairs(&self) -> Vec<BodyContact> {
-        let pairs = (0..self.len()).filter(|&body| self.movable[body]).flat_map(|body| {
+        let pairs = (0..self.len()).filter(|&body| self.is_movable(body)).flat_map(|body| {
             (0..self.len())
-                .filter(move |&other| other != body && (!self.movable[other] || other > body))
+                .filter(move |&other| other != body && (!self.is_movable(other) || other > body))
                 .map(move |other| (body, other))
         });
         pairs
             .map(|(body, other)| BodyContact { body, other, force: Vector3::zeros(), normal: Vector3::zeros() })
             .collect()
     }
+}
+
+/// Mass, centre and inertia of a solid of this density, kg/m³; body frame.
+fn mass_properties(solid: &Solid, density: f64) -> MassProperties {
+    let mut sum = MassProperties::default();
+    for part in solid.parts() {
+        sum += part.shape.mass_properties(density).transform_by(&convert::pose(&part.body_from_part));
+    }
+    sum
 }
 
 /// Normal impulse, and impulse on the second body with friction, of a manifold; N s.

@@ -1,7 +1,7 @@
 //! The only meeting point of nalgebra, our vocabulary, with the glam types of parry and rapier.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
-use parry3d::math::{Pose, Rotation, Vector};
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
+use parry3d::math::{Matrix, Pose, Rotation, Vector};
 
 /// A vector for parry and rapier.
 pub(super) fn vector(vector: Vector3<f64>) -> Vector {
@@ -16,6 +16,16 @@ pub(super) fn point(point: Point3<f64>) -> Vector {
 /// A pose for parry and rapier.
 pub(super) fn pose(pose: &Isometry3<f64>) -> Pose {
     Pose::from_parts(vector(pose.translation.vector), rotation(pose.rotation))
+}
+
+/// A matrix for parry and rapier.
+pub(super) fn matrix(matrix: Matrix3<f64>) -> Matrix {
+    matrix.into()
+}
+
+/// A matrix of ours.
+pub(super) fn our_matrix(matrix: Matrix) -> Matrix3<f64> {
+    matrix.into()
 }
 
 /// A vector of ours.

@@ -5,6 +5,7 @@
 
 mod bodies;
 mod convert;
+mod moving;
 mod operator;
 mod shapes;
 pub mod shipped;

@@ -15,14 +15,22 @@ const MAX_PARTS: usize = 256;
 /// The shape of a body: the union of convex parts.
 pub(super) struct Solid {
     parts: Vec<SolidPart>,
+    /// About all parts.
+    room: Room,
 }
 
 /// A convex part with its place in the body frame.
 pub(super) struct SolidPart {
     pub(super) shape: SharedShape,
     pub(super) body_from_part: Isometry3<f64>,
-    /// Half the edges of the box about the part, m, part frame; all our shapes stand about its origin.
-    half_edges: Vector3<f64>,
+    room: Room,
+}
+
+/// A box along the axes of its frame, m.
+#[derive(Clone, Copy)]
+pub(super) struct Room {
+    low: Point3<f64>,
+    high: Point3<f64>,
 }
 
 /// The point of a solid's surface that is nearest to a given point; body frame.
@@ -51,7 +59,10 @@ impl Solid {
             return Err(InputError::new(place(), message));
         }
         let parts = body.parts.iter().map(SolidPart::new).collect::<Result<_, _>>();
-        Ok(Self { parts: parts.map_err(|message| InputError::new(place(), message))? })
+        let parts: Vec<SolidPart> = parts.map_err(|message| InputError::new(place(), message))?;
+        let rooms = parts.iter().map(|part| part.room);
+        let room = rooms.reduce(|one, other| Room { low: one.low.inf(&other.low), high: one.high.sup(&other.high) });
+        Ok(Self { room: room.unwrap_or(Room { low: Point3::origin(), high: Point3::origin() }), parts })
     }
 
     /// The convex parts.
@@ -66,8 +77,21 @@ impl Solid {
 
     /// The nearest surface point; inside an overlap of parts, that of the part in which the point is deepest.
     pub(super) fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
+        self.nearest_within(point_in_body, f64::INFINITY)
+    }
+
+    /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a box about each part tells.
+    pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<Nearest> {
+        if self.room.is_farther(&point_in_body, reach) {
+            return None;
+        }
+        Some(self.nearest_within(point_in_body, reach)).filter(|nearest| nearest.distance < reach)
+    }
+
+    /// The nearest surface point of the parts that may be nearer than `reach`, m.
+    fn nearest_within(&self, point_in_body: Point3<f64>, reach: f64) -> Nearest {
         let mut best = Nearest { distance: f64::INFINITY, point: point_in_body, normal: None };
-        for part in &self.parts {
+        for part in self.parts.iter().filter(|part| !part.room.is_farther(&point_in_body, reach)) {
             let nearest = part.nearest(point_in_body);
             if nearest.distance < best.distance {
                 best = nearest;
@@ -76,12 +100,12 @@ impl Solid {
         best
     }
 
-    /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a box about each part tells.
-    pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<Nearest> {
-        if self.parts.iter().all(|part| part.is_farther(point_in_body, reach)) {
-            return None;
-        }
-        Some(self.nearest(point_in_body)).filter(|nearest| nearest.distance < reach)
+    /// The room that the solid takes in another frame.
+    pub(super) fn room(&self, frame_from_body: &Isometry3<f64>) -> Room {
+        let middle = frame_from_body * nalgebra::center(&self.room.low, &self.room.high);
+        let half =
+            frame_from_body.rotation.to_rotation_matrix().matrix().abs() * (self.room.high - self.room.low) / 2.0;
+        Room { low: middle - half, high: middle + half }
     }
 
     /// The surface point nearest to a point and the normal there; a point on the surface itself takes the normal of the face about it.
@@ -133,14 +157,9 @@ impl SolidPart {
         if matches!(part.shape, Shape::Cylinder(_)) {
             body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
         }
-        let half_edges = convert::our_vector(shape.compute_local_aabb().half_extents());
-        Ok(Self { shape, body_from_part, half_edges })
-    }
-
-    /// Whether a point is surely farther than this.
-    fn is_farther(&self, point_in_body: Point3<f64>, reach: f64) -> bool {
-        let point = self.body_from_part.inverse_transform_point(&point_in_body);
-        point.coords.iter().zip(&self.half_edges).any(|(at, half)| at.abs() > half + reach)
+        let around = shape.compute_aabb(&convert::pose(&body_from_part));
+        let room = Room { low: convert::our_point(around.mins), high: convert::our_point(around.maxs) };
+        Ok(Self { shape, body_from_part, room })
     }
 
     fn nearest(&self, point_in_body: Point3<f64>) -> Nearest {
@@ -154,6 +173,14 @@ impl SolidPart {
             point: self.body_from_part * surface_in_part,
             normal: outwards.try_normalize(1e-9).map(|normal| self.body_from_part * normal),
         }
+    }
+}
+
+impl Room {
+    /// Whether a point is surely farther than this; a nanometre covers rounding.
+    pub(super) fn is_farther(&self, point: &Point3<f64>, reach: f64) -> bool {
+        let reach = reach + 1e-9;
+        (0..3).any(|axis| point[axis] < self.low[axis] - reach || point[axis] > self.high[axis] + reach)
     }
 }
 

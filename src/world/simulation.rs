@@ -4,10 +4,10 @@
 //! that a target inside an object squeezes it. Forces on bodies follow [`TouchLaw`]; bodies follow rapier. A haptic device would drive
 //! [`World::step`] as the operators do; nothing else moves the world.
 
-use super::bodies::{Bodies, BodyContact};
+use super::bodies::{Bodies, BodyContact, Push};
 use super::sockets::places;
 use super::thread::{Thread, threads};
-use super::touch::{Bristle, Overlap, TouchLaw};
+use super::touch::{Bristle, Overlap, Touch, TouchLaw};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Scene;
@@ -15,7 +15,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// The step of the world, s.
 pub const STEP_S: f64 = 0.001;
-/// A step is divided when the sum of damping × step × mobility over the touches of a body exceeds this.
+/// A step is divided when the sum of damping × step × mobility over the touches of a body that are damped explicitly, those that slip, exceeds this.
 const MAX_DAMPED: f64 = 0.5;
 /// A step is never divided finer.
 const MAX_SUBSTEPS: usize = 16;
@@ -186,7 +186,20 @@ pub struct World {
     tips: Vec<Vec<Tip>>,
     threads: Vec<Thread>,
     steps: u64,
+    /// The touches of this part of the step, until bodies have answered.
+    touching: Vec<Touching>,
+    /// What bodies did to the fingertips in it, by hand and finger.
+    pushed: Vec<Vec<Pushed>>,
     observation: Observation,
+}
+
+/// A fingertip that touches a body.
+struct Touching {
+    hand: usize,
+    finger: usize,
+    body: usize,
+    point: Point3<f64>,
+    touch: Touch,
 }
 
 impl World {
@@ -229,8 +242,18 @@ impl World {
         }
         let contacts = bodies.pairs();
         let observation = Observation { time_s: 0.0, hands, bodies: Vec::new(), contacts };
-        let mut world =
-            Self { bodies, fingertips, tip_radius, tips, threads: threads(&places(scene)), steps: 0, observation };
+        let pushed = tips.iter().map(|tips: &Vec<Tip>| vec![Pushed::default(); tips.len()]).collect();
+        let mut world = Self {
+            bodies,
+            fingertips,
+            tip_radius,
+            tips,
+            threads: threads(&places(scene)),
+            steps: 0,
+            touching: Vec::new(),
+            pushed,
+            observation,
+        };
         world.observe_bodies();
         Ok(world)
     }
@@ -263,11 +286,17 @@ impl World {
         self.forget_forces();
         for substep in 0..substeps {
             for (hand, plan) in plans.iter().enumerate() {
-                for (tip, target_velocity) in plan.velocities.iter().enumerate() {
-                    self.step_tip(hand, tip, *target_velocity, plan.spin, dt, 1.0 / substeps as f64);
+                for finger in 0..plan.velocities.len() {
+                    self.touch_tip(hand, finger, plan.spin, dt);
                 }
             }
             self.step_bodies(dt, substep + 1 == substeps);
+            self.answer(1.0 / substeps as f64);
+            for (hand, plan) in plans.iter().enumerate() {
+                for (finger, target_velocity) in plan.velocities.iter().enumerate() {
+                    self.step_tip(hand, finger, *target_velocity, dt);
+                }
+            }
         }
         for (state, plan) in self.observation.hands.iter_mut().zip(&plans) {
             state.palm = plan.palm;
@@ -280,19 +309,19 @@ impl World {
         let substeps = self.substeps();
         let dt = STEP_S / substeps as f64;
         self.forget_forces();
-        let mut pushed: Vec<Vec<Pushed>> = self.tips.iter().map(|tips| vec![Pushed::default(); tips.len()]).collect();
         for substep in 0..substeps {
-            for (hand, pushed) in pushed.iter_mut().enumerate() {
+            for hand in 0..self.tips.len() {
                 let moved = mover.hand(hand);
                 self.observation.hands[hand].palm = moved.palm;
-                for (finger, (tip, pushed)) in moved.tips.iter().zip(pushed).enumerate() {
+                for (finger, tip) in moved.tips.iter().enumerate().take(self.tips[hand].len()) {
                     let state = &mut self.observation.hands[hand].tips[finger];
                     (state.position, state.velocity) = (tip.position, tip.velocity);
-                    *pushed = self.touch_tip(hand, finger, tip.spin, dt, 1.0 / substeps as f64);
+                    self.touch_tip(hand, finger, tip.spin, dt);
                 }
             }
             self.step_bodies(dt, substep + 1 == substeps);
-            mover.advance(&pushed, dt);
+            self.answer(1.0 / substeps as f64);
+            mover.advance(&self.pushed, dt);
         }
         self.end_step()
     }
@@ -356,27 +385,23 @@ impl World {
     /// How often the next step must be divided to keep the stiffest body stable.
     fn substeps(&self) -> usize {
         let mut damped = vec![0.0; self.bodies.len()];
-        let damping = self.fingertips.touch.largest_damping();
-        for tip in self.observation.hands.iter().flat_map(|hand| &hand.tips) {
-            for touch in tip.touches.iter().filter(|touch| self.bodies.is_movable(touch.body)) {
-                damped[touch.body] += damping * STEP_S * self.bodies.mobility_at(touch.body, tip.position);
+        let law = &self.fingertips.touch;
+        for (tips, state) in self.tips.iter().zip(&self.observation.hands) {
+            for (tip, state) in tips.iter().zip(&state.tips) {
+                for touch in &state.touches {
+                    if tip.bristles[touch.body].is_some_and(|bristle| bristle.is_explicit()) {
+                        let mobility = self.bodies.mobility(touch.body, state.position, touch.normal);
+                        damped[touch.body] += law.damping * STEP_S * mobility;
+                    }
+                }
             }
         }
         let most = damped.into_iter().fold(0.0, f64::max);
         ((most / MAX_DAMPED).ceil() as usize).clamp(1, MAX_SUBSTEPS)
     }
 
-    /// Moves one fingertip by `dt`, and lets it push what it touches; `share` of the step's mean force is this substep's.
-    fn step_tip(
-        &mut self,
-        hand: usize,
-        finger: usize,
-        target_velocity: Vector3<f64>,
-        spin: Vector3<f64>,
-        dt: f64,
-        share: f64,
-    ) {
-        let pushed = self.touch_tip(hand, finger, spin, dt, share);
+    /// Moves one fingertip by `dt`, under what bodies did to it.
+    fn step_tip(&mut self, hand: usize, finger: usize, target_velocity: Vector3<f64>, dt: f64) {
         let tip = &mut self.tips[hand][finger];
         let state = &mut self.observation.hands[hand].tips[finger];
         let coupling = &self.fingertips.coupling;
@@ -384,17 +409,20 @@ impl World {
         let pull = coupling.stiffness * (tip.target - state.position);
         let pull = pull * (coupling.ceiling / pull.norm()).min(1.0);
         let drag = coupling.damping * (target_velocity - state.velocity);
-        state.velocity += (pull + drag + pushed.force) / coupling.mass * dt;
+        state.velocity += (pull + drag + self.pushed[hand][finger].force) / coupling.mass * dt;
         state.position += state.velocity * dt;
     }
 
-    /// Lets a fingertip push what it touches; what that does to the fingertip.
-    fn touch_tip(&mut self, hand: usize, finger: usize, spin: Vector3<f64>, dt: f64, share: f64) -> Pushed {
+    /// Lets a fingertip push what it touches during the next `dt`.
+    fn touch_tip(&mut self, hand: usize, finger: usize, spin: Vector3<f64>, dt: f64) {
         let radius = self.tip_radius[hand];
         let tip = &mut self.tips[hand][finger];
-        let state = &mut self.observation.hands[hand].tips[finger];
-        let mut pushed = Pushed::default();
+        let state = &self.observation.hands[hand].tips[finger];
         for (body, bristle) in tip.bristles.iter_mut().enumerate() {
+            if self.bodies.is_farther(body, &state.position, radius) {
+                *bristle = None;
+                continue;
+            }
             let world_from_body = self.bodies.pose(body);
             let tip_in_body = world_from_body.inverse_transform_point(&state.position);
             let Some(nearest) = self.bodies.solid(body).within(tip_in_body, radius) else {
@@ -413,20 +441,29 @@ impl World {
             };
             let (touch, next) = self.fingertips.touch.touch(*bristle, &overlap, dt);
             *bristle = Some(next);
-            pushed.force -= touch.force;
-            pushed.torque -= touch.torque + (point - state.position).cross(&touch.force);
-            if self.bodies.is_movable(body) {
-                self.bodies.push(body, touch.force, point, touch.torque);
-            }
+            let push = Push { force: touch.force, point, torque: touch.torque, damping: touch.damping };
+            self.bodies.push(body, &push, dt);
+            self.touching.push(Touching { hand, finger, body, point, touch });
+        }
+    }
+
+    /// What bodies, which have moved, did to the fingertips; `share` of the step's mean force is this part's.
+    fn answer(&mut self, share: f64) {
+        self.pushed.iter_mut().flatten().for_each(|pushed| *pushed = Pushed::default());
+        for Touching { hand, finger, body, point, touch } in self.touching.drain(..) {
+            let force = self.fingertips.touch.answered(&touch, self.bodies.change_at(body, point));
+            let state = &mut self.observation.hands[hand].tips[finger];
+            let pushed = &mut self.pushed[hand][finger];
+            pushed.force -= force;
+            pushed.torque -= touch.torque + (point - state.position).cross(&force);
             match state.touches.iter_mut().find(|known| known.body == body) {
                 Some(known) => {
-                    known.force += share * touch.force;
+                    known.force += share * force;
                     known.normal += touch.normal;
                 }
-                None => state.touches.push(TipTouch { body, force: share * touch.force, normal: touch.normal }),
+                None => state.touches.push(TipTouch { body, force: share * force, normal: touch.normal }),
             }
         }
-        pushed
     }
 
     /// Lets threads push their screws for the next `dt`.
@@ -434,7 +471,8 @@ impl World {
         for thread in &mut self.threads {
             let Some(grip) = thread.step(&self.observation.bodies, dt) else { continue };
             let (screw, nut) = thread.bodies();
-            self.bodies.push(screw, grip.force, grip.point, grip.torque);
+            let push = Push { force: grip.force, point: grip.point, torque: grip.torque, damping: 0.0 };
+            self.bodies.push(screw, &push, dt);
             for contact in &mut self.observation.contacts {
                 // A thread is a contact like any other: force and normal are those on the screw.
                 let sign = match (contact.body, contact.other) {

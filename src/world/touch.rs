@@ -11,7 +11,8 @@
 //! τ   = K_τ θ + C_τ dθ/dt about n, |τ| ≤ ⅔ μ r f_n      the same bristle for the twist of the soft pad of radius r
 //! ```
 //!
-//! and |f| never exceeds the ceiling.
+//! and |f| never exceeds the ceiling. While a tip sticks, the damping that both directions have in common, min(C_n, C_t), is that of the body's
+//! velocity at the end of the step ([`super::moving`]): many tips on a light body damp it as they should, and never shake it.
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -63,6 +64,8 @@ pub(super) struct Bristle {
     /// Whether the tip slips, and whether the patch does.
     slips: bool,
     spins: bool,
+    /// Whether the last step's damping was taken explicitly.
+    explicit: bool,
 }
 
 /// A fingertip overlapping a body, reference frame.
@@ -90,12 +93,32 @@ pub(super) struct Touch {
     pub(super) torque: Vector3<f64>,
     /// Unit normal out of the body.
     pub(super) normal: Vector3<f64>,
+    /// The damping that is to be taken implicitly, N s/m: the force becomes [`TouchLaw::answered`] when the body has moved.
+    pub(super) damping: f64,
+}
+
+impl Bristle {
+    /// Whether damping is left that is taken explicitly.
+    pub(super) fn is_explicit(&self) -> bool {
+        self.explicit
+    }
 }
 
 impl TouchLaw {
-    /// The largest damping of the law, N s/m: what decides whether a step must be divided.
-    pub(super) fn largest_damping(&self) -> f64 {
-        self.damping.max(self.tangential_damping)
+    /// The damping of a tip that sticks which is the same in all directions, N s/m.
+    fn common_damping(&self) -> f64 {
+        self.damping.min(self.tangential_damping)
+    }
+
+    /// The force on the body after all, N, when the step has changed the velocity of the body's material by `change`, m/s: the damping of a tip that
+    /// sticks is that of the body's new velocity. What the fingertip feels neither pulls nor exceeds the ceiling.
+    pub(super) fn answered(&self, touch: &Touch, change: Vector3<f64>) -> Vector3<f64> {
+        if touch.damping == 0.0 {
+            return touch.force;
+        }
+        let force = touch.force - touch.damping * change;
+        let force = force - touch.normal * force.dot(&touch.normal).max(0.0);
+        force * (self.ceiling / force.norm()).min(1.0)
     }
 
     /// One step of the law: force and torque on the body, and what is remembered for the next step.
@@ -108,6 +131,7 @@ impl TouchLaw {
             twist: 0.0,
             slips: false,
             spins: false,
+            explicit: false,
         };
         let mut bristle = Bristle { normal_in_body: fresh.normal_in_body, ..before.unwrap_or(fresh) };
 
@@ -142,7 +166,9 @@ impl TouchLaw {
 
         let force = friction - normal * pressed;
         let scale = (self.ceiling / force.norm()).min(1.0);
-        (Touch { force: force * scale, torque: normal * twisting * scale, normal }, bristle)
+        let damping = if pressed > 0.0 && !slips && scale == 1.0 { self.common_damping() } else { 0.0 };
+        bristle.explicit = pressed > 0.0 && damping == 0.0;
+        (Touch { force: force * scale, torque: normal * twisting * scale, normal, damping }, bristle)
     }
 
     /// The largest friction at this pressure, and whether the trial value slips: it takes μ_s to start slipping, μ_d to go on.

@@ -1,9 +1,9 @@
 //! The fingertip contact law, against closed forms.
 
-use super::support::{WEIGHT, cube_on_base, hand, mean, run, steps, world};
+use super::support::{MASS, WEIGHT, cube_on_base, hand, mean, run, scene, steps, world};
 use nalgebra::Vector3;
 use teachtree::base::hands::Finger;
-use teachtree::world::Observation;
+use teachtree::world::{HandTarget, Observation, STEP_S, World};
 
 const TWO: &str = "{right: {fingers: [thumb, index]}}";
 const THREE: &str = "{right: {fingers: [thumb, index, middle]}}";
@@ -121,26 +121,110 @@ fn the_displayed_force_has_a_ceiling() {
     assert!((4.5..=5.0 + 1e-9).contains(&most), "the largest force was {most} N");
 }
 
-#[test]
-fn ten_fingertips_on_a_light_cube_stay_still() {
-    let hands = "{left: {fingers: [thumb, index, middle, ring, little]}, right: {fingers: [thumb, index, middle, ring, little]}}";
-    let mut world = world(&cube_on_base("", hands));
-    let inside = FACE - 1.0 / SERIES;
-    let target = |side: f64, d: f64| {
-        let spread = [-0.04, -0.02, 0.02, 0.04].map(|x| [x, d, 0.08]);
-        hand(&[[0.03 * side, -d, 0.08], spread[0], spread[1], spread[2], spread[3]].map(|[x, y, z]| [x, y * side, z]))
-    };
+const TEN: &str =
+    "{left: {fingers: [thumb, index, middle, ring, little]}, right: {fingers: [thumb, index, middle, ring, little]}}";
+
+/// Two hands whose fingers press on the y faces from both sides, at a distance `d` from the middle and a height `z`, against the other hand's thumb.
+fn ten_tips(d: f64, z: f64) -> [HandTarget; 2] {
+    [-1.0, 1.0].map(|side| {
+        let spread = [-0.04, -0.02, 0.02, 0.04].map(|x| [x, d, z]);
+        hand(&[[0.0, -d, z], spread[0], spread[1], spread[2], spread[3]].map(|[x, y, z]| [x, y * side, z]))
+    })
+}
+
+/// Closes ten fingertips on the cube within 0.3 s and holds it for the rest of a second.
+fn grip_with_ten(world: &mut World, inside: f64) {
     for step in 0..steps(1.0) {
         let d = 0.075 + (inside - 0.075) * (step as f64 / 300.0).min(1.0);
-        world.step(&[target(-1.0, d), target(1.0, d)]);
+        world.step(&ten_tips(d, 0.08));
     }
-    let held = [target(-1.0, inside), target(1.0, inside)];
+}
+
+#[test]
+fn ten_fingertips_on_a_light_cube_stay_still() {
+    let mut world = world(&cube_on_base("", TEN));
+    let inside = FACE - 1.0 / SERIES;
+    grip_with_ten(&mut world, inside);
+    let held = ten_tips(inside, 0.08);
     for _ in 0..steps(1.0) {
         let seen = world.step(&held);
         assert!(seen.bodies[0].velocity.norm() < 1e-3, "{}", seen.bodies[0].velocity);
         let forces = seen.hands.iter().flat_map(|hand| &hand.tips).map(|tip| tip.force_on(0).norm());
         assert!(forces.clone().fold(0.0, f64::max) < 5.0 && forces.sum::<f64>() > 5.0);
     }
+}
+
+#[test]
+fn a_cube_of_20_g_squeezed_hard_by_ten_fingertips_stays_still() {
+    let text = "
+  cube: {role: object, mass: 20 g, friction: 0.4, position: [0 mm, 0 mm, 60 mm], parts: [{box: [120 mm, 120 mm, 120 mm]}]}
+  base: {role: support, friction: 0.4, position: [0 mm, 0 mm, -50 mm], parts: [{box: [2 m, 2 m, 100 mm]}]}";
+    let mut world = world(&scene(&format!("bodies:{text}\nhands: {TEN}\n")));
+    let inside = FACE - 4.0 / SERIES;
+    grip_with_ten(&mut world, inside);
+    let forces = |seen: &Observation| -> Vec<Vector3<f64>> {
+        seen.hands.iter().flat_map(|hand| &hand.tips).map(|tip| tip.force_on(0)).collect()
+    };
+    let mut before = forces(world.observation());
+    for _ in 0..steps(1.0) {
+        let seen = world.step(&ten_tips(inside, 0.08));
+        let (velocity, spin) = (seen.bodies[0].velocity, seen.bodies[0].angular_velocity);
+        assert!(velocity.norm() < 1e-3 && spin.norm() < 1e-2, "{velocity} {spin}");
+        let now = forces(seen);
+        for (now, before) in now.iter().zip(&before) {
+            assert!((now.y.abs() / 4.0 - 1.0).abs() < 0.02, "pressed with {now}, wanted 4 N");
+            assert!((now - before).norm() < 0.01, "{before} became {now} in a step");
+        }
+        before = now;
+    }
+}
+
+#[test]
+fn a_heavy_cube_pressed_onto_the_base_by_five_fingertips_bears_all_of_them() {
+    let text = "
+  cube: {role: object, mass: 2 kg, friction: 0.4, position: [0 mm, 0 mm, 60 mm], parts: [{box: [120 mm, 120 mm, 120 mm]}]}
+  base: {role: support, friction: 0.4, position: [0 mm, 0 mm, -50 mm], parts: [{box: [2 m, 2 m, 100 mm]}]}";
+    let hands = "{right: {fingers: [thumb, index, middle, ring, little]}}";
+    let mut world = world(&scene(&format!("bodies:{text}\nhands: {hands}\n")));
+    let over = |z: f64| {
+        [hand(&[[0.0, 0.0], [0.03, 0.04], [0.03, -0.04], [-0.03, 0.04], [-0.03, -0.04]].map(|[x, y]| [x, y, z]))]
+    };
+    let pressed = 0.12 + 0.01 - 3.0 / SERIES;
+    for step in 0..steps(1.0) {
+        world.step(&over(0.135 + (pressed - 0.135) * (step as f64 / 300.0).min(1.0)));
+    }
+    for _ in 0..steps(0.5) {
+        let seen = world.step(&over(pressed));
+        let (by_tips, by_base) = (force_on_cube(seen).z, seen.contact(0, 1).0.z);
+        assert!((by_tips / -15.0 - 1.0).abs() < 0.02, "pressed with {by_tips} N, wanted 15 N");
+        assert!((by_base / (15.0 + 2.0 * 9.81) - 1.0).abs() < 0.02, "the base bears {by_base} N");
+        assert!(seen.bodies[0].velocity.norm() < 1e-3, "{}", seen.bodies[0].velocity);
+    }
+}
+
+#[test]
+fn what_fingertips_feel_is_what_moves_the_cube() {
+    let mut world = world(&cube_on_base("", TEN));
+    let inside = FACE - 2.0 / SERIES;
+    grip_with_ten(&mut world, inside);
+    let mut velocity = world.observation().bodies[0].velocity;
+    let (mut fastest, mut turned): (f64, f64) = (0.0, 0.0);
+    for step in 0..steps(2.0) {
+        // Lifted clear of the base, and shaken.
+        let t = step as f64 * 1e-3;
+        let targets = ten_tips(inside, 0.08 + 0.04 * t).map(|target| HandTarget {
+            tips: target.tips.iter().map(|tip| tip + Vector3::new(0.005, 0.003, 0.0) * (20.0 * t).sin()).collect(),
+            ..target
+        });
+        let seen = world.step(&targets);
+        let gained = (seen.bodies[0].velocity - velocity) * MASS / STEP_S;
+        velocity = seen.bodies[0].velocity;
+        let felt = force_on_cube(seen) + seen.hands[1].tips.iter().map(|tip| tip.force_on(0)).sum::<Vector3<f64>>();
+        let wanted = felt + seen.contact(0, 1).0 - Vector3::z() * WEIGHT;
+        assert!((gained - wanted).norm() < 1e-6, "step {step}: gained {gained}, felt {wanted}");
+        (fastest, turned) = (fastest.max(velocity.norm()), turned.max(seen.bodies[0].angular_velocity.norm()));
+    }
+    assert!(fastest > 0.05 && turned > 0.05, "it was shaken: {fastest} m/s, {turned} rad/s");
 }
 
 #[test]
