@@ -203,6 +203,32 @@ fn a_heavy_cube_pressed_onto_the_base_by_five_fingertips_bears_all_of_them() {
 }
 
 #[test]
+fn ten_fingertips_that_slip_along_a_cube_of_20_g_do_not_shake_it() {
+    let text = "
+  cube: {role: object, mass: 20 g, friction: 0.4, position: [0 mm, 0 mm, 60 mm], parts: [{box: [120 mm, 120 mm, 120 mm]}]}
+  base: {role: support, friction: 0.4, position: [0 mm, 0 mm, -50 mm], parts: [{box: [2 m, 2 m, 100 mm]}]}
+  lid: {role: wall, friction: 0.4, position: [0 mm, 0 mm, 171 mm], parts: [{box: [2 m, 2 m, 100 mm]}]}";
+    let mut world = world(&scene(&format!("bodies:{text}\nhands: {TEN}\n")));
+    let inside = FACE - 2.0 / SERIES;
+    for step in 0..steps(0.5) {
+        world.step(&ten_tips(0.075 + (inside - 0.075) * (step as f64 / 300.0).min(1.0), 0.04));
+    }
+    let mut velocity = Vector3::zeros();
+    for step in 0..steps(2.0) {
+        let t = step as f64 * 1e-3;
+        let seen = world.step(&ten_tips(inside, 0.04 + 0.02 * t));
+        let shaken = (seen.bodies[0].velocity - velocity).norm();
+        velocity = seen.bodies[0].velocity;
+        if t > 1.3 {
+            let ratios =
+                seen.hands.iter().flat_map(|hand| &hand.tips).map(|tip| tip.force_on(0)).map(|f| f.z / f.y.abs());
+            assert!(ratios.filter(|ratio| (ratio - 0.5).abs() < 0.03).count() >= 4, "most tips slip");
+            assert!(shaken < 2e-4, "step {step}: shaken by {shaken} m/s");
+        }
+    }
+}
+
+#[test]
 fn what_fingertips_feel_is_what_moves_the_cube() {
     let mut world = world(&cube_on_base("", TEN));
     let inside = FACE - 2.0 / SERIES;
