@@ -32,12 +32,13 @@ pub fn week() {
     let job = Shipped::new("rules/bimanual.rules", TWO_HANDS[0], FRAMES);
     let mut live = Live::new(&job);
     live.over(&job, FRAMES);
+    live.runs = 0;
     let before = resident_kb();
     let start = Instant::now();
     live.over(&job, WEEK);
     figure("it took", start.elapsed().as_secs_f64() / 60.0, "min", Wanted::Nothing);
     figure("leaves", live.runs as f64, "", Wanted::Nothing);
-    figure("in memory more than before it", resident_kb() - before, "kB", Wanted::AtMost(0.0));
+    figure("in memory more than before it", resident_kb() - before, "kB", Wanted::AtMost(64.0));
 }
 
 /// What the program has in memory, as far as the system tells, kB.

@@ -64,6 +64,11 @@ impl Clock {
         self.hands.iter().filter_map(|knots| knots.last()).map(|knot| knot.clock).fold(0.0, f64::max)
     }
 
+    /// When every hand has come to the end of its parts, s: where the clock changes its speed that takes a little longer.
+    pub fn over(&self) -> f64 {
+        self.duration() + self.eased_s
+    }
+
     /// Where a hand is in its own parts, s.
     pub fn at(&self, hand: usize, time: f64) -> f64 {
         let Some(knots) = self.hands.get(hand) else { return 0.0 };

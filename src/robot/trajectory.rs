@@ -1,7 +1,7 @@
 //! What the joints of arm and hand are to do, with its times: for controllers that take a joint trajectory instead of targets of palm and fingertips.
 //!
-//! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`Plan`] by the inverse kinematics alone; the whole
-//! task is slowed down, in one measure, until no joint is faster or speeds up more than it may. Forces are in the commands, not here.
+//! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`Plan`] by the inverse kinematics alone; what both
+//! hands do at the same time is slowed down, in one measure, until no joint is faster or speeds up more than it may. Forces are in the commands, not here.
 
 use super::Robot;
 use super::arm::solve_arm;
@@ -125,6 +125,12 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     let begin = |side: &Side| Moving::new(*side, tasks, &stages, &places, robot, scene);
     let mut hands = sides.iter().map(begin).collect::<Result<Vec<Moving>, _>>()?;
     let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.limb.dofs.iter().cloned()).collect();
+    let shared = dofs.iter().find(|dof| dofs.iter().filter(|other| other.name == dof.name).count() > 1);
+    if let Some(Dof { name, .. }) = shared {
+        let message =
+            format!("both arms are moved by the joint `{name}`, wanted joints of one arm each for a trajectory");
+        return Err(InputError::new("the robot", message));
+    }
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };
     let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
     let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
@@ -134,8 +140,10 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
         let way = way(&mut hands, &stage);
         let (slower, joint) = slowing(&dofs, &way);
         if slower > SLOWEST {
-            let first = numbers.first().copied().unwrap_or_default();
-            return Err(at_task(tasks, first, format!("makes the joint `{joint}` jump")));
+            let of_joint = |hand: &&Moving| hand.limb.dof(&joint).is_some();
+            let side = hands.iter().find(of_joint).map_or("", |hand| hand.side.name());
+            let number = numbers.iter().find(|number| tasks[**number].track == side).copied().unwrap_or_default();
+            return Err(at_task(tasks, number, format!("makes the joint `{joint}` jump")));
         }
         append(&mut made.points, &way, slower);
         made.slowed.push(Slowed { tasks: numbers.clone(), times: slower, joint });
@@ -162,7 +170,7 @@ struct Moving {
     before: Vec<f64>,
     /// That task, and when it began.
     doing: Option<(usize, f64)>,
-    /// Where the palm was to be last; `None` before its first task.
+    /// Where the palm was aimed at last; `None` before its first task.
     palm: Option<Isometry3<f64>>,
     /// When of its first plan it begins, and of every other: at once, s.
     from_s: f64,
@@ -201,14 +209,15 @@ impl Moving {
         places: &BTreeMap<&str, Isometry3<f64>>,
     ) -> Result<Plans<'t>, InputError> {
         let mut plans: Plans<'t> = Vec::new();
-        if self.palm.is_some() {
+        let mut palm = self.palm;
+        if palm.is_some() {
             self.from_s = 0.0;
         }
         for &number in stage.iter().filter(|number| tasks[**number].track == self.side.name()) {
             let found = found(tasks, stage, number, &places[tasks[number].object.as_str()]);
-            let plan = Plan::new(&tasks[number], &self.limb, &self.hand, found, self.palm.as_ref(), self.taught_radius);
+            let plan = Plan::new(&tasks[number], &self.limb, &self.hand, found, palm.as_ref(), self.taught_radius);
             let plan = plan.map_err(|message| at_task(tasks, number, message))?;
-            self.palm = Some(plan.at(plan.duration()).palm);
+            palm = Some(plan.at(plan.duration()).palm);
             plans.push((number, plan));
         }
         Ok(plans)
@@ -220,7 +229,8 @@ impl Moving {
             self.before.clone_from(&self.q);
             self.doing = Some((task, at_s));
         }
-        let target = plan.at(own_s.min(plan.duration()));
+        let target = plan.at(own_s);
+        self.palm = Some(target.palm);
         if !self.hand.arm.is_empty() {
             solve_arm(&self.limb, &self.hand, &self.root, &target.palm, &mut self.q, ITERATIONS);
         }
@@ -239,7 +249,7 @@ impl Moving {
 fn way(hands: &mut [Moving], stage: &Stage<'_>) -> Vec<Vec<f64>> {
     let busy = hands.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
     let begins_s = busy.map(|(place, hand)| stage.clock.when(place, hand.from_s)).fold(f64::INFINITY, f64::min);
-    let points = ((stage.clock.duration() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
+    let points = ((stage.clock.over() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
     let mut way = Vec::with_capacity(points + 1);
     for point in 0..=points {
         let since = point as f64 / RATE_HZ;

@@ -115,7 +115,7 @@ impl Flow {
         sheet.rows.blocks(&sheet.header, &wants, None).ok()?.filter(|_| issues)
     }
 
-    /// Looks a log through for rules with these channels; `None` when it is not plain.
+    /// Looks a log through for rules with these channels; `None` when its form is not plain. Whether its values are shows when they are derived.
     pub fn look_through(mut self, channels: &[ChannelSpec]) -> Option<Known> {
         let mut strangers = vec![];
         for (name, _, want) in &mut self.columns {
@@ -204,8 +204,14 @@ impl Known {
             while start < stretch.end {
                 let core = start..(start + WINDOW).min(stretch.end);
                 let seen = core.start.saturating_sub(around).max(stretch.start)..(core.end + around).min(stretch.end);
-                while held.end() < seen.end {
-                    let mut block = blocks.next()?.ok_or_else(gone)?;
+                // What is wrong with its rows a log may tell behind the last one.
+                let is_last = core.end == self.time.len();
+                while is_last || held.end() < seen.end {
+                    let mut block = match blocks.next()? {
+                        Some(block) => block,
+                        None if is_last && held.end() == self.time.len() => break,
+                        None => return Err(gone()),
+                    };
                     if !plain.look(&block, &self.flow) {
                         return Err(not_plain());
                     }
@@ -231,7 +237,7 @@ impl Known {
                 let corrected = tare::correct(&mut measured, &self.rests);
                 let frames = derive::derived_frames(&measured, &self.channels, &mut told)?;
                 each(Part { frames: &frames, core: within, start: core.start, ends: core.end == stretch.end })?;
-                if core.end == self.time.len() {
+                if is_last {
                     plain.finish(core.end).then_some(()).ok_or_else(not_plain)?;
                     let mut issues = std::mem::take(&mut row_issues);
                     issues.extend(self.issues.iter().cloned().chain(corrected));

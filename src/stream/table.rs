@@ -108,9 +108,6 @@ pub trait Rows {
 
 /// Rows that are read block by block.
 pub trait Blocks {
-    /// How many rows there are, where that is known before the last one was read.
-    fn rows(&self) -> Option<usize>;
-
     /// The next rows, as [`Rows::read`] gives all of them; `None` after the last ones.
     ///
     /// # Errors

@@ -58,6 +58,21 @@ fn what_flows_is_told_as_what_is_in_memory() {
     }
 }
 
+/// What is wrong with its last row a text tells behind all the others.
+#[test]
+fn a_last_row_that_is_cut_short_is_told_of_a_log_that_flows() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    formats::write(&taught("pick_and_place", 1), &log).unwrap();
+    let text = std::fs::read_to_string(&log).unwrap();
+    let last = text.trim_end().rfind('\n').unwrap();
+    std::fs::write(&log, &text[..last + 30]).unwrap();
+    assert!(flows(&log));
+    let [flowing, in_memory] = both_ways(folder.path(), "log.csv");
+    assert!(flowing.contains("is cut short"), "{flowing}");
+    assert_eq!(flowing, in_memory);
+}
+
 #[test]
 fn what_is_not_plain_is_in_memory() {
     let folder = tempfile::tempdir().unwrap();

@@ -57,20 +57,20 @@ impl<'a> Contact<'a> {
 
     /// The contact between two bodies, if the log has it.
     fn logged(measured: &'a Measured, body: &str, other: &str) -> Option<Self> {
-        let read = |a: &str, b: &str, sign: f64| {
+        let read = |a: &str, b: &str, is_turned: bool| {
             let name = format!("contact.{a}.{b}");
             let columns = |channel: &str| {
-                let signed = |column: &'a [f64]| match sign {
-                    1.0 => Cow::Borrowed(column),
-                    sign => Cow::Owned(column.iter().map(|value| value * sign).collect()),
+                let seen = |column: &'a [f64]| match is_turned {
+                    false => Cow::Borrowed(column),
+                    true => Cow::Owned(column.iter().map(|value| -value).collect()),
                 };
-                measured.vec3(channel).map(|columns| columns.map(signed))
+                measured.vec3(channel).map(|columns| columns.map(seen))
             };
             let (force, flag) = (columns(&format!("{name}.force")), measured.scalar(&name).map(Cow::Borrowed));
             let normal = columns(&format!("{name}.normal"));
             (force.is_some() || flag.is_some()).then(|| Self::new(measured.len(), force, normal, flag))
         };
-        read(body, other, 1.0).or_else(|| read(other, body, -1.0))
+        read(body, other, false).or_else(|| read(other, body, true))
     }
 
     /// Whether the log has the force of a contact under this order of the names.

@@ -9,6 +9,7 @@ use crate::base::geometry::{pose, unit};
 use crate::base::scene::Body as SceneBody;
 use crate::stream::measured::Measured;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use std::array;
 use std::borrow::Cow;
 
 /// Width of each of the two averages, s: the longest period of a tremor.
@@ -225,11 +226,9 @@ fn average(values: &[f64], reach: usize, means: &mut Vec<f64>) {
     let (group_sums, _) = group_sums.as_chunks_mut::<ANCHOR>();
     let ((fours, ones), (four_sums, one_sums)) = (groups.as_chunks::<4>(), group_sums.as_chunks_mut::<4>());
     fours.iter().zip(four_sums).for_each(|(group, sums)| totals.extend(add_up(group, sums)));
-    ones.as_chunks::<1>()
-        .0
-        .iter()
-        .zip(one_sums.as_chunks_mut::<1>().0)
-        .for_each(|(group, sums)| totals.extend(add_up(group, sums)));
+    for (group, sums) in ones.iter().zip(one_sums) {
+        totals.extend(add_up(array::from_ref(group), array::from_mut(sums)));
+    }
     let mut sum = 0.0;
     for (before, value) in rest_sums.iter_mut().zip(rest.iter().chain(&[0.0])) {
         *before = sum;

@@ -76,12 +76,12 @@ pub fn far_touches(
         .filter(|((_, body), _)| sized(body))
         .map(|((name, body), motion)| (name, Solid::new(body), motion))
         .collect();
-    // A fingertip this near to the origin of one of them is surely near enough, m.
-    let near: Vec<(f64, &Motion)> =
-        bodies.iter().map(|(_, body, motion)| ((REACH - body.inset()).max(0.0), *motion)).collect();
     if bodies.is_empty() || bodies.len() < objects.len() {
         return;
     }
+    // A fingertip this near to the origin of one of them is surely near enough, m.
+    let near: Vec<(f64, &Motion)> =
+        bodies.iter().map(|(_, body, motion)| ((REACH - body.inset()).max(0.0), *motion)).collect();
     let tips = hand.fingers.iter().zip(touches).enumerate().filter(|(_, (finger, _))| **finger != Finger::Palm);
     for (place, (finger, touches)) in tips {
         let Some(position) = measured.vec3(&format!("{}.{finger}.position", hand.side)) else { continue };

@@ -31,7 +31,7 @@ pub fn read(
     let components = spec.shape.components().len();
     let constant = |value: f64| vec![vec![value; measured.len()]; components];
     let instead = match &spec.absent {
-        Absent::NormAbove { .. } if found.iter().all(Option::is_some) => vec![None; slots.len()],
+        Absent::NormAbove { .. } if any && found.iter().all(Option::is_some) => vec![None; slots.len()],
         Absent::NormAbove { channel, on, off, .. } => {
             let forces = slot_names(&ChannelSpec { name: channel.clone(), ..spec.clone() }, side, fingers);
             let norms: Vec<_> = forces

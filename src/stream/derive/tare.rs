@@ -28,7 +28,7 @@ pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])
 }
 
-/// Whether what sensors read at rest is told from this column too: where the fingertips and the objects are, and what the fingertips feel.
+/// Whether what sensors read at rest is told from this column: where the fingertips and the objects are, and what the fingertips feel.
 pub fn asks(scene: &Scene, column: &str) -> bool {
     let Some(meaning) = names::meaning(column) else { return false };
     let Some((owner, quantity)) = meaning.channel.rsplit_once('.') else { return false };

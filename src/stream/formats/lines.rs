@@ -263,10 +263,6 @@ impl Reading {
 }
 
 impl Blocks for Reading {
-    fn rows(&self) -> Option<usize> {
-        None
-    }
-
     fn next(&mut self) -> Result<Option<Table>, InputError> {
         if self.ended {
             return Ok(None);

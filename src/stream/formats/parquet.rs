@@ -19,6 +19,7 @@ use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{ByteArray, DataType};
 use ::parquet::errors::ParquetError;
+use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
@@ -140,6 +141,15 @@ impl Opened {
         }
         let rows = usize::try_from(metadata.num_rows())
             .map_err(|_| InputError::new(name, "it says that it has less than no rows"))?;
+        // Of such a place the library is sure that it cannot be.
+        let mut chunks = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
+        if chunks.any(|chunk| {
+            let begins = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+            begins < 0 || chunk.compressed_size() < 0
+        }) {
+            let message = "is damaged: a column begins before the file, or is shorter than nothing";
+            return Err(InputError::new(name, message));
+        }
         Ok(Self { name: name.into(), reader, leaves, rows })
     }
 

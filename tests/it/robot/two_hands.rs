@@ -3,7 +3,7 @@
 use super::kinematics::shipped;
 use crate::command::within_the_limits_of_the_robot;
 use crate::program::{complained, teachtree};
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::hands::Side;
 use teachtree::command::{Commands, MappedGrasp};
@@ -67,6 +67,32 @@ fn a_hand_over_is_carried_out_by_two_arms() {
         joints["joint_names"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     let of = |side: &str| names.iter().filter(|name| name.starts_with(side)).count();
     assert_eq!([of("left_"), of("right_"), names.len()], [22, 22, 44], "{names:?}");
+    let points = joints["points"].as_array().unwrap();
+    for (joint, name) in names.iter().enumerate().filter(|(_, name)| name.contains("arm")) {
+        let at = |point: usize| points[point]["positions"][joint].as_f64().unwrap();
+        let all = || (0..points.len()).map(at);
+        let moved = all().fold(f64::NEG_INFINITY, f64::max) - all().fold(f64::INFINITY, f64::min);
+        assert!(moved > 0.02, "`{name}` moves by {moved} rad");
+    }
+    // In the end every palm is where the robot had it when it was done.
+    let robots = std::fs::read_to_string(&out).unwrap();
+    let (header, last) = (robots.lines().next().unwrap(), robots.lines().last().unwrap());
+    let recorded = |name: &str| -> f64 {
+        let column = header.split(',').position(|title| title.split(' ').next() == Some(name)).unwrap();
+        last.split(',').nth(column).unwrap().parse().unwrap()
+    };
+    for side in [Side::Left, Side::Right] {
+        let limb = robot.limb(side).unwrap();
+        let value = |dof: &str| {
+            let joint = names.iter().position(|name| *name == dof).unwrap();
+            points.last().unwrap()["positions"][joint].as_f64().unwrap()
+        };
+        let q: Vec<f64> = limb.dofs.iter().map(|dof| value(&dof.name)).collect();
+        let palm = limb.forward(&q)[limb.hands[&side].palm].translation.vector;
+        let there = ["x", "y", "z"].map(|axis| recorded(&format!("{side}.palm.position.{axis}")));
+        let off = (palm - Vector3::from(there)).norm();
+        assert!(off < 0.02, "the {side} palm ends {} mm from where it did", off * 1e3);
+    }
     within_the_limits_of_the_robot(&commands, scene);
 }
 

@@ -1,9 +1,10 @@
-//! The target of a hand that touches nothing, against its definition at every frame.
+//! The target of a hand, against its definition at every frame.
 
 use super::{ask, column, recording};
 use nalgebra::Point3;
 use proptest::prelude::*;
 use teachtree::base::geometry::{pose, surface_distance};
+use teachtree::base::scene::Body;
 use teachtree::stream::frames;
 
 const BODIES: &str = "
@@ -41,31 +42,63 @@ proptest! {
         let ways: Vec<(String, Way)> = (0..9)
             .map(|at| (format!("{}.{}", names[at / 3], ["x", "y", "z"][at % 3]), Box::new(way(at)) as Way))
             .collect();
-        let mut columns: Vec<(&str, &dyn Fn(f64) -> f64)> = ways.iter().map(|(name, way)| (name.as_str(), &**way)).collect();
+        let touches = |t: f64| if (t * speeds[11] / 4.0 + phases[11]).sin() > 0.6 { 1.0 } else { 0.0 };
+        let mut columns: Vec<(&str, &dyn Fn(f64) -> f64)> =
+            ways.iter().map(|(name, way)| (name.as_str(), &**way)).collect();
         columns.extend([
-            ("cube.rotation.w", &w as &dyn Fn(f64) -> f64), ("cube.rotation.x", &none), ("cube.rotation.y", &none), ("cube.rotation.z", &z),
+            ("cube.rotation.w", &w as &dyn Fn(f64) -> f64),
+            ("cube.rotation.x", &none),
+            ("cube.rotation.y", &none),
+            ("cube.rotation.z", &z),
+            ("right.thumb.contact", &touches),
         ]);
-        let recording = recording(BODIES, 500.0, 1500, &columns);
+        let mut recording = recording(BODIES, 500.0, 1500, &columns);
+        // A gap, after which everything begins anew.
+        let gap = 600..700;
+        recording.time.drain(gap.clone());
+        recording.columns.values_mut().for_each(|column| drop(column.values.drain(gap.clone())));
 
         let found = frames(&recording, &[ask("target")]).unwrap();
         let value = |name: &str, row: usize| recording.columns[name].values[row];
         let vector = |name: &str, row: usize| ["x", "y", "z"].map(|axis| value(&format!("{name}.{axis}"), row));
-        let mut target: Option<usize> = None;
+        let (mut target, mut touched): (Option<usize>, bool) = (None, false);
+        prop_assert_eq!(&found.stretches, &[0..600, 600..1400]);
         for row in 0..recording.time.len() {
-            let distance = |(at, body): (usize, &teachtree::base::scene::Body)| {
+            if row == gap.start {
+                (target, touched) = (None, false);
+            }
+            let distance = |(at, body): (usize, &Body), tips: &[&str]| {
                 let world_from_body = if at == 0 {
-                    pose(vector("cube.position", row), ["w", "x", "y", "z"].map(|part| value(&format!("cube.rotation.{part}"), row)))
+                    let part = |part: &str| value(&format!("cube.rotation.{part}"), row);
+                    pose(vector("cube.position", row), ["w", "x", "y", "z"].map(part))
                 } else {
                     pose(body.position.map(|length| length.0), body.rotation)
                 };
-                let tips = ["right.thumb.position", "right.index.position"].map(|tip| Point3::from(vector(tip, row)));
-                tips.map(|tip| surface_distance(body, &world_from_body.inverse_transform_point(&tip))).into_iter().fold(f64::INFINITY, f64::min)
+                let tip = |tip: &&str| {
+                    let place = Point3::from(vector(&format!("right.{tip}.position"), row));
+                    surface_distance(body, &world_from_body.inverse_transform_point(&place))
+                };
+                tips.iter().map(tip).fold(f64::INFINITY, f64::min)
             };
-            let distances: Vec<f64> = recording.scene.bodies.values().enumerate().map(distance).collect();
-            let nearest = (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b])).unwrap();
-            if target.is_none_or(|target| distances[target] - distances[nearest] >= NEARER_BY) {
-                target = Some(nearest);
+            let distances = |tips: &[&str]| -> Vec<f64> {
+                recording.scene.bodies.values().enumerate().map(|body| distance(body, tips)).collect()
+            };
+            let nearest = |distances: &[f64]| {
+                (0..distances.len()).min_by(|a, b| distances[*a].total_cmp(&distances[*b])).unwrap()
+            };
+            let touches = value("right.thumb.contact", row) == 1.0;
+            match target {
+                Some(_) if touches && touched => {}
+                // What the finger that touches is nearest to.
+                _ if touches => target = Some(nearest(&distances(&["thumb"]))),
+                known => {
+                    let distances = distances(&["thumb", "index"]);
+                    let least = nearest(&distances);
+                    let stays = |target: usize| distances[target] - distances[least] < NEARER_BY;
+                    target = known.filter(|target| stays(*target)).or(Some(least));
+                }
             }
+            touched = touches;
             prop_assert_eq!(column(&found, "target", 0, 0)[row], target.unwrap() as f64, "row {}", row);
         }
     }

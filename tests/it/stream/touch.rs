@@ -217,3 +217,17 @@ fn a_log_with_neither_flags_nor_forces_is_refused() {
     };
     assert_eq!(frames(&log, &[forces, ask_contact()]).unwrap_err(), error);
 }
+
+/// A hand of which only the palm is measured has no fingers that could feel nothing.
+#[test]
+fn a_hand_without_fingers_is_refused_where_rules_ask_what_they_touch() {
+    let mut log = flagged("contact.thing.base");
+    log.scene.hands.clear();
+    log.columns.retain(|name, _| !name.starts_with("right."));
+    for axis in ["x", "y", "z"] {
+        let position = log.columns[&format!("thing.position.{axis}")].clone();
+        log.columns.insert(format!("right.palm.position.{axis}"), position);
+    }
+    let error = frames(&log, &[ask_contact()]).unwrap_err().to_string();
+    assert!(error.contains("the rules need `fingers.contact` of the right hand"), "{error}");
+}

@@ -44,10 +44,6 @@ impl Walk {
 }
 
 impl Blocks for Walk {
-    fn rows(&self) -> Option<usize> {
-        Some(self.opened.rows)
-    }
-
     fn next(&mut self) -> Result<Option<Table>, InputError> {
         let name = self.opened.name.clone();
         if !self.open_group().map_err(|error| damaged(&name, &error))? {
