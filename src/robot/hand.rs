@@ -309,6 +309,40 @@ impl FingerModel {
         }
     }
 
+    /// The same for a point that is next to one whose solution is known.
+    pub(super) fn reach_near(&self, point: Point3<f64>, known: &Reached) -> Reached {
+        match &self.closed {
+            Some(closed) => closed.reach_near(point, &self.ranges, known),
+            None => self.approach(point, known.angles),
+        }
+    }
+
+    /// Adds to `joints` how something changes with the finger's degrees of freedom, when it changes by `slope` with the place of a point that hangs at a
+    /// joint.
+    pub(super) fn pull(
+        &self,
+        posture: &Posture,
+        joint: usize,
+        at: &Point3<f64>,
+        slope: &Vector3<f64>,
+        joints: &mut Angles,
+    ) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).take(joint + 1) {
+            let axis = pose.rotation * step.axis.into_inner() * step.ratio;
+            joints[step.local] += match step.kind {
+                Kind::Turns => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
+                Kind::Slides => axis.dot(slope),
+            };
+        }
+    }
+
+    /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
+    pub(super) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut Angles) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Turns) {
+            joints[step.local] += (pose.rotation * step.axis.into_inner()).dot(slope) * step.ratio;
+        }
+    }
+
     /// The nearest that the tip can come to a point, m: what to say of a finger that cannot reach.
     pub fn miss(&self, point: Point3<f64>) -> f64 {
         let mut starts = vec![self.reach(point).angles];

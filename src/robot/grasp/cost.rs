@@ -6,13 +6,14 @@
 //!
 //! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
-use super::beads::{Balls, placed};
-use super::{Contact, Failure, Held, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Mapper, NO_ANGLES, Wanted};
-use crate::base::geometry::pose;
+use super::beads::{Bar, placed};
+use super::slope::{Follower, Push, Touching, twist};
+use super::surroundings::{Part, Seen, parts};
+use super::{Contact, Effort, Failure, Held, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Mapper, NO_ANGLES, Wanted};
 use crate::base::hands::Finger;
-use crate::base::scene::{Body, Shape};
-use crate::robot::hand::{Angles, FingerModel, REACHED_M};
-use nalgebra::{Isometry3, Matrix3x4, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
+use crate::robot::hand::{Angles, REACHED_M};
+use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
+use std::cell::Cell;
 
 /// No measure counts for less.
 const SMALLEST: f64 = 1e-3;
@@ -21,25 +22,15 @@ const PER_METRE: f64 = 400.0;
 /// Shapes are kept this far apart while searching, m, and an overlap of this much costs 1.
 const MARGIN_M: f64 = 0.0008;
 const OVERLAP_M: f64 = 0.002;
-/// How far an obstacle may be from the object to matter, m: more than a hand's length.
-const FAR_M: f64 = 0.4;
 
 /// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
 const LIFTED: [f64; 2] = [0.2, 0.45];
 
-/// A convex part of something that is in the way.
-struct Part {
-    part_from_object: Isometry3<f64>,
-    centre: Point3<f64>,
-    shape: Shape,
-}
+/// Fingers that stand side by side are at least this far apart at their tips, in the order of their bases, m.
+const UNCROSSED_M: f64 = 0.004;
 
-/// The same, seen from a palm.
-struct Seen {
-    part_from_palm: Matrix3x4<f64>,
-    shape: Shape,
-    away: f64,
-}
+/// The bars of one finger, palm frame.
+type Bars = Vec<Bar>;
 
 /// The cost of poses for one grasp.
 pub(super) struct Cost<'a> {
@@ -54,6 +45,7 @@ pub(super) struct Cost<'a> {
     parts: Vec<Part>,
     /// How many of the parts are the object's.
     own: usize,
+    effort: Cell<Effort>,
 }
 
 impl<'a> Cost<'a> {
@@ -67,28 +59,26 @@ impl<'a> Cost<'a> {
             contacts.push((index, *contact, tip));
         }
         let idle = (0..hand.fingers.len()).filter(|index| !contacts.iter().any(|(used, ..)| used == index)).collect();
-        let mut parts = parts(wanted.object, &Isometry3::identity());
-        let own = parts.len();
-        for obstacle in &wanted.obstacles {
-            for part in self::parts(obstacle.body, &obstacle.object_from_obstacle) {
-                let near = Seen {
-                    part_from_palm: part.part_from_object.to_homogeneous().fixed_view::<3, 4>(0, 0).into(),
-                    shape: part.shape,
-                    away: 0.0,
-                };
-                if near.distance(&Point3::origin()) < FAR_M {
-                    parts.push(part);
-                }
-            }
-        }
+        let (parts, own) = parts(wanted);
         let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
         let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
-        Ok(Self { mapper, contacts, idle, largest_pad_angle, away: 0.0, parts, own })
+        Ok(Self { mapper, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
     }
 
     /// Keeps this much farther away from everything but the contacts, m.
     pub(super) fn keep_away(&mut self, away: f64) {
         self.away = away;
+    }
+
+    /// What was evaluated since it was made.
+    pub(super) fn effort(&self) -> Effort {
+        self.effort.get()
+    }
+
+    fn count(&self, add: impl Fn(&mut Effort)) {
+        let mut effort = self.effort.get();
+        add(&mut effort);
+        self.effort.set(effort);
     }
 
     /// The fingers on their contacts at a pose.
@@ -127,17 +117,17 @@ impl<'a> Cost<'a> {
             })
             .collect();
         let idle = self.idle.iter().map(|&index| {
-            let (angles, ..) = self.idle_posture(index, &touching, &scene);
-            (self.mapper.hand.fingers[index].finger, angles)
+            let idle = self.idle_posture(index, &touching, &scene);
+            (self.mapper.hand.fingers[index].finger, idle.angles)
         });
         idle.collect()
     }
 
-    /// The posture of an idle finger that is least in the way, its balls, and what it costs. It goes with the nearest finger that touches,
-    /// lifted off; or it is stretched, half bent or curled.
-    fn idle_posture(&self, index: usize, touching: &[(usize, Angles)], scene: &[Seen]) -> (Angles, Balls, f64) {
+    /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
+    /// half bent or curled.
+    fn idle_posture(&self, index: usize, touching: &[(usize, Angles)], scene: &[Seen]) -> Idle {
         let finger = &self.mapper.hand.fingers[index];
-        let mut best = (NO_ANGLES, Vec::new(), f64::INFINITY);
+        let mut best = Idle { angles: NO_ANGLES, bars: Vec::new(), cost: f64::INFINITY, follows: None };
         let neighbour = touching
             .iter()
             .filter(|(other, _)| {
@@ -145,28 +135,30 @@ impl<'a> Cost<'a> {
                 other.finger != Finger::Thumb && finger.finger != Finger::Thumb && other.dofs.len() == finger.dofs.len()
             })
             .min_by_key(|(other, _)| other.abs_diff(index));
-        for lift in if neighbour.is_some() { &LIFTED[..] } else { &[] } {
-            let mut angles = neighbour.map_or(NO_ANGLES, |(_, angles)| *angles);
-            for (joint, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
-                *angle = match joint {
-                    0 => (low + high) / 2.0,
-                    1 => (*angle - lift).clamp(*low, *high),
-                    _ => *angle,
-                };
-            }
-            let balls = placed(&self.mapper.beads.fingers[index], &finger.posture(&angles));
-            let cost = balls.iter().map(|ball| overlap(scene, ball)).sum();
-            if cost < best.2 {
-                best = (angles, balls, cost);
-            }
-            if cost == 0.0 {
-                return best;
+        for (other, followed) in neighbour.into_iter() {
+            for lift in LIFTED {
+                let mut angles = *followed;
+                for (joint, ([low, high], angle)) in finger.ranges.iter().zip(&mut angles).enumerate() {
+                    *angle = match joint {
+                        0 => (low + high) / 2.0,
+                        1 => (*angle - lift).clamp(*low, *high),
+                        _ => *angle,
+                    };
+                }
+                let bars: Bars = placed(&self.mapper.beads.fingers[index], &finger.posture(&angles)).collect();
+                let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+                if cost < best.cost {
+                    best = Idle { angles, bars, cost, follows: Some(*other) };
+                }
+                if cost == 0.0 {
+                    return best;
+                }
             }
         }
-        for (angles, balls) in &self.mapper.beads.idle[index] {
-            let cost = balls.iter().map(|ball| overlap(scene, ball)).sum();
-            if cost < best.2 {
-                best = (*angles, balls.clone(), cost);
+        for (angles, bars) in &self.mapper.beads.idle[index] {
+            let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
+            if cost < best.cost {
+                best = Idle { angles: *angles, bars: bars.clone(), cost, follows: None };
             }
             if cost == 0.0 {
                 break;
@@ -177,89 +169,179 @@ impl<'a> Cost<'a> {
 
     /// What is in the way, seen from the palm.
     fn seen_from(&self, object_from_palm: &Isometry3<f64>) -> Vec<Seen> {
-        let seen = |part: &Part| Seen {
-            part_from_palm: (part.part_from_object * object_from_palm).to_homogeneous().fixed_view::<3, 4>(0, 0).into(),
-            shape: part.shape,
-            away: 0.0,
-        };
-        let mut scene: Vec<Seen> = self.parts.iter().map(seen).collect();
-        for part in &mut scene {
-            part.away = self.away;
-        }
-        scene
+        self.parts.iter().map(|part| part.seen_from(object_from_palm)).collect()
     }
 
     /// The cost of a pose.
     pub(super) fn of(&self, pose: &Isometry3<f64>) -> f64 {
+        self.count(|effort| effort.costs += 1);
+        self.evaluate(pose, None)
+    }
+
+    /// The cost of a pose, and how it changes with a shift of the palm (a metre) and a turn (rad) about a point, in the frame of the object.
+    pub(super) fn with_slope(&self, pose: &Isometry3<f64>, about: &Point3<f64>) -> (f64, Vector6<f64>) {
+        self.count(|effort| effort.slopes += 1);
+        let mut slope = Vector6::zeros();
+        let cost = self.evaluate(pose, Some((about, &mut slope)));
+        (cost, slope)
+    }
+
+    fn evaluate(&self, pose: &Isometry3<f64>, slope: Option<(&Point3<f64>, &mut Vector6<f64>)>) -> f64 {
         let hand = self.mapper.hand;
         let mut cost = 0.0;
         let share = 1.0 / self.contacts.len().max(1) as f64;
         let palm_from_object = pose.inverse();
         let scene = self.seen_from(pose);
-        let mut strings: [Balls; 6] = Default::default();
-        let mut tips = [None; 6];
-        let mut touching: Vec<(usize, Angles)> = Vec::with_capacity(self.contacts.len());
+        let mut pushes: Option<Vec<Push>> = slope.is_some().then(Vec::new);
+        let mut bars: [Bars; 6] = Default::default();
+        let mut touching: Vec<Touching<'_>> = Vec::with_capacity(self.contacts.len());
+        let mut angles: Vec<(usize, Angles)> = Vec::with_capacity(self.contacts.len());
         for (index, contact, tip) in &self.contacts {
-            let finger: &FingerModel = &hand.fingers[*index];
+            let finger = &hand.fingers[*index];
             let target = palm_from_object * tip;
             let reached = finger.reach(target);
             let posture = finger.posture(&reached.angles);
-            let measure = if reached.miss < REACHED_M { reached.measure } else { 0.0 };
-            cost += share * (-measure.max(SMALLEST).ln() + PER_METRE * reached.miss);
+            cost += share * worth(reached.measure, reached.miss);
             let into = -(palm_from_object * contact.normal);
             let beyond = (self.largest_pad_angle.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
             cost += (beyond / 0.1).powi(2);
-            let balls = placed(&self.mapper.beads.fingers[*index], &posture);
-            cost += balls.iter().map(|ball| overlap(&scene, ball)).sum::<f64>();
-            if let Some(place) = strings.get_mut(*index) {
-                *place = balls;
+            if let Some(place) = bars.get_mut(*index) {
+                place.extend(placed(&self.mapper.beads.fingers[*index], &posture));
+                cost += place.iter().map(|bar| self.overlap(&scene, bar)).sum::<f64>();
+                if let Some(pushes) = &mut pushes {
+                    place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
+                }
             }
-            if let (Some(place), Some(base)) = (tips.get_mut(*index), posture.joints.first()) {
-                *place = Some((target, Point3::from(base.translation.vector), finger.finger));
-            }
-            touching.push((*index, reached.angles));
+            touching.push(Touching::new(*index, finger, target, reached, posture, into, beyond));
+            angles.push((*index, reached.angles));
         }
+        let mut following: Vec<Follower> = Vec::new();
         for &index in &self.idle {
-            let (_, balls, idle_cost) = self.idle_posture(index, &touching, &scene);
-            cost += idle_cost;
-            if let Some(place) = strings.get_mut(index) {
-                *place = balls;
+            let idle = self.idle_posture(index, &angles, &scene);
+            cost += idle.cost;
+            following.extend(idle.follows.map(|follows| Follower { index, follows, angles: idle.angles }));
+            if let Some(pushes) = pushes.as_mut().filter(|_| idle.cost > 0.0) {
+                idle.bars.iter().for_each(|bar| self.push_out(&scene, index, bar, pushes));
+            }
+            if let Some(place) = bars.get_mut(index) {
+                *place = idle.bars;
             }
         }
-        // The palm.
-        cost += self.mapper.beads.palm.iter().map(|point| overlap(&scene, &(*point, 0.0))).sum::<f64>();
-        cost += self.in_palm(&palm_from_object);
+        cost += self.palm(&scene, &palm_from_object, &mut pushes);
         // Fingers and fingers.
-        for (first, one) in strings.iter().enumerate() {
-            for other in strings.iter().skip(first + 1) {
-                cost += strings_overlap(one, other);
+        for (first, one) in bars.iter().enumerate() {
+            for (second, other) in bars.iter().enumerate().skip(first + 1) {
+                cost += fingers_overlap((first, one), (second, other), &mut pushes);
             }
         }
         // Fingers that stand side by side do not cross.
-        let mut before: Option<(Point3<f64>, Point3<f64>)> = None;
-        for (tip, base, _) in tips.iter().flatten().filter(|(.., finger)| *finger != Finger::Thumb) {
-            if let Some((tip1, base1)) = before
-                && let Some(lateral) = (base - base1).try_normalize(1e-6)
+        let mut before: Option<usize> = None;
+        for at in 0..touching.len() {
+            let Some(base) = touching[at].base().filter(|_| touching[at].finger.finger != Finger::Thumb) else {
+                continue;
+            };
+            if let Some(before) = before
+                && let Some(lateral) = touching[before].base().and_then(|other| (base - other).try_normalize(1e-6))
             {
-                let crossed = (0.004 - (tip - tip1).dot(&lateral)).max(0.0);
-                cost += price(crossed);
+                let crossed = UNCROSSED_M - (touching[at].target - touching[before].target).dot(&lateral);
+                if crossed > 0.0 {
+                    cost += price(crossed);
+                    let slope = lateral * price_slope(crossed);
+                    touching[at].target_slope -= slope;
+                    touching[before].target_slope += slope;
+                }
             }
-            before = Some((*tip, *base));
+            before = Some(at);
+        }
+        if let Some((about, slope)) = slope {
+            *slope = twist(pose, about, &pushes.unwrap_or_default(), touching, &following, hand, share);
         }
         cost
     }
 
+    /// What the palm costs.
+    fn palm(&self, scene: &[Seen], palm_from_object: &Isometry3<f64>, pushes: &mut Option<Vec<Push>>) -> f64 {
+        let mut cost = 0.0;
+        let beads = &self.mapper.beads;
+        let kept = MARGIN_M + self.away;
+        for part in scene {
+            let (middle, around) = &beads.about_palm;
+            if part.distance(middle) > around + kept {
+                continue;
+            }
+            for point in &beads.palm {
+                let over = kept - part.distance(point);
+                if over > 0.0 {
+                    cost += price(over);
+                    if let Some(pushes) = pushes {
+                        pushes.push(Push::of_palm(*point, part.out(point) * -price_slope(over)));
+                    }
+                }
+            }
+        }
+        // What no point of the palm is near may be in it all the same.
+        for part in self.parts.iter().take(self.own) {
+            let centre = palm_from_object * part.centre;
+            for (pose, half) in &beads.palm_boxes {
+                let p = pose.inverse_transform_point(&centre);
+                let depths = half - p.coords.abs();
+                let depth = depths.min();
+                if depth > 0.0 {
+                    cost += price(depth);
+                    if let Some(pushes) = pushes {
+                        let axis = depths.imin();
+                        let out = pose.rotation * Vector3::ith(axis, 1.0_f64.copysign(p[axis]));
+                        pushes.push(Push::of_palm(centre, out * price_slope(depth)));
+                    }
+                }
+            }
+        }
+        cost
+    }
+
+    /// What a bar of the hand costs that overlaps something.
+    fn overlap(&self, scene: &[Seen], bar: &Bar) -> f64 {
+        let mut cost = 0.0;
+        let kept = MARGIN_M + self.away;
+        let (middle, around) = bar.around();
+        for part in scene.iter().filter(|part| part.distance(&middle) < around + kept) {
+            for ball in bar.balls() {
+                let over = bar.radius + kept - part.distance(&ball);
+                if over > 0.0 {
+                    cost += price(over);
+                }
+            }
+        }
+        cost
+    }
+
+    /// How that changes with where its balls are.
+    fn push_out(&self, scene: &[Seen], finger: usize, bar: &Bar, pushes: &mut Vec<Push>) {
+        let kept = MARGIN_M + self.away;
+        let (middle, around) = bar.around();
+        for part in scene.iter().filter(|part| part.distance(&middle) < around + kept) {
+            for ball in bar.balls() {
+                let over = bar.radius + kept - part.distance(&ball);
+                if over > 0.0 {
+                    let slope = part.out(&ball) * -price_slope(over);
+                    pushes.push(Push { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+                }
+            }
+        }
+    }
+
     /// A pose moved so that the fingers come nearer to their contacts: Gauss and Newton's step on what each finger misses, without a look at
-    /// anything else.
-    pub(super) fn nearer(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+    /// anything else. And what they missed before, m.
+    pub(super) fn nearer(&self, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
+        self.count(|effort| effort.fits += 1);
         let mut square = Matrix6::identity() * 1e-7;
         let mut right = Vector6::zeros();
-        let mut missed = false;
+        let mut missed = 0.0;
         for (index, _, tip) in &self.contacts {
             let finger = &self.mapper.hand.fingers[*index];
             let target = pose.inverse_transform_point(tip);
             let reached = finger.reach(target);
-            missed |= reached.miss > REACHED_M;
+            missed += reached.miss;
             let at = finger.posture(&reached.angles).tip;
             // The palm moves by (t, ω) in its own frame: the tip goes along.
             let r = at.coords;
@@ -269,28 +351,13 @@ impl<'a> Cost<'a> {
             square += rows.transpose() * rows;
             right += rows.transpose() * (target - at);
         }
-        let Some(step) = square.cholesky().filter(|_| missed).map(|factor| factor.solve(&right)) else { return *pose };
+        let step = square.cholesky().filter(|_| missed > REACHED_M).map(|factor| factor.solve(&right));
+        let Some(step) = step else { return (missed, *pose) };
         let shift: Vector3<f64> = step.fixed_rows::<3>(0).into();
         let turn: Vector3<f64> = step.fixed_rows::<3>(3).into();
         // Far steps are cut: what a finger misses is only known nearby.
         let cut = (0.5 / turn.norm().max(1e-9)).min(0.05 / shift.norm().max(1e-9)).min(1.0);
-        pose * Isometry3::new(shift * cut, turn * cut)
-    }
-
-    /// What it costs that the object is in the palm where no point of the palm is near.
-    fn in_palm(&self, palm_from_object: &Isometry3<f64>) -> f64 {
-        let mut cost = 0.0;
-        for part in self.parts.iter().take(self.own) {
-            let centre = palm_from_object * part.centre;
-            for (pose, half) in &self.mapper.beads.palm_boxes {
-                let p = pose.inverse_transform_point(&centre);
-                let depth = (half - p.coords.abs()).min();
-                if depth > 0.0 {
-                    cost += price(depth);
-                }
-            }
-        }
-        cost
+        (missed, pose * Isometry3::new(shift * cut, turn * cut))
     }
 
     /// The middle of the contacts, the scale of the search about it, and the fingers' touch in the object's frame.
@@ -300,74 +367,65 @@ impl<'a> Cost<'a> {
     }
 }
 
+/// An idle finger: its angles, its bars, what it costs that they overlap something, and the finger that it goes with.
+struct Idle {
+    angles: Angles,
+    bars: Bars,
+    cost: f64,
+    follows: Option<usize>,
+}
+
+/// What the measure of a finger costs, and what it misses, m.
+pub(super) fn worth(measure: f64, miss: f64) -> f64 {
+    let measure = if miss < REACHED_M { measure } else { 0.0 };
+    PER_METRE * miss - measure.max(SMALLEST).ln()
+}
+
 /// What an overlap costs: its square, and less steep where the search has far to go.
 fn price(over: f64) -> f64 {
     let over = over / OVERLAP_M;
     if over < 1.0 { over * over } else { 2.0 * over - 1.0 }
 }
 
-/// What a ball of the hand costs that overlaps something.
-fn overlap(scene: &[Seen], (centre, radius): &(Point3<f64>, f64)) -> f64 {
+/// How that grows with the overlap, 1/m.
+fn price_slope(over: f64) -> f64 {
+    2.0 * (over / OVERLAP_M).min(1.0) / OVERLAP_M
+}
+
+/// What it costs that two fingers overlap.
+fn fingers_overlap(
+    (first, one): (usize, &[Bar]),
+    (second, other): (usize, &[Bar]),
+    pushes: &mut Option<Vec<Push>>,
+) -> f64 {
     let mut cost = 0.0;
-    for part in scene {
-        let over = radius + MARGIN_M + part.away - part.distance(centre);
-        if over > 0.0 {
-            cost += price(over);
+    for a in one {
+        for b in other {
+            let least = a.radius + b.radius + MARGIN_M / 2.0;
+            let ((here, around), (there, about)) = (a.around(), b.around());
+            let near = around + about + MARGIN_M;
+            if (here - there).norm_squared() > near * near || a.gap2(b) > least * least {
+                continue;
+            }
+            for ball in a.balls() {
+                for other in b.balls() {
+                    let way = ball - other;
+                    let distance2 = way.norm_squared();
+                    if distance2 >= least * least {
+                        continue;
+                    }
+                    let distance = distance2.sqrt();
+                    cost += price(least - distance);
+                    if let Some(pushes) = pushes {
+                        let slope = way * (price_slope(least - distance) / distance.max(1e-9));
+                        let push =
+                            |finger, joint, at, slope| Push { on: Some((finger, joint)), outside: false, at, slope };
+                        pushes.push(push(first, a.joint, ball, -slope));
+                        pushes.push(push(second, b.joint, other, slope));
+                    }
+                }
+            }
         }
     }
     cost
-}
-
-fn strings_overlap(one: &[(Point3<f64>, f64)], other: &[(Point3<f64>, f64)]) -> f64 {
-    // A ball about the other string keeps most of this one away from it.
-    let (Some((first, _)), Some((last, thickest))) = (other.first(), other.last()) else { return 0.0 };
-    let centre = nalgebra::center(first, last);
-    let around =
-        other.iter().map(|(ball, radius)| (ball - centre).norm_squared().sqrt() + radius).fold(*thickest, f64::max);
-    let mut cost = 0.0;
-    for (a, radius_a) in one {
-        if (a - centre).norm_squared() > (around + radius_a) * (around + radius_a) {
-            continue;
-        }
-        for (b, radius_b) in other {
-            let least = radius_a + radius_b + MARGIN_M / 2.0;
-            let distance2 = (a - b).norm_squared();
-            if distance2 < least * least {
-                cost += price(least - distance2.sqrt());
-            }
-        }
-    }
-    cost
-}
-
-fn parts(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<Part> {
-    let part = |part: &crate::base::scene::Part| {
-        let object_from_part = object_from_body * pose(part.at.map(|at| at.0), part.turned);
-        Part {
-            part_from_object: object_from_part.inverse(),
-            centre: object_from_part.translation.vector.into(),
-            shape: part.shape,
-        }
-    };
-    body.parts.iter().map(part).collect()
-}
-
-impl Seen {
-    /// Signed distance to the surface, m, negative inside.
-    fn distance(&self, point: &Point3<f64>) -> f64 {
-        let p = self.part_from_palm * point.to_homogeneous();
-        match self.shape {
-            Shape::Ball(radius) => p.norm() - radius.0,
-            Shape::Box([x, y, z]) => {
-                let over = Vector3::new(p.x.abs() - x.0 / 2.0, p.y.abs() - y.0 / 2.0, p.z.abs() - z.0 / 2.0);
-                let inside = over.max();
-                if inside <= 0.0 { inside } else { over.sup(&Vector3::zeros()).norm() }
-            }
-            Shape::Cylinder([radius, height]) => {
-                let (round, flat) = (p.x.hypot(p.y) - radius.0, p.z.abs() - height.0 / 2.0);
-                let inside = round.max(flat);
-                if inside <= 0.0 { inside } else { round.max(0.0).hypot(flat.max(0.0)) }
-            }
-        }
-    }
 }

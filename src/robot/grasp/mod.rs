@@ -15,7 +15,9 @@ mod beads;
 mod clearance;
 mod cost;
 mod search;
+mod slope;
 mod starts;
+mod surroundings;
 
 pub use clearance::Clearance;
 
@@ -24,14 +26,14 @@ use crate::base::hands::Finger;
 use crate::base::scene::Body;
 use clearance::Shapes;
 use cost::Cost;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3, Vector6};
 
 /// A pad that grasps may look past the surface normal by this angle, rad (80 degrees).
 pub const LARGEST_PAD_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
 /// One that only pushes by this one, rad (95 degrees: the end of the finger).
 pub const LARGEST_PUSHING_ANGLE: f64 = 95.0 * std::f64::consts::PI / 180.0;
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
-const AWAY_M: f64 = 0.003;
+const AWAY_M: [f64; 2] = [0.001, 0.003];
 /// So many of the best poses are leant over, and so many candidates are kept.
 const LEANT: usize = 3;
 const CANDIDATES: usize = 40;
@@ -69,6 +71,17 @@ pub struct Wanted<'a> {
     pub object: &'a Body,
     /// What else is there while it is held.
     pub obstacles: Vec<Obstacle<'a>>,
+}
+
+/// How often a search looked at a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// The cost of a pose.
+    pub costs: u64,
+    /// The cost and its slope.
+    pub slopes: u64,
+    /// Only what the fingers miss, and a step that brings them nearer.
+    pub fits: u64,
 }
 
 /// A palm pose with the fingers on their contacts.
@@ -148,6 +161,11 @@ impl<'a> Mapper<'a> {
         Self { hand, beads: beads::HandBeads::new(hand), postures: starts::postures(hand) }
     }
 
+    /// The hand.
+    pub fn hand(&self) -> &HandModel {
+        self.hand
+    }
+
     /// Finds the best pose of the palm.
     ///
     /// # Errors
@@ -165,24 +183,54 @@ impl<'a> Mapper<'a> {
         wanted: &Wanted<'_>,
         reachable: &dyn Fn(&Isometry3<f64>) -> bool,
     ) -> Result<Grasp, Failure> {
+        self.search(&mut Cost::new(self, wanted)?, wanted, reachable)
+    }
+
+    /// The same as [`Self::map`], and what it took.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn map_counted(&self, wanted: &Wanted<'_>) -> Result<(Result<Grasp, Failure>, Effort), Failure> {
         let mut cost = Cost::new(self, wanted)?;
+        let found = self.search(&mut cost, wanted, &|_| true);
+        Ok((found, cost.effort()))
+    }
+
+    /// What a pose of the palm costs a search, and how that changes with a shift of the palm along x, y and z of the object's frame, a metre, and with
+    /// a turn about them through the object's origin, a rad.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have.
+    pub fn cost(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<(f64, Vector6<f64>), Failure> {
+        Ok(Cost::new(self, wanted)?.with_slope(object_from_palm, &Point3::origin()))
+    }
+
+    fn search(
+        &self,
+        cost: &mut Cost<'_>,
+        wanted: &Wanted<'_>,
+        reachable: &dyn Fn(&Isometry3<f64>) -> bool,
+    ) -> Result<Grasp, Failure> {
         let shapes = Shapes::new(self.hand, wanted);
-        let starts = starts::starts(self, wanted);
         let mut failure = None;
-        for pose in search::best_poses(&cost, &starts) {
-            let mut found = self.check(&pose, &cost, &shapes);
-            if matches!(found, Err(Failure::InTheWay(..))) {
-                cost.keep_away(AWAY_M);
-                found = self.check(&search::polished(&cost, &pose), &cost, &shapes);
-                cost.keep_away(0.0);
-            }
-            match found {
-                Ok(grasp) if reachable(&grasp.object_from_palm) => return Ok(grasp),
-                Ok(_) => {
-                    failure.get_or_insert(Failure::ArmOutOfReach);
+        for wide in [false, true] {
+            for pose in search::best_poses(cost, &starts::starts(self, wanted, wide)) {
+                let mut found = self.check(&pose, cost, &shapes);
+                for away in AWAY_M {
+                    if matches!(found, Err(Failure::InTheWay(..))) {
+                        cost.keep_away(away);
+                        found = self.check(&search::polished(cost, &pose), cost, &shapes);
+                    }
                 }
-                Err(found) => {
-                    failure.get_or_insert(found);
+                cost.keep_away(0.0);
+                match found {
+                    Ok(grasp) if reachable(&grasp.object_from_palm) => return Ok(grasp),
+                    Ok(_) => {
+                        failure.get_or_insert(Failure::ArmOutOfReach);
+                    }
+                    Err(found) => {
+                        failure.get_or_insert(found);
+                    }
                 }
             }
         }
@@ -230,7 +278,7 @@ impl<'a> Mapper<'a> {
     /// A finger that the hand does not have.
     pub fn candidates(&self, wanted: &Wanted<'_>) -> Result<Vec<Isometry3<f64>>, Failure> {
         let cost = Cost::new(self, wanted)?;
-        let mut poses = search::best_poses(&cost, &starts::starts(self, wanted));
+        let mut poses = search::best_poses(&cost, &starts::starts(self, wanted, false));
         let leant: Vec<Isometry3<f64>> =
             poses.iter().take(LEANT).flat_map(|pose| search::leant(&cost, wanted, pose)).collect();
         poses.extend(leant);
@@ -256,7 +304,7 @@ impl<'a> Mapper<'a> {
         steps: usize,
     ) -> Result<(f64, Isometry3<f64>), Failure> {
         let mut cost = Cost::new(self, wanted)?;
-        cost.keep_away(AWAY_M);
+        cost.keep_away(AWAY_M[1]);
         Ok(search::improved(&cost, pose, steps))
     }
 
@@ -273,9 +321,12 @@ impl<'a> Mapper<'a> {
     /// The pose that copies the person's: the hand half closed in the middle of its ranges, laid over the taught contacts. What it is
     /// worth without any search is what the search is compared with; `None` where the fingers do not reach.
     pub fn copied(&self, wanted: &Wanted<'_>) -> Option<f64> {
-        let cost = Cost::new(self, wanted).ok()?;
-        let pose = starts::laid_over(self, wanted)?;
-        let fingers = cost.fingers(&pose);
+        self.measure(wanted, &starts::laid_over(self, wanted)?)
+    }
+
+    /// The measure of a pose of the palm, whether or not something is in the way; `None` where the fingers do not reach.
+    pub fn measure(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Option<f64> {
+        let fingers = Cost::new(self, wanted).ok()?.fingers(object_from_palm);
         let reached = fingers.iter().all(|held| held.miss < REACHED_M);
         reached.then(|| geometric_mean(&fingers))
     }

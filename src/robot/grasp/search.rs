@@ -1,6 +1,6 @@
 //! The search over poses of the palm: many starts are looked at, some are improved, the best is polished.
 //!
-//! Improving is a quasi-Newton descent (BFGS) with differences for the slope, in six coordinates about the current pose: a shift of the
+//! Improving is a quasi-Newton descent (BFGS) in six coordinates about the current pose: a shift of the
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
 
 use super::Wanted;
@@ -8,20 +8,17 @@ use super::cost::Cost;
 use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 
-/// So many times the contacts are approached from each start, without a look at anything else.
-const FITTED: usize = 4;
-/// This many starts, the cheapest that are apart, are improved by as many steps; then the best by as many more.
-const IMPROVED: usize = 12;
-const FIRST_STEPS: usize = 12;
-const BEST: usize = 3;
-const LAST_STEPS: usize = 60;
+/// So many times the contacts are approached from each start, without a look at anything else; then again, from the better half.
+const FITTED: usize = 2;
+/// Descents go on in rounds: so many, the cheapest, by so many steps more.
+const ROUNDS: [(usize, usize); 3] = [(24, 4), (10, 8), (4, 60)];
+/// So many of the best are begun anew in the end.
+const RENEWED: usize = 2;
 /// How far a pose is leant over, rad.
 const ROLLS: [f64; 7] = [0.0, -0.4, 0.4, -0.8, 0.8, -1.2, 1.2];
 const TILTS: [f64; 3] = [0.0, -0.4, 0.4];
 /// m for one rad.
 const TURN_M: f64 = 0.1;
-/// The difference for slopes, m.
-const DIFFERENCE_M: f64 = 2e-6;
 /// A descent ends when a step gains less than this.
 const GAIN: f64 = 2e-5;
 /// Two starts are apart when they differ by more than this, m.
@@ -29,35 +26,38 @@ const APART_M: f64 = 0.030;
 
 /// The best poses that were found, best first.
 pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
-    let mut ranked: Vec<(f64, Isometry3<f64>)> = starts
-        .iter()
-        .map(|start| {
-            let fitted = (0..FITTED).fold(*start, |pose, _| cost.nearer(&pose));
-            (cost.of(&fitted), fitted)
-        })
-        .collect();
+    let mut fitted: Vec<(f64, Isometry3<f64>)> = starts.iter().map(|start| fitted(cost, start)).collect();
+    fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
+    fitted.truncate(fitted.len().div_ceil(2));
+    let looked = fitted.iter().map(|(_, pose)| {
+        let (_, pose) = self::fitted(cost, pose);
+        (cost.of(&pose), pose)
+    });
+    let mut ranked: Vec<(f64, Isometry3<f64>)> = looked.collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let mut chosen: Vec<(f64, Isometry3<f64>)> = Vec::new();
+    let mut descents: Vec<Descent> = Vec::new();
     for (value, pose) in ranked {
-        if chosen.len() < IMPROVED && chosen.iter().all(|(_, other)| apart(&pose, other) > APART_M) {
-            chosen.push((value, pose));
+        if descents.len() < ROUNDS[0].0 && descents.iter().all(|other| apart(&pose, &other.pose) > APART_M) {
+            descents.push(Descent::new(pose, value));
         }
     }
     let middle = cost.middle();
-    let mut improved: Vec<Descent> = chosen
-        .into_iter()
-        .map(|(value, pose)| {
-            let mut descent = Descent::new(pose, value);
-            descent.run(cost, &middle, FIRST_STEPS);
-            descent
-        })
-        .collect();
-    improved.sort_by(|a, b| a.value.total_cmp(&b.value));
-    for descent in improved.iter_mut().take(BEST) {
-        descent.run(cost, &middle, LAST_STEPS);
+    for (count, steps) in ROUNDS {
+        descents.iter_mut().take(count).for_each(|descent| descent.run(cost, &middle, steps));
+        descents.sort_by(|a, b| a.value.total_cmp(&b.value));
     }
-    improved.sort_by(|a, b| a.value.total_cmp(&b.value));
-    improved.into_iter().map(|descent| descent.pose).collect()
+    // A descent that has come to a kink goes on along it when it begins anew.
+    for descent in descents.iter_mut().take(RENEWED) {
+        descent.inverse_hessian = None;
+        descent.run(cost, &middle, ROUNDS[2].1);
+    }
+    descents.sort_by(|a, b| a.value.total_cmp(&b.value));
+    descents.into_iter().map(|descent| descent.pose).collect()
+}
+
+/// A pose with the fingers brought to the contacts, and what they missed just before, m.
+fn fitted(cost: &Cost<'_>, pose: &Isometry3<f64>) -> (f64, Isometry3<f64>) {
+    (0..FITTED).fold((0.0, *pose), |(_, pose), _| cost.nearer(&pose))
 }
 
 /// A pose improved as far as it goes.
@@ -80,7 +80,8 @@ pub(super) fn leant(cost: &Cost<'_>, wanted: &Wanted<'_>, pose: &Isometry3<f64>)
     let leant = turns.map(|turn| {
         let leant =
             moved(pose, &middle, &Vector6::new(0.0, 0.0, 0.0, turn.x * TURN_M, turn.y * TURN_M, turn.z * TURN_M));
-        (0..FITTED).fold(leant, |pose, _| cost.nearer(&pose))
+        let (_, nearer) = fitted(cost, &leant);
+        fitted(cost, &nearer).1
     });
     leant.collect()
 }
@@ -167,17 +168,15 @@ impl Descent {
         }
     }
 
-    /// The slope by forward differences.
-    fn slope(&self, cost: &Cost<'_>, middle: &Point3<f64>) -> Vector6<f64> {
-        Vector6::from_fn(|row, _| {
-            let mut x = Vector6::zeros();
-            x[row] = DIFFERENCE_M;
-            (cost.of(&moved(&self.pose, middle, &x)) - self.value) / DIFFERENCE_M
-        })
+    /// The cost and its slope in the six coordinates.
+    fn look(cost: &Cost<'_>, middle: &Point3<f64>, pose: &Isometry3<f64>) -> (f64, Vector6<f64>) {
+        let (value, mut slope) = cost.with_slope(pose, middle);
+        slope.fixed_rows_mut::<3>(3).scale_mut(1.0 / TURN_M);
+        (value, slope)
     }
 
     fn step(&mut self, cost: &Cost<'_>, middle: &Point3<f64>) {
-        let slope = self.slope.take().unwrap_or_else(|| self.slope(cost, middle));
+        let slope = self.slope.take().unwrap_or_else(|| Self::look(cost, middle, &self.pose).1);
         // The first step goes about 5 mm.
         let first = Matrix6::identity() * (0.005 / slope.norm().max(1e-9));
         let mut inverse = *self.inverse_hessian.get_or_insert(first);
@@ -190,16 +189,16 @@ impl Descent {
         let mut length = 1.0;
         let found = loop {
             let pose = moved(&self.pose, middle, &(direction * length));
-            let value = cost.of(&pose);
+            let (value, next) = Self::look(cost, middle, &pose);
             if value < self.value + 1e-4 * length * direction.dot(&slope) {
-                break Some((pose, value));
+                break Some((pose, value, next));
             }
             length *= 0.4;
             if length < 1e-4 {
                 break None;
             }
         };
-        let Some((pose, value)) = found else {
+        let Some((pose, value, next)) = found else {
             // Down a kink from here: start over with the slope alone, once.
             self.over = self.inverse_hessian.is_some_and(|inverse| inverse == first);
             self.inverse_hessian = Some(first);
@@ -208,7 +207,6 @@ impl Descent {
         };
         self.over = self.value - value < GAIN;
         (self.pose, self.value) = (pose, value);
-        let next = self.slope(cost, middle);
         let (step, change) = (direction * length, next - slope);
         let curvature = step.dot(&change);
         if curvature > 1e-12 {

@@ -21,6 +21,7 @@ const THUMBS: [[f64; 3]; 7] = [
 ];
 /// This many postures, the nearest in width to the contacts, are tried.
 const TRIED: usize = 14;
+const TRIED_WIDE: usize = 28;
 /// Rolls about the line of opposition, in turns, for contacts whose order tells which way is up, and for others.
 const ROLLS: [f64; 7] = [0.0, -0.06, 0.06, -0.13, 0.13, -0.2, 0.2];
 const ALL_ROUND: usize = 14;
@@ -60,8 +61,8 @@ pub(super) fn postures(hand: &HandModel) -> Vec<Posing> {
     postures
 }
 
-/// Poses of the palm in the object's frame to begin with.
-pub(super) fn starts(mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Vec<Isometry3<f64>> {
+/// Poses of the palm in the object's frame to begin with; more of them, in all directions, when it is to be `wide`.
+pub(super) fn starts(mapper: &Mapper<'_>, wanted: &Wanted<'_>, wide: bool) -> Vec<Isometry3<f64>> {
     let Some((object, sided)) = object_frame(mapper, wanted) else { return Vec::new() };
     let mut ranked: Vec<(f64, Isometry3<f64>)> = mapper
         .postures
@@ -73,11 +74,12 @@ pub(super) fn starts(mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Vec<Isometry3<
         .collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
     let rolls: Vec<f64> =
-        if sided { ROLLS.to_vec() } else { (0..ALL_ROUND).map(|at| at as f64 / ALL_ROUND as f64).collect() };
+        if sided && !wide { ROLLS.to_vec() } else { (0..ALL_ROUND).map(|at| at as f64 / ALL_ROUND as f64).collect() };
     let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
-    let tilts = if opposed { &[0.0][..] } else { &TILTS[..] };
+    let tilts = if opposed && !wide { &[0.0][..] } else { &TILTS[..] };
+    let tried = if wide { TRIED_WIDE } else { TRIED };
     let mut starts = Vec::new();
-    for (_, palm_from_hand) in ranked.iter().take(TRIED) {
+    for (_, palm_from_hand) in ranked.iter().take(tried) {
         for roll in &rolls {
             for tilt in tilts {
                 let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), roll * TAU)

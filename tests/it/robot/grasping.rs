@@ -1,7 +1,7 @@
 //! Grasp mapping: the cases of PAPER.md 9.4, and part of the list of grasps that are known to be feasible.
 
 use super::kinematics::shipped;
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Body;
@@ -71,6 +71,46 @@ fn every_condition_of_a_grasp_holds() {
     assert!(polished < 1.02 * grasp.measure, "{polished} and {}", grasp.measure);
 }
 
+/// Searches go by this slope: a wrong one makes them slow and worse, which nothing else would tell.
+#[test]
+fn the_slope_of_the_cost_is_what_differences_say() {
+    let robot = shipped("gifu_hand_iii_right");
+    let mapper = Mapper::new(&robot.hands[&Side::Right]);
+    let (object, contacts) = across(90.0);
+    let wanted = Wanted { contacts, object: &object, obstacles: Vec::new() };
+    let best = mapper.map(&wanted).unwrap().object_from_palm;
+    let cost = |pose: &Isometry3<f64>| mapper.cost(&wanted, pose).unwrap();
+    let moved = |pose: &Isometry3<f64>, row: usize, by: f64| {
+        let (mut shift, mut turn) = (Vector3::zeros(), Vector3::zeros());
+        if row < 3 {
+            shift[row] = by
+        } else {
+            turn[row - 3] = by
+        }
+        Isometry3::from_parts(shift.into(), UnitQuaternion::from_scaled_axis(turn)) * pose
+    };
+    let (mut right, mut overlapping, mut far, mut all) = (0, 0, 0, 0);
+    for index in 0..60 {
+        // Up to 30 mm and 0.3 rad away, where fingers overlap, cannot reach and look away.
+        let share = |row: usize| 2.0 * ((6 * index + row) as f64 * 0.618_033_988_749_895).fract() - 1.0;
+        let away = Vector3::new(share(0), share(1), share(2)) * 0.0005 * index as f64;
+        let turn = Vector3::new(share(3), share(4), share(5)) * 0.005 * index as f64;
+        let pose = best * Isometry3::from_parts(away.into(), UnitQuaternion::from_scaled_axis(turn));
+        let (value, slope) = cost(&pose);
+        overlapping += usize::from(value > 3.0);
+        far += usize::from(mapper.at(&wanted, &pose).is_err());
+        for row in 0..6 {
+            let by = 1e-6;
+            let differences = (cost(&moved(&pose, row, by)).0 - cost(&moved(&pose, row, -by)).0) / (2.0 * by);
+            all += 1;
+            right += usize::from((slope[row] - differences).abs() < 1e-2 * slope.norm().max(1.0));
+        }
+    }
+    assert!(far > 10 && overlapping > 5, "{far} {overlapping}");
+    // Not on kinks.
+    assert!(right * 100 >= all * 95, "{right} of {all}");
+}
+
 #[test]
 fn a_finger_that_cannot_reach_is_named_with_what_is_missing() {
     let robot = shipped("gifu_hand_iii_right");
@@ -103,7 +143,7 @@ fn known_grasps_are_found_with_nearly_the_best_measure() {
     let numbers =
         |value: &Value| -> Vec<f64> { value.as_array().unwrap().iter().map(|n| n.as_f64().unwrap()).collect() };
     let (mut ratios, mut tried) = (Vec::new(), 0);
-    for grasp in list.iter().step_by(20) {
+    for grasp in list.iter().step_by(10) {
         let contact = |contact: &Value| Contact {
             finger: Finger::from_name(contact["finger"].as_str().unwrap()).unwrap(),
             point: Point3::from_slice(&numbers(&contact["point"])),
@@ -116,8 +156,8 @@ fn known_grasps_are_found_with_nearly_the_best_measure() {
             ratios.push(found.measure / grasp["reference"].as_f64().unwrap());
         }
     }
-    assert!(ratios.len() + 1 >= tried, "{} of {tried} found", ratios.len());
+    assert_eq!(ratios.len(), tried, "all are found");
     let good = ratios.iter().filter(|ratio| **ratio >= 0.98).count();
-    assert!(good + 2 >= tried, "{good} of {tried} nearly the best: {ratios:?}");
-    assert!(ratios.iter().all(|ratio| *ratio >= 0.85), "{ratios:?}");
+    assert!(good + 1 >= tried, "{good} of {tried} nearly the best: {ratios:?}");
+    assert!(ratios.iter().all(|ratio| *ratio >= 0.90), "{ratios:?}");
 }
