@@ -4,7 +4,7 @@
 use super::analyze::{Analysed, analyse, timeline};
 use super::command::{open_robot, summary};
 use super::rules::{RuleArgs, load};
-use super::simulate::{perform, told};
+use super::simulate::{perform, told, told_nearest};
 use super::teach::record;
 use super::{Failure, output};
 use crate::analysis::Analysis;
@@ -70,12 +70,12 @@ fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -
     let commanded = args.out.join("commands.json");
     output::write(&commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
-    let Performance { recording, outcomes, trace } = perform(&commands, &robot, scene)?;
+    let Performance { recording, outcomes, nearest, trace } = perform(&commands, &robot, scene)?;
     let performed = args.out.join("robot.csv");
     csv::write(&recording, &performed)?;
     let page = args.out.join("robot.html");
     output::write(&page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
-    output::print(&format!("\nthe robot\n{}", told(&outcomes)))?;
+    output::print(&format!("\nthe robot\n{}{}", told(&outcomes), told_nearest(nearest.as_ref())))?;
     let opened = stream::open(&OpenRequest { log: performed, ..OpenRequest::default() })?;
     let again = analyse(rules, &opened, None, Vec::new())?;
     let tasks = |analysis: &Analysis| -> Vec<String> {

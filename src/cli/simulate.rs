@@ -8,6 +8,8 @@ use crate::base::scene::Scene;
 use crate::command::Commands;
 use crate::report;
 use crate::robot::Robot;
+use crate::robot::passing::Nearest;
+use crate::robot::profile::{Forces, MOSTLY};
 use crate::robot::simulate::{Outcome, Performance, simulate};
 use crate::robot::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::stream::formats;
@@ -61,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::No);
     }
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
-    let Performance { recording, outcomes, trace } = perform(&commands, &robot, &scene)?;
+    let Performance { recording, outcomes, nearest, trace } = perform(&commands, &robot, &scene)?;
     formats::write(&recording, &args.out)?;
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
         output::write(place, &made.json()?, &inputs)?;
@@ -70,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(page) = &args.report {
         output::write(page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
     }
-    output::print(&told(&outcomes))?;
+    output::print(&(told(&outcomes) + &told_nearest(nearest.as_ref())))?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
@@ -130,6 +132,38 @@ pub fn told(outcomes: &[Outcome]) -> String {
             outcome.force_error,
             outcome.largest_force
         );
+        text += &told_forces(&outcome.forces);
     }
     text
+}
+
+/// How near two arms came to each other, for people.
+pub fn told_nearest(nearest: Option<&Nearest>) -> String {
+    let Some(nearest) = nearest else { return String::new() };
+    let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
+    if nearest.passes_through() {
+        let what = "warning: nothing keeps the simulated arms apart, and they go through each other";
+        format!("{what}: `{one}` and `{other}`, by {:.1} mm after {time_s:.1} s\n", -gap)
+    } else {
+        format!("the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s\n")
+    }
+}
+
+/// Forces that are not within their profile, for people; nothing for those that are.
+fn told_forces(forces: &Forces) -> String {
+    let mut faults = Vec::new();
+    if !forces.below {
+        faults.push(format!("{:.2} N where {:.2} N are allowed", forces.largest, forces.allowed));
+    }
+    for (what, share) in [("fingers press", forces.fingers), ("their total is", forces.total)] {
+        if share < MOSTLY {
+            let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
+            faults.push(format!("{what} as asked for {share:.0} % of the time, wanted {mostly:.0} %"));
+        }
+    }
+    if faults.is_empty() {
+        String::new()
+    } else {
+        format!("         forces outside their profile: {}\n", faults.join("; "))
+    }
 }

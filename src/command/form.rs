@@ -43,8 +43,21 @@ pub struct Task {
     pub grasps: Vec<Grasp>,
     /// What is to be done, one after the other.
     pub segments: Vec<Segment>,
+    /// The other object whose hole this one goes into, if it does.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub into: Option<Into>,
     /// What the person did that is not commanded.
     pub left_out: Vec<LeftOut>,
+}
+
+/// A body with a hole that may be elsewhere when the robot comes to it.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Into {
+    /// Its name.
+    pub body: String,
+    /// Where it was when the person's object was in its hole, reference frame: x y z in m, quaternion w x y z.
+    pub pose: [f64; 7],
 }
 
 /// Contact points that are kept from one touch to the next release.

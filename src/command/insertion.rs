@@ -1,12 +1,14 @@
-//! Into a fixed socket an object goes along the axis. A person lets it slide about on the rim and feels for the hole (chapter, section 2.1: such error is
-//! inadvertent); a robot knows where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
+//! Into a hole an object goes along the axis. A person lets it slide about on the rim and feels for the hole (chapter, section 2.1: such error is
+//! inadvertent); a robot sees where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
 //! above the rim until the person has found the hole, and then goes down as deep and as fast as the person's. Nothing pushes back there, so the forces stay
 //! those of carrying it.
 
 use super::RATE_HZ;
 use super::episodes::Episode;
-use super::series::Series;
+use super::form::Into;
+use super::series::{Series, seven};
 use crate::base::geometry::pose;
+use crate::base::recording::Recording;
 use crate::base::scene::{Body, Role, Scene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -24,12 +26,22 @@ const CATCHES_UP_S: f64 = 0.4;
 /// An axis of the object is the one that it has in the socket when they are nearer than this, rad.
 const UPRIGHT_RAD: f64 = 0.1;
 
-/// A hole: its rim and its unit direction outwards, reference frame, and its radius, m.
-struct Hole {
+/// A hole: its rim and its unit direction outwards, frame of its body, and its radius, m.
+struct Hole<'a> {
+    body: &'a str,
     rim: Point3<f64>,
     axis: Vector3<f64>,
     radius: f64,
     threaded: bool,
+    /// Where its body is, when that is fixed.
+    fixed: Option<Isometry3<f64>>,
+}
+
+/// A hole where it is at a time, reference frame.
+struct Place {
+    rim: Point3<f64>,
+    axis: Vector3<f64>,
+    radius: f64,
 }
 
 /// Where the object's plug point is, seen from a hole.
@@ -38,10 +50,24 @@ struct Seen {
     beside: Vector3<f64>,
 }
 
-/// Straightens the way of the object into a socket, in all episodes in which it is inserted.
-pub(super) fn along_the_axis(series: &mut Series, scene: &Scene, name: &str, body: &Body, episodes: &[Episode]) {
-    let plug = plug_of(body);
+/// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
+pub(super) fn along_the_axis(
+    series: &mut Series,
+    recording: &Recording,
+    name: &str,
+    episodes: &[Episode],
+) -> Option<Into> {
+    let scene = &recording.scene;
+    let plug = plug_of(scene.bodies.get(name)?);
     let holes = holes(scene, name);
+    let ways: Vec<Vec<Isometry3<f64>>> = holes
+        .iter()
+        .map(|hole| match hole.fixed {
+            Some(pose) => vec![pose; series.len()],
+            None => series.other(recording, hole.body).unwrap_or_default(),
+        })
+        .collect();
+    let mut into = None;
     for episode in episodes {
         let inserts = |primitive: &str| primitive == "Insert";
         let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece.primitive)) else { continue };
@@ -54,12 +80,15 @@ pub(super) fn along_the_axis(series: &mut Series, scene: &Scene, name: &str, bod
             continue;
         };
         let end = series.object[deepest];
-        let near = |hole: &&Hole| {
-            let seen = hole.seen(&end, &plug);
-            seen.height < 0.0 && seen.beside.norm() < hole.radius + BESIDE_M
-        };
-        let Some(hole) = holes.iter().find(near) else { continue };
-        let Some(upright) = upright(&end, &hole.axis) else { continue };
+        let mut found = holes
+            .iter()
+            .zip(&ways)
+            .filter(|(hole, way)| way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug)));
+        let Some((hole, way)) = found.next() else { continue };
+        let Some(upright) = upright(&end, &hole.at(&way[deepest]).axis) else { continue };
+        if hole.fixed.is_none() {
+            into = Some(Into { body: hole.body.into(), pose: seven(&way[deepest]) });
+        }
         let begins = episode.pieces[first].samples[0];
         let held: Vec<usize> = episode
             .pieces
@@ -69,8 +98,9 @@ pub(super) fn along_the_axis(series: &mut Series, scene: &Scene, name: &str, bod
             .filter(|&at| at <= deepest)
             .collect();
         let mut carried = held.first().copied();
-        let found = hole.seen(&series.object[begins], &plug).height;
+        let found = hole.at(&way[begins]).seen(&series.object[begins], &plug).height;
         for at in held {
+            let hole = hole.at(&way[at]);
             let person = series.object[at];
             let seen = hole.seen(&person, &plug);
             let weight = hole.nearness(&seen);
@@ -100,44 +130,69 @@ pub(super) fn along_the_axis(series: &mut Series, scene: &Scene, name: &str, bod
             series.wanted[at] = shift * series.object[at];
         }
     }
+    into
 }
 
-/// The axis of the plain hole of a fixed body in which an object is at this pose, unit, outwards, reference frame; `None` when it is in none.
-pub fn axis_of_its_hole(scene: &Scene, name: &str, body: &Body, object: &Isometry3<f64>) -> Option<Vector3<f64>> {
-    let plug = plug_of(body);
-    let holds = |hole: &&Hole| {
-        let seen = hole.seen(object, &plug);
-        !hole.threaded && seen.height < 0.0 && seen.beside.norm() < hole.radius + BESIDE_M
-    };
-    holes(scene, name).iter().find(holds).map(|hole| hole.axis)
+/// The axis of the plain hole in which an object is at this pose, unit, outwards, reference frame; `None` when it is in none. `now` tells where other
+/// objects with holes are.
+pub fn axis_of_its_hole(
+    scene: &Scene,
+    name: &str,
+    object: &Isometry3<f64>,
+    now: &dyn Fn(&str) -> Option<Isometry3<f64>>,
+) -> Option<Vector3<f64>> {
+    let plug = plug_of(scene.bodies.get(name)?);
+    let holes = holes(scene, name);
+    let mut places = holes.iter().filter(|hole| !hole.threaded).filter_map(|hole| {
+        let pose = hole.fixed.or_else(|| now(hole.body))?;
+        Some(hole.at(&pose))
+    });
+    places.find(|place| place.holds(object, &plug)).map(|place| place.axis)
 }
 
 fn plug_of(body: &Body) -> Point3<f64> {
     Point3::from(body.plug.map_or([0.0; 3], |plug| plug.map(|length| length.0)))
 }
 
-/// The holes of fixed bodies that take this object.
-fn holes(scene: &Scene, object: &str) -> Vec<Hole> {
-    let fixed = scene.bodies.values().filter(|body| body.role == Role::Socket);
+/// The holes that take this object: of fixed bodies, and of other objects.
+fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
+    let with_holes = scene
+        .bodies
+        .iter()
+        .filter(|(name, body)| body.role == Role::Socket || body.role == Role::Object && name.as_str() != object);
     let takes = |accepts: &Option<Vec<String>>| {
         accepts.as_ref().is_none_or(|accepted| accepted.iter().any(|name| name == object))
     };
-    fixed
-        .flat_map(|body| {
-            let world_from_body = pose(body.position.map(|length| length.0), body.rotation);
+    with_holes
+        .flat_map(|(name, body)| {
+            let fixed = pose(body.position.map(|length| length.0), body.rotation);
             let sockets = body.sockets.values().filter(|socket| takes(&socket.accepts));
             sockets.map(move |socket| Hole {
-                rim: world_from_body * Point3::from(socket.rim.map(|length| length.0)),
-                axis: world_from_body.rotation
-                    * Vector3::from(socket.axis).try_normalize(1e-9).unwrap_or_else(Vector3::z),
+                body: name,
+                rim: Point3::from(socket.rim.map(|length| length.0)),
+                axis: Vector3::from(socket.axis).try_normalize(1e-9).unwrap_or_else(Vector3::z),
                 radius: socket.radius.0,
                 threaded: socket.pitch.is_some(),
+                fixed: (body.role == Role::Socket).then_some(fixed),
             })
         })
         .collect()
 }
 
-impl Hole {
+impl Hole<'_> {
+    /// Where it is when its body is at this pose.
+    fn at(&self, body: &Isometry3<f64>) -> Place {
+        Place { rim: body * self.rim, axis: body.rotation * self.axis, radius: self.radius }
+    }
+}
+
+impl Place {
+    /// Whether an object at this pose is in it.
+    fn holds(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> bool {
+        let seen = self.seen(object, plug);
+        seen.height < 0.0 && seen.beside.norm() < self.radius + BESIDE_M
+    }
+
     fn seen(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> Seen {
         let from_rim = object * plug - self.rim;
         let height = from_rim.dot(&self.axis);

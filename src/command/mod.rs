@@ -5,6 +5,7 @@
 //! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
 
 pub mod csv;
+mod drops;
 mod episodes;
 mod form;
 mod insertion;
@@ -13,24 +14,25 @@ mod settling;
 pub mod smooth;
 mod touching;
 
-pub use form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip};
+pub use form::{
+    Commands, Contact, Grasp, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
+};
 pub use insertion::axis_of_its_hole;
 
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
 use crate::base::error::InputError;
-use crate::base::geometry::unit;
+use crate::base::geometry::pose;
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
-use crate::base::scene::{Role, Scene};
+use crate::base::scene::Role;
+use drops::{without_brushes, without_drops};
 use episodes::episodes;
-use nalgebra::UnitQuaternion;
+use nalgebra::Isometry3;
 use series::Series;
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
-/// An object still stands as it stood when it is turned by less, rad.
-const STANDS_RAD: f64 = 0.35;
 /// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
@@ -62,67 +64,21 @@ pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result
                 let others =
                     analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
                 let waits = { others }.any(|other| other.start_s < span.end_s && span.start_s < other.end_s);
-                tasks.push(task(span, side, scene, name, series, waits));
+                tasks.push(task(span, side, recording, name, series, waits));
             }
         }
     }
     tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    let tasks = without_drops(without_brushes(tasks));
+    let mut tasks = without_drops(without_brushes(tasks));
+    tasks.iter_mut().for_each(drops::lead_to_the_touch);
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
 }
 
-/// Leaves out tasks in which no finger touched for long enough to take part, when the same hand has others.
-fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
-    let (mut kept, brushes): (Vec<Task>, Vec<Task>) = tasks.into_iter().partition(|task| !task.grasps.is_empty());
-    for brush in brushes {
-        let (before, after): (Vec<&mut Task>, Vec<&mut Task>) =
-            kept.iter_mut().filter(|task| task.track == brush.track).partition(|task| task.start_s < brush.start_s);
-        if let Some(near) = after.into_iter().next().or(before.into_iter().next_back()) {
-            near.left_out.push(left_out(&brush, "failed try"));
-        }
-    }
-    kept
-}
-
-/// A task as something that is not commanded.
-fn left_out(task: &Task, why: &str) -> LeftOut {
-    let primitives = task.segments.iter().map(|segment| segment.primitive.clone()).collect();
-    LeftOut { primitives, start_s: task.start_s, end_s: task.end_s, why: why.into() }
-}
-
-/// Leaves out what was only carried and dropped, when the same hand takes it up again and it still stands as it stood.
-fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
-    let mut kept: Vec<Task> = Vec::new();
-    for mut task in tasks {
-        let dropped = |before: &mut Task| {
-            let ends = before.segments.iter().rev().map(|segment| segment.primitive.as_str());
-            let dropped = ends.take(2).eq(["Release", "Translate"]) && before.grasps.len() == 1;
-            dropped
-                && (&before.track, &before.object) == (&task.track, &task.object)
-                && first_turn(before).angle_to(&first_turn(&task)) < STANDS_RAD
-        };
-        if let Some(before) = kept.pop_if(dropped) {
-            let left = left_out(&before, "dropped");
-            task.left_out = before.left_out.into_iter().chain([left]).chain(task.left_out).collect();
-        }
-        kept.push(task);
-    }
-    kept
-}
-
-/// How the object is turned at the beginning of a task.
-fn first_turn(task: &Task) -> UnitQuaternion<f64> {
-    let first = task.segments.first().and_then(|segment| segment.object.first());
-    first.map_or_else(UnitQuaternion::identity, |[.., w, x, y, z]| unit([*w, *x, *y, *z]))
-}
-
-fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Series, waits: bool) -> Task {
+fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut series: Series, waits: bool) -> Task {
     let (episodes, left_out) = episodes(span, &series, waits);
-    let body = scene.bodies.get(object);
-    if let Some(body) = body {
-        insertion::along_the_axis(&mut series, scene, object, body, &episodes);
-    }
+    let body = recording.scene.bodies.get(object);
+    let into = insertion::along_the_axis(&mut series, recording, object, &episodes);
     // With another hand at work, what is let go may be in that one.
     if !waits {
         settling::put_down(&mut series, &episodes);
@@ -133,6 +89,7 @@ fn task(span: &TaskSpan, side: Side, scene: &Scene, object: &str, mut series: Se
         object: object.into(),
         start_s: span.start_s,
         end_s: span.end_s,
+        into,
         left_out,
         ..Task::default()
     };
@@ -162,6 +119,13 @@ impl Task {
     pub fn first_moved_s(&self) -> Option<f64> {
         let moves = |segment: &&Segment| segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release");
         self.segments.iter().find(moves).map(|segment| segment.taught_start_s + segment.duration_s)
+    }
+
+    /// Where the object is when it is touched first, reference frame; the same frame for a task that touches nothing.
+    pub fn taken_at(&self) -> Isometry3<f64> {
+        let touched = self.segments.iter().find(|segment| segment.touching).or(self.segments.first());
+        let first = touched.and_then(|segment| segment.object.first());
+        first.map_or_else(Isometry3::identity, |[x, y, z, a, b, c, d]| pose([*x, *y, *z], [*a, *b, *c, *d]))
     }
 
     /// How long its commands take, s.

@@ -18,7 +18,7 @@ const POSITION_M: f64 = 0.002;
 const FORCE_N: f64 = 0.1;
 /// A turn of one rad counts as this much way, m.
 const TURN_M: f64 = 0.05;
-/// A finger that touches for this share of a touch takes part in it.
+/// A finger that touches for this share of the time in which any does takes part.
 const TAKES_PART: f64 = 0.3;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
@@ -26,6 +26,8 @@ const SETTLES_S: f64 = 0.1;
 /// Samples of one task.
 pub(super) struct Series {
     pub(super) start_s: f64,
+    /// Rows of the recording.
+    rows: Vec<usize>,
     /// Where the object was.
     pub(super) object: Vec<Isometry3<f64>>,
     /// Where it is to be, before smoothing.
@@ -64,16 +66,7 @@ impl Series {
                 recording.time.partition_point(|t| *t < time - 1e-9).min(last)
             })
             .collect();
-        let places = vectors(recording, &format!("{object}.position"), &rows)?;
-        let turns = rotations(recording, &format!("{object}.rotation"), &rows);
-        let object: Vec<Isometry3<f64>> = places
-            .iter()
-            .enumerate()
-            .map(|(at, place)| {
-                let turn = turns.as_ref().and_then(|turns| turns.get(at)).copied().unwrap_or([1.0, 0.0, 0.0, 0.0]);
-                pose([place.x, place.y, place.z], turn)
-            })
-            .collect();
+        let object = poses(recording, object, &rows)?;
         let mut fingers = Vec::new();
         for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
             let Some(tips) = vectors(recording, &format!("{side}.{finger}.position"), &rows) else { continue };
@@ -96,12 +89,17 @@ impl Series {
             });
         }
         let wanted = object.clone();
-        (!fingers.is_empty()).then_some(Self { start_s, object, wanted, fingers, tip_radius: hand.tip_radius.0 })
+        (!fingers.is_empty()).then_some(Self { start_s, rows, object, wanted, fingers, tip_radius: hand.tip_radius.0 })
     }
 
     /// How many samples there are.
     pub(super) fn len(&self) -> usize {
         self.object.len()
+    }
+
+    /// Where another body was; `None` for one that was not measured.
+    pub(super) fn other(&self, recording: &Recording, body: &str) -> Option<Vec<Isometry3<f64>>> {
+        poses(recording, body, &self.rows)
     }
 
     /// For how many samples a fingertip touches and is at the object.
@@ -117,12 +115,10 @@ impl Series {
 
     /// The contact points of an episode: the means over the time in which each finger touches, on the surface of the object.
     pub(super) fn contacts(&self, body: &Body, episode: &Episode) -> Grasp {
-        let samples: Vec<usize> = episode
-            .pieces
-            .iter()
-            .filter(|piece| piece.touching)
-            .flat_map(|piece| piece.samples.iter().copied())
-            .collect();
+        let samples =
+            episode.pieces.iter().filter(|piece| piece.touching).flat_map(|piece| piece.samples.iter().copied());
+        // A hand that goes away for long after it let go touches no less for that.
+        let samples: Vec<usize> = samples.filter(|&at| self.fingers.iter().any(|finger| finger.touches[at])).collect();
         let mut contacts = Vec::new();
         for finger in &self.fingers {
             let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
@@ -247,6 +243,12 @@ fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> [f64; 7] {
     [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
+/// A pose as x y z and quaternion w x y z.
+pub(super) fn seven(pose: &Isometry3<f64>) -> [f64; 7] {
+    let (at, turn) = (pose.translation.vector, pose.rotation);
+    [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k].map(round)
+}
+
 /// The force nearest to this one within the friction cone about `-normal`, and whether it lay outside.
 pub(super) fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
     let pressed = -force.dot(normal);
@@ -291,6 +293,17 @@ pub(super) fn vectors(recording: &Recording, name: &str, rows: &[usize]) -> Opti
     let [x, y, z] = ["x", "y", "z"].map(|part| column(recording, &format!("{name}.{part}"), rows));
     let (x, y, z) = (x?, y?, z?);
     Some((0..rows.len()).map(|at| Vector3::new(x[at], y[at], z[at])).collect())
+}
+
+/// Where a body was.
+fn poses(recording: &Recording, body: &str, rows: &[usize]) -> Option<Vec<Isometry3<f64>>> {
+    let places = vectors(recording, &format!("{body}.position"), rows)?;
+    let turns = rotations(recording, &format!("{body}.rotation"), rows);
+    let posed = |(at, place): (usize, &Vector3<f64>)| {
+        let turn = turns.as_ref().and_then(|turns| turns.get(at)).copied().unwrap_or([1.0, 0.0, 0.0, 0.0]);
+        pose([place.x, place.y, place.z], turn)
+    };
+    Some(places.iter().enumerate().map(posed).collect())
 }
 
 /// A rotation, w x y z.

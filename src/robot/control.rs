@@ -7,7 +7,8 @@
 //! ```
 //!
 //! The integral stops where the torque is at its limit (anti-windup). Force feedback acts only in contact, on the low-passed force.
-//! INVARIANT (limits last): whatever leaves is finite and within the torques of the motors.
+//! INVARIANT (limits last): whatever leaves is finite and within the torques of the motors. What is wanted or felt and is not a number is not heeded: a
+//! joint stays where it is, a finger does nothing, and nothing of it is remembered.
 
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
@@ -66,6 +67,17 @@ pub struct TipTarget {
     pub posture: Angles,
 }
 
+impl TipTarget {
+    fn is_finite(&self) -> bool {
+        let Self { position, velocity, force, posture } = self;
+        [&position.coords, velocity, force].into_iter().all(is_finite) && posture.iter().all(|angle| angle.is_finite())
+    }
+}
+
+fn is_finite(vector: &Vector3<f64>) -> bool {
+    vector.iter().all(|part| part.is_finite())
+}
+
 /// What a finger is to do now.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FingerTarget {
@@ -106,6 +118,8 @@ impl Controller {
         let gains = self.gains;
         let mut torques = posture.gravity.clone();
         for (&dof, &(wanted, wanted_rate)) in hand.arm.iter().zip(arm) {
+            let heard = wanted.is_finite() && wanted_rate.is_finite();
+            let (wanted, wanted_rate) = if heard { (wanted, wanted_rate) } else { (motion.q[dof], 0.0) };
             let inertia = posture.mass[(dof, dof)];
             let (error, rate_error) = (wanted - motion.q[dof], wanted_rate - motion.rates[dof]);
             let model = &robot.dofs[dof];
@@ -125,9 +139,11 @@ impl Controller {
         for (index, (finger, target)) in hand.fingers.iter().zip(fingers).enumerate() {
             let measured = exerted.get(index).copied().unwrap_or_default();
             let felt = &mut self.felt[index];
-            *felt += (measured - *felt) * share;
+            if is_finite(&measured) {
+                *felt += (measured - *felt) * share;
+            }
             match target {
-                FingerTarget::Tip(target) => {
+                FingerTarget::Tip(target) if target.is_finite() => {
                     let (point, velocity, _) = posture.point(finger.tip_link, finger.tip_in_link);
                     let pull = gains.stiffness * (target.position - point);
                     let pull = pull * (gains.pull / pull.norm().max(1e-12)).min(1.0);
@@ -142,8 +158,9 @@ impl Controller {
                         self.hold_null_space(motion, posture, finger, &target.posture, &mut torques);
                     }
                 }
+                FingerTarget::Tip(_) => {}
                 FingerTarget::Idle(angles) => {
-                    for (&dof, angle) in finger.dofs.iter().zip(angles) {
+                    for (&dof, angle) in finger.dofs.iter().zip(angles).filter(|(_, angle)| angle.is_finite()) {
                         let inertia = posture.mass[(dof, dof)];
                         torques[dof] += inertia
                             * (gains.arm_omega.powi(2) * (angle - motion.q[dof])

@@ -123,6 +123,11 @@ impl Executor {
         &self.robot
     }
 
+    /// Where its links are, reference frame.
+    pub fn poses(&self) -> &[Isometry3<f64>] {
+        &self.posture.poses
+    }
+
     /// Where the palm is.
     pub fn palm(&self) -> Isometry3<f64> {
         self.posture.poses[self.hand.palm]

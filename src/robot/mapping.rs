@@ -22,6 +22,8 @@ const SUNK_M: f64 = 0.001;
 /// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
 const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
+/// A hand that fumbles for an object moves it by less than this, m.
+const NUDGED_M: f64 = 0.040;
 /// The arm must bring the palm to so many places on the way of the object after the first.
 const BETWEEN: usize = 15;
 
@@ -66,7 +68,7 @@ fn give_way(tasks: &mut [Task], holders: &[Holder<'_>], [first, second]: [(usize
         }
         wanted.push(those);
     }
-    let ways = [first, second].map(|(number, grasp)| way(&tasks[number], grasp));
+    let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp));
     let reachable = [0, 1].map(|which| {
         let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
         move |pose: &Isometry3<f64>| holder.reaches(way, pose)
@@ -122,6 +124,17 @@ impl<'a> Holder<'a> {
         Wanted { contacts, object: self.object, obstacles }
     }
 
+    /// The way of the object while it is held, and where it stood before a person nudged it, which the robot does not.
+    fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
+        let mut way = way(task, grasp);
+        let stood = pose(self.object.position.map(|at| at.0), self.object.rotation);
+        let nudged = |first: &Isometry3<f64>| (first.translation.vector - stood.translation.vector).norm() < NUDGED_M;
+        if way.first().is_some_and(nudged) {
+            way.insert(0, stood);
+        }
+        way
+    }
+
     /// Whether the arm can bring the palm along the way of the object.
     fn reaches(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> bool {
         let (robot, hand) = (self.robot, self.hand);
@@ -133,7 +146,7 @@ impl<'a> Holder<'a> {
 
     /// The best way to take hold with `others` in the way, frame of the object.
     fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<Held, Failure> {
-        let way = way(task, grasp);
+        let way = self.way(task, grasp);
         let reachable = |pose: &Isometry3<f64>| self.reaches(&way, pose);
         let wanted = self.wanted(task, grasp, others);
         match self.mapper.map_where(&wanted, &reachable) {

@@ -6,12 +6,14 @@
 //! carrying segment has brought it onto the taught way.
 
 use super::clock::Part;
+pub use super::curves::minimum_jerk;
+use super::curves::{between, pose_at, screw_motion, share_of, slerp, vector_at};
 use super::hand::{Angles, FingerModel, HandModel};
 use super::mapping::from_seven;
 use super::tree::Robot;
 use crate::base::hands::Finger;
 use crate::command::{Grasp, Segment, Task};
-use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 /// Fingers open by this much, m, and in this time, s.
 const OPENED_M: f64 = 0.018;
@@ -20,6 +22,8 @@ const OPENING_S: f64 = 0.4;
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
 const LEAVING_S: f64 = 1.0;
+/// Nothing takes less, s.
+const SHORTEST_S: f64 = 0.05;
 /// Before it goes into a socket, an object comes to rest, s.
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
@@ -47,11 +51,23 @@ pub struct Target {
     pub idle: Vec<(Finger, Angles)>,
     /// Where the object is to be.
     pub object: Isometry3<f64>,
-    /// Whether nothing but the hand touches the object.
-    pub carried: bool,
+    /// Whether nothing keeps the object from where it is to be: it hangs in the hand, or is pushed about with nothing beside it.
+    pub free: bool,
+    /// Whether fingers push it about, without a thumb that would hold it.
+    pub pushed: bool,
 }
 
 impl Target {
+    /// Moves all of it by a share of a displacement.
+    pub fn lean(&mut self, off: &Isometry3<f64>, share: f64) {
+        let part = share_of(off, share);
+        self.palm = part * self.palm;
+        self.object = part * self.object;
+        for (_, tip, force) in &mut self.tips {
+            (*tip, *force) = (part * *tip, part * *force);
+        }
+    }
+
     /// The angles of a finger: with its tip where it is to be, or out of the way.
     pub fn angles(&self, finger: &FingerModel) -> Angles {
         if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
@@ -87,9 +103,9 @@ struct Phase<'a> {
     role: Role,
     start: f64,
     duration: f64,
-    /// From where the commands want the object to where it is, at the beginning; and whether that fades until the end.
+    /// From where the commands want the object to where it is, and how far that has faded at the beginning and at the end, 0 to 1.
     anchor: Isometry3<f64>,
-    fades: bool,
+    faded: [f64; 2],
     /// From when to when the person did it, s of the recording; the same twice for what no one showed.
     taught: [f64; 2],
 }
@@ -143,6 +159,8 @@ impl<'a> Plan<'a> {
         let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
         let mut clock = 0.0;
         let mut anchor = found.off;
+        // For how long the hand has held the object since it began to bring it onto the taught way, and how long that takes, s.
+        let mut fading: Option<(f64, f64)> = None;
         for (index, segment) in task.segments.iter().enumerate() {
             let begins = segment.taught_start_s;
             let ends = begins + segment.duration_s;
@@ -153,7 +171,9 @@ impl<'a> Plan<'a> {
                 .map(|next| next.taught_start_s)
                 .filter(|next| (next - ends).abs() < SAMPLE_S)
                 .unwrap_or(ends);
-            if begins > found.until_s - SAMPLE_S {
+            // Who touches an object after something else has brought it onto the taught way goes there on the taught way.
+            let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
+            if touch.taught_start_s > found.until_s - SAMPLE_S {
                 anchor = Isometry3::identity();
             }
             let role = match (segment.touching, segment.primitive.as_str()) {
@@ -172,7 +192,7 @@ impl<'a> Plan<'a> {
                     start: clock,
                     duration: CLOSING_S,
                     anchor,
-                    fades: false,
+                    faded: [0.0; 2],
                     taught: [begins; 2],
                 });
                 clock += CLOSING_S;
@@ -180,23 +200,42 @@ impl<'a> Plan<'a> {
             let least = match role {
                 Role::Close => CLOSING_S,
                 Role::Leave => LEAVING_S,
-                _ => 0.05,
+                _ => SHORTEST_S,
             };
-            let (grip, fades) = (segment.grasp.unwrap_or(0), role == Role::Hold);
+            let grip = segment.grasp.unwrap_or(0);
             let inserts = role == Role::Hold && segment.primitive == "Insert";
             if inserts {
                 let (role, duration) = (Role::Steady, STEADIES_S);
                 let taught = [begins; 2];
-                plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades: false, taught });
+                plan.phases.push(Phase {
+                    segment,
+                    grip,
+                    role,
+                    start: clock,
+                    duration,
+                    anchor,
+                    faded: [0.0; 2],
+                    taught,
+                });
                 clock += duration;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow);
             let taught = [begins, ends];
-            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, fades, taught });
+            if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
+                anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
+            }
+            let mut faded = [0.0; 2];
+            if role == Role::Hold {
+                let (since_s, whole_s) =
+                    *fading.get_or_insert_with(|| (0.0, fade_time(&task.segments[index..], &anchor)));
+                faded = [since_s, since_s + duration].map(|time| time / whole_s);
+                fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
+            }
+            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, taught });
             clock += duration;
             match role {
-                Role::Hold => anchor = Isometry3::identity(),
+                Role::Hold if fading.is_none() => anchor = Isometry3::identity(),
                 // A hand that closes waits for the object to come along; by how much a person moved it while grasping is made up for later.
                 Role::Close => {
                     if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
@@ -232,7 +271,7 @@ impl<'a> Plan<'a> {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, grip, start, anchor, .. } = self.phases[after];
                 let taught = [self.phases[before].taught[1], self.phases[after].taught[0]];
-                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, fades: false, taught };
+                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], taught };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;
@@ -304,6 +343,13 @@ impl<'a> Plan<'a> {
         if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
     }
 
+    /// How much of where it is to be is told at a time, s, by the body whose hole the object goes into: 0 far from it, 1 from just above it on.
+    pub fn leans(&self, time: f64) -> f64 {
+        let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
+        let (from, to) = (self.phases[over.saturating_sub(1)].start, self.phases[over].start);
+        minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
+    }
+
     /// Where the person left the object.
     pub fn taught_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());
@@ -323,7 +369,7 @@ impl<'a> Plan<'a> {
         );
         let back = palm * first.palm.inverse();
         let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
-        Target { palm, tips, idle: first.idle, object: first.object, carried: false }
+        Target { palm, tips, idle: first.idle, object: first.object, free: false, pushed: false }
     }
 
     /// What the commands want at a time after their beginning.
@@ -344,7 +390,14 @@ impl<'a> Plan<'a> {
             let from = from.map_or(to, |(_, from, _)| before.palm.inverse_transform_point(from));
             (*finger, palm * (from + (to - from) * share), Vector3::zeros())
         });
-        Target { palm, tips: tips.collect(), idle: after.idle.clone(), object: after.object, carried: false }
+        Target {
+            palm,
+            tips: tips.collect(),
+            idle: after.idle.clone(),
+            object: after.object,
+            free: false,
+            pushed: false,
+        }
     }
 
     /// What the commands want at a time after the beginning of a phase.
@@ -363,7 +416,8 @@ impl<'a> Plan<'a> {
         // A closing before a push stands at the beginning of what is pushed.
         let waits = phase.role == Role::Close && segment.primitive != "Grasp";
         let at = if matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
-        let anchor = share_of(&phase.anchor, if phase.fades { 1.0 - minimum_jerk(share) } else { 1.0 });
+        let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
+        let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
         let object = anchor * pose_at(&segment.object, at);
         let closing = phase.duration / 2.0;
         let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
@@ -399,12 +453,14 @@ impl<'a> Plan<'a> {
             };
             (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
         });
-        let carried = match phase.role {
+        let free = match phase.role {
             Role::Steady => true,
-            Role::Hold => segment.primitive == "Translate",
+            Role::Hold => matches!(segment.primitive.as_str(), "Translate" | "Push"),
             _ => false,
         };
-        Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, carried }
+        let pushed = matches!(phase.role, Role::Hold | Role::Leave)
+            && grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
+        Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
     }
 
     /// Whether the hand touches after this phase.
@@ -466,12 +522,6 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
     angles
 }
 
-/// 10 t³ - 15 t⁴ + 6 t⁵, from 0 at 0 to 1 at 1.
-pub fn minimum_jerk(share: f64) -> f64 {
-    let t = share.clamp(0.0, 1.0);
-    t * t * t * (10.0 + t * (6.0 * t - 15.0))
-}
-
 /// How far an object goes, m.
 fn way_of(object: &[[f64; 7]]) -> f64 {
     let step = |pair: &[[f64; 7]]| {
@@ -481,65 +531,30 @@ fn way_of(object: &[[f64; 7]]) -> f64 {
     object.windows(2).map(step).sum()
 }
 
+/// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to
+/// it there; what stays on its support is not dragged aside, but goes over through the first segment in which it is held. More segments, when these are
+/// too short for it.
+fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
+    let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
+    let held = segments.iter().take_while(|segment| {
+        segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release" | "Insert")
+    });
+    let mut takes: f64 = 0.0;
+    for segment in held {
+        if takes >= needs {
+            break;
+        }
+        let carried = segment.primitive == "Translate";
+        let lasts = segment.duration_s.max(SHORTEST_S);
+        takes += if carried { lasts.min(needs - takes) } else { lasts };
+    }
+    takes.max(SHORTEST_S)
+}
+
 /// How long a palm takes over a way and a turn, s.
 fn transfer_time(way: f64, turn: f64) -> f64 {
     // The peak speed of minimum jerk is 1.9 times its mean.
     (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
-}
-
-/// A share of a motion, as a screw: a turn about an axis in space, and along it.
-fn screw_motion(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
-    let Some((axis, angle)) = whole.rotation.axis_angle().filter(|(_, angle)| *angle > 1e-6) else {
-        return share_of(whole, share);
-    };
-    let (moved, along) = (whole.translation.vector, axis.dot(&whole.translation.vector));
-    let across = moved - axis.into_inner() * along;
-    // The point that stays: (1 - R) c = across.
-    let centre = (across + axis.cross(&across) / (angle / 2.0).tan()) / 2.0;
-    let turn = UnitQuaternion::from_axis_angle(&axis, angle * share);
-    let translation = centre - turn * centre + axis.into_inner() * (along * share);
-    Isometry3::from_parts(Translation3::from(translation), turn)
-}
-
-/// A part of a displacement.
-fn share_of(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
-    let turn = slerp(&UnitQuaternion::identity(), &whole.rotation, share);
-    Isometry3::from_parts(Translation3::from(whole.translation.vector * share), turn)
-}
-
-fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
-    from.try_slerp(to, share, 1e-9).unwrap_or(*to)
-}
-
-/// The two samples about a share of a list, and how far it is between them.
-fn between<T: Copy>(samples: &[T], share: f64) -> Option<(usize, f64)> {
-    let last = samples.len().checked_sub(1)?;
-    let at = share.clamp(0.0, 1.0) * last as f64;
-    let index = (at.floor() as usize).min(last.saturating_sub(1));
-    Some((index, at - index as f64))
-}
-
-/// Catmull and Rom's curve through samples: no jumps of the velocity.
-fn vector_at(samples: &[[f64; 3]], share: f64) -> Vector3<f64> {
-    let Some((index, t)) = between(samples, share) else { return Vector3::zeros() };
-    let last = samples.len() - 1;
-    let at = |offset: isize| Vector3::from(samples[index.saturating_add_signed(offset).min(last)]);
-    let (a, b, c, d) = (at(-1), at(0), at(1), at(2));
-    let a = if index == 0 { 2.0 * b - c } else { a };
-    let d = if index + 2 > last { 2.0 * c - b } else { d };
-    0.5 * (2.0 * b + (c - a) * t + (2.0 * a - 5.0 * b + 4.0 * c - d) * t * t + (3.0 * b - a - 3.0 * c + d) * t * t * t)
-}
-
-fn pose_at(samples: &[[f64; 7]], share: f64) -> Isometry3<f64> {
-    let Some((index, t)) = between(samples, share) else { return Isometry3::identity() };
-    let places: Vec<[f64; 3]> = samples[index.saturating_sub(1)..(index + 3).min(samples.len())]
-        .iter()
-        .map(|it| [it[0], it[1], it[2]])
-        .collect();
-    let inner = (index - index.saturating_sub(1)) as f64 + t;
-    let place = vector_at(&places, inner / (places.len() - 1).max(1) as f64);
-    let turn = |index: usize| from_seven(&samples[index.min(samples.len() - 1)]).rotation;
-    Isometry3::from_parts(Translation3::from(place), slerp(&turn(index), &turn(index + 1), t))
 }
 
 /// The commanded force of a finger, object frame.

@@ -1,5 +1,7 @@
 //! Righting: a hand makes up for how an object hangs otherwise than it should, since fingertips hold it only softly about the line between them, and it
 //! may have slipped. Integral control of the object's pose, as it is seen.
+//!
+//! What fingers only push cannot be turned as one likes: they go about it as it turns, and bring its middle back onto its way.
 
 use super::plan::Target;
 use crate::base::hands::Finger;
@@ -10,19 +12,28 @@ const RATE: f64 = 2.0;
 const MOST_RAD: f64 = 0.35;
 const MOST_M: f64 = 0.020;
 const FORGOTTEN: f64 = 4.0;
+/// How fast fingers go about what they push, 1/s.
+const FOLLOWS: f64 = 5.0;
 /// A finger takes part in holding from this force on, N.
 const HOLDS_N: f64 = 0.1;
 
 /// What the hand is turned and moved by.
-#[derive(Default)]
 pub(super) struct Righting {
     turned: Vector3<f64>,
     moved: Vector3<f64>,
+    /// The direction in which a support carries, unit; zero without gravity.
+    up: Vector3<f64>,
 }
 
 impl Righting {
-    /// Turns and moves palm and fingertips of a target, the turn about the middle of the grasp; `object` is where the object is, `dt` the step, s.
-    /// It moves only what nothing but the hand touches: elsewhere the object is where it is for a reason. While another hand holds the object
+    /// Of a hand that has made up for nothing yet; `gravity` is in the reference frame.
+    pub(super) fn new(gravity: Vector3<f64>) -> Self {
+        let up = -gravity.try_normalize(1e-9).unwrap_or_default();
+        Self { turned: Vector3::zeros(), moved: Vector3::zeros(), up }
+    }
+
+    /// Turns and moves palm and fingertips of a target, the turn about the middle of the grasp, or of what is pushed; `object` is where the object is, `dt` the step, s.
+    /// It moves only what is free: elsewhere the object is where it is for a reason. While another hand holds the object
     /// as well (`shared`), nothing is added to what was made up for: two hands would turn it about two places.
     pub(super) fn apply(&mut self, target: &mut Target, object: &Isometry3<f64>, shared: bool, dt: f64) {
         let held = holds(target);
@@ -30,17 +41,30 @@ impl Righting {
             let error = (target.object.rotation * object.rotation.inverse()).scaled_axis();
             self.turned += error * (RATE * dt);
             self.turned *= (MOST_RAD / self.turned.norm().max(1e-9)).min(1.0);
-            if target.carried {
+            if target.free {
                 let error = target.object.translation.vector - object.translation.vector;
                 self.moved += error * (RATE * dt);
                 self.moved *= (MOST_M / self.moved.norm().max(1e-9)).min(1.0);
             }
-        } else if !held {
+        } else if target.pushed && !shared {
+            let follows = (object.rotation * target.object.rotation.inverse()).scaled_axis();
+            self.turned += (follows - self.turned) * (FOLLOWS * dt);
+            self.turned *= (MOST_RAD / self.turned.norm().max(1e-9)).min(1.0);
+            if target.free {
+                let error = target.object.translation.vector - object.translation.vector;
+                // Not into its support.
+                self.moved += (error - self.up * self.up.dot(&error)) * (RATE * dt);
+                self.moved *= (MOST_M / self.moved.norm().max(1e-9)).min(1.0);
+            }
+        } else if !held && !target.pushed {
             self.turned *= 1.0 - FORGOTTEN * dt;
             self.moved *= 1.0 - FORGOTTEN * dt;
         }
-        let middle =
-            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64;
+        let middle = if target.pushed {
+            target.object.translation.vector
+        } else {
+            target.tips.iter().map(|(_, tip, _)| tip.coords).sum::<Vector3<f64>>() / target.tips.len().max(1) as f64
+        };
         let turn = UnitQuaternion::from_scaled_axis(self.turned);
         let about = Translation3::from(middle + self.moved) * turn * Translation3::from(-middle);
         target.palm = about * target.palm;

@@ -8,7 +8,10 @@ use super::executor::{Executor, beginning};
 use super::firmness::Firmness;
 use super::hand::HandModel;
 use super::log::Log;
+use super::mapping::from_seven;
+use super::passing::{Nearest, look};
 use super::plan::{Plan, Target};
+use super::profile::{Forces, Profile};
 use super::righting::{Righting, holds};
 use super::stage::{Plans, Stage, found, sides, stages};
 use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
@@ -20,7 +23,7 @@ use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
 use crate::command::{Commands, Task, axis_of_its_hole};
 use crate::world::{Fingertips, Observation, STEP_S, World};
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
 /// The scene comes to rest for this many steps before the robot begins, and after a task.
 const SETTLING: usize = 300;
@@ -56,6 +59,8 @@ pub struct Outcome {
     pub largest_force: f64,
     /// The mean over time and fingers of how far the fingertip forces are from the commanded ones while held, N.
     pub force_error: f64,
+    /// How contact forces were beside their profile.
+    pub forces: Forces,
     /// Whether the object is where the person left it.
     pub done: bool,
 }
@@ -67,6 +72,8 @@ pub struct Performance {
     pub recording: Recording,
     /// Of each task.
     pub outcomes: Vec<Outcome>,
+    /// Where its two arms came nearest to each other; `None` for one.
+    pub nearest: Option<Nearest>,
     /// How it moved and pressed.
     pub trace: Trace,
 }
@@ -89,6 +96,7 @@ struct Tally {
     palm_error: f64,
     largest_force: f64,
     force_errors: (f64, f64),
+    profile: Profile,
 }
 
 /// Simulates commands in a scene.
@@ -101,12 +109,28 @@ pub fn simulate(
     scene: &Scene,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Performance, InputError> {
+    simulate_seeing(commands, robot, scene, &Vector3::zeros(), progress)
+}
+
+/// The same by a robot that sees every object this far from where it is, reference frame, m.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn simulate_seeing(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    off: &Vector3<f64>,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Performance, InputError> {
+    let sight = Translation3::from(*off);
+    let seeing = |world: &World| world.observation().bodies.iter().map(|body| sight * body.pose).collect::<Vec<_>>();
     let tasks = &commands.tasks;
     let sides = sides(tasks).map_err(|message| InputError::new("commands", message))?;
     let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
     let with_robot = with_hands(scene, &sides, &limbs);
     let mut world = World::new(&with_robot, Fingertips::default())?;
-    let (mut performers, mut executors) = begin(tasks, &sides, &limbs, scene, &world)?;
+    let (mut performers, mut executors) = begin(tasks, &sides, &limbs, scene, &seeing(&world))?;
     let scene = with_robot;
     for _ in 0..SETTLING {
         for (place, (runs, performer)) in executors.iter_mut().zip(&performers).enumerate() {
@@ -114,38 +138,52 @@ pub fn simulate(
         }
         world.step_moved(&mut executors);
     }
+    let gravity = gravity_of(&scene);
     let mut log = Log::new(&scene, world.observation());
     let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
     let mut trace = Trace { limbs, scene: scene.clone(), moments: Vec::new() };
     let mut outcomes: Vec<Option<Outcome>> = vec![None; tasks.len()];
     let mut elapsed = 0_usize;
+    let mut nearest = None;
     let stages = stages(tasks);
     let lasts = |stage: &[usize]| stage.iter().map(|number| tasks[*number].duration_s()).fold(0.0, f64::max);
     let whole: f64 = stages.iter().map(|stage| lasts(stage)).sum::<f64>().max(1e-3);
     let mut done_s = 0.0;
     for numbers in &stages {
-        let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &scene, &world)?;
+        let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &scene, &seeing(&world))?;
         let starts = from_s.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
         let begins_s = starts.map(|(place, from_s)| stage.clock.when(place, *from_s)).fold(f64::INFINITY, f64::min);
         for performer in &mut performers {
-            (performer.righting, performer.firmness) = (Righting::default(), Firmness::default());
+            (performer.righting, performer.firmness) = (Righting::new(gravity), Firmness::default());
         }
-        let mut tallies = vec![Tally::default(); tasks.len()];
+        let tally = |task| Tally { profile: Profile::of(task), ..Tally::default() };
+        let mut tallies: Vec<Tally> = tasks.iter().map(tally).collect();
         let steps = ((stage.clock.duration() - begins_s) / STEP_S).round() as usize;
         for step in 0..=steps + SETTLING {
             let time = begins_s + step as f64 * STEP_S;
             let now: Vec<Option<(usize, &Plan<'_>, f64)>> =
                 from_s.iter().enumerate().map(|(place, from_s)| stage.at(place, time, *from_s)).collect();
             for (performer, now) in performers.iter_mut().zip(&now) {
-                if let Some((_, plan, own)) = now {
-                    performer.target = plan.at(*own);
+                let Some((number, plan, own)) = now else { continue };
+                performer.target = plan.at(*own);
+                // What two hands push neither of them goes about: it would turn away before the other one.
+                let alike = |other: &usize| tasks[*other].object == tasks[*number].object;
+                let alone = |other: &usize| tasks[*other].track == tasks[*number].track;
+                performer.target.pushed &= numbers.iter().filter(|other| alike(other)).all(alone);
+                // The hole is where its body is, which need not be where the person's was.
+                if let Some(into) = &tasks[*number].into
+                    && let Some(body) = scene.bodies.get_index_of(&into.body)
+                {
+                    let off = sight * world.observation().bodies[body].pose * from_seven(&into.pose).inverse();
+                    performer.target.lean(&off, plan.leans(*own));
                 }
             }
             let held: Vec<Option<&str>> = performers
                 .iter()
                 .zip(&now)
                 .map(|(performer, now)| {
-                    now.filter(|_| holds(&performer.target)).map(|(number, ..)| tasks[number].object.as_str())
+                    now.filter(|_| holds(&performer.target) || performer.target.pushed)
+                        .map(|(number, ..)| tasks[number].object.as_str())
                 })
                 .collect();
             for (place, (performer, runs)) in performers.iter_mut().zip(&mut executors).enumerate() {
@@ -153,10 +191,10 @@ pub fn simulate(
                     let object = tasks[number].object.as_str();
                     let body = scene.bodies.get_index_of(object).unwrap_or_default();
                     let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(object));
-                    let pose = world.observation().bodies[body].pose;
+                    let pose = sight * world.observation().bodies[body].pose;
                     performer.righting.apply(&mut performer.target, &pose, shared, STEP_S);
                     let tips = &world.observation().hands[place].tips;
-                    performer.firmness.apply(&mut performer.target, tips, body, STEP_S);
+                    performer.firmness.apply(&mut performer.target, &performer.hand, tips, body, STEP_S);
                 }
                 runs.aim(&performer.target, &exerted(world.observation(), place));
             }
@@ -181,6 +219,9 @@ pub fn simulate(
                     });
                 }
             }
+            if step.is_multiple_of(TRACED) {
+                look(&executors, elapsed as f64 * STEP_S, &mut nearest);
+            }
             elapsed += 1;
             if step.is_multiple_of(500) {
                 progress(((done_s + (step as f64 * STEP_S).min(lasts(numbers))) / whole).min(1.0));
@@ -189,10 +230,14 @@ pub fn simulate(
         done_s += lasts(numbers);
         for &number in numbers {
             let end = stage.taught_end(tasks, &tasks[number].object);
-            outcomes[number] = Some(tallies[number].judge(&tasks[number], &end, &scene, world.observation()));
+            let Some(by) = performers.iter().find(|performer| performer.side.name() == tasks[number].track) else {
+                continue;
+            };
+            outcomes[number] = Some(tallies[number].judge(&tasks[number], by, &end, &scene, world.observation()));
         }
     }
-    Ok(Performance { recording: log.finish(&scene), outcomes: outcomes.into_iter().flatten().collect(), trace })
+    let outcomes = outcomes.into_iter().flatten().collect();
+    Ok(Performance { recording: log.finish(&scene), outcomes, nearest, trace })
 }
 
 /// The scene with the robot's hands in place of the person's.
@@ -208,15 +253,19 @@ fn with_hands(scene: &Scene, sides: &[Side], limbs: &[Robot]) -> Scene {
     scene
 }
 
-/// Every hand at the beginning of its first task.
+fn gravity_of(scene: &Scene) -> Vector3<f64> {
+    Vector3::from(scene.gravity.map(|part| part.0))
+}
+
+/// Every hand at the beginning of its first task; `bodies` are where the bodies are seen.
 fn begin(
     tasks: &[Task],
     sides: &[Side],
     limbs: &[Robot],
     scene: &Scene,
-    world: &World,
+    bodies: &[Isometry3<f64>],
 ) -> Result<(Vec<Performer>, Vec<Executor>), InputError> {
-    let gravity = Vector3::from(scene.gravity.map(|part| part.0));
+    let gravity = gravity_of(scene);
     let stages = stages(tasks);
     let (mut performers, mut executors) = (Vec::new(), Vec::new());
     for (&side, limb) in sides.iter().zip(limbs) {
@@ -226,26 +275,26 @@ fn begin(
         let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
         let refuse = |message: String| at_task(tasks, number, message);
         let stage = stages.iter().find(|stage| stage.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let found = found(tasks, stage, number, &pose_of(tasks, number, scene, world)?);
+        let found = found(tasks, stage, number, &pose_of(tasks, number, scene, bodies)?);
         let plan = Plan::new(&tasks[number], limb, &hand, found, None, taught_radius).map_err(refuse)?;
         let (runs, from_s) = beginning(limb, &hand, &plan, gravity).map_err(refuse)?;
         let target = plan.at(from_s);
         executors.push(runs);
-        let righting = Righting::default();
+        let righting = Righting::new(gravity);
         let firmness = Firmness::default();
         performers.push(Performer { side, hand, taught_radius, righting, firmness, target, fresh: Some(from_s) });
     }
     Ok((performers, executors))
 }
 
-/// The plans of a stage for hands that are where they are, and when of its own plans each begins, s.
+/// The plans of a stage for hands that are where they are and bodies that are seen where they are, and when of its own plans each begins, s.
 fn plan<'a>(
     tasks: &'a [Task],
     numbers: &[usize],
     performers: &mut [Performer],
     executors: &[Executor],
     scene: &Scene,
-    world: &World,
+    bodies: &[Isometry3<f64>],
 ) -> Result<(Stage<'a>, Vec<f64>), InputError> {
     let mut hands = Vec::new();
     let mut begins = Vec::new();
@@ -256,7 +305,7 @@ fn plan<'a>(
         begins.push(0.0);
         for &number in numbers.iter().filter(|number| tasks[**number].track == performer.side.name()) {
             let refuse = |message: String| at_task(tasks, number, message);
-            let found = found(tasks, numbers, number, &pose_of(tasks, number, scene, world)?);
+            let found = found(tasks, numbers, number, &pose_of(tasks, number, scene, bodies)?);
             let made =
                 Plan::new(&tasks[number], runs.robot(), &performer.hand, found, palm.as_ref(), performer.taught_radius);
             let mut made = made.map_err(refuse)?;
@@ -281,12 +330,17 @@ fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
     InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
 }
 
-/// Where the object of a task is now.
-fn pose_of(tasks: &[Task], number: usize, scene: &Scene, world: &World) -> Result<Isometry3<f64>, InputError> {
+/// Where the object of a task is, of the bodies as they are seen.
+fn pose_of(
+    tasks: &[Task],
+    number: usize,
+    scene: &Scene,
+    bodies: &[Isometry3<f64>],
+) -> Result<Isometry3<f64>, InputError> {
     let object = &tasks[number].object;
     let body = scene.bodies.get_index_of(object);
     let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
-    Ok(world.observation().bodies[body.ok_or_else(lacks)?].pose)
+    body.and_then(|body| bodies.get(body)).copied().ok_or_else(lacks)
 }
 
 /// The forces of a hand's fingertips.
@@ -313,6 +367,7 @@ fn forces(target: &Target, seen: &Observation, hand: usize, body: usize) -> Vec<
 impl Tally {
     fn note(&mut self, performer: &Performer, runs: &Executor, seen: &Observation, hand: usize, body: usize) {
         let target = &performer.target;
+        self.profile.note(target, &performer.hand, &seen.hands[hand].tips, body);
         let off = (runs.palm().translation.vector - target.palm.translation.vector).norm();
         self.palm_error = self.palm_error.max(off);
         for tip in &seen.hands[hand].tips {
@@ -326,12 +381,20 @@ impl Tally {
     }
 
     /// What came of a task whose object was to end at `wanted`.
-    fn judge(&self, task: &Task, wanted: &Isometry3<f64>, scene: &Scene, seen: &Observation) -> Outcome {
+    fn judge(
+        &self,
+        task: &Task,
+        by: &Performer,
+        wanted: &Isometry3<f64>,
+        scene: &Scene,
+        seen: &Observation,
+    ) -> Outcome {
         let body = scene.bodies.get_index_of(&task.object).unwrap_or_default();
         let end = seen.bodies[body].pose;
         let off = (end.translation.vector - wanted.translation.vector).norm();
         // What is in a hole may have turned about its axis.
-        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(scene, &task.object, &scene.bodies[body], pose);
+        let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
+        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(scene, &task.object, pose, &now);
         let turned = match (axis(&end), axis(wanted)) {
             (Some(axis), Some(_)) => {
                 let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
@@ -341,13 +404,14 @@ impl Tally {
         };
         Outcome {
             task: task.task.clone(),
-            side: Side::from_name(&task.track).unwrap_or(Side::Right),
+            side: by.side,
             object: task.object.clone(),
             off,
             turned,
             palm_error: self.palm_error,
             largest_force: self.largest_force,
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
+            forces: self.profile.judge(&by.hand),
             done: off <= WITHIN_M && turned <= WITHIN_RAD,
         }
     }

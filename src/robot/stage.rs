@@ -2,7 +2,6 @@
 //! of its own, planned when the one before is over and the object is seen where it is.
 
 use super::clock::{Clock, Part};
-use super::mapping::from_seven;
 use super::plan::{Found, Plan};
 use crate::base::hands::Side;
 use crate::command::Task;
@@ -32,10 +31,13 @@ pub(super) fn stages(tasks: &[Task]) -> Vec<Vec<usize>> {
 /// taught way is there afterwards.
 pub(super) fn found(tasks: &[Task], stage: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
     let same = || stage.iter().filter(|other| tasks[**other].object == tasks[number].object);
-    let firsts = same().filter_map(|other| tasks[*other].segments.first());
-    let first = firsts.min_by(|a, b| a.taught_start_s.total_cmp(&b.taught_start_s));
-    let taught = first.and_then(|segment| segment.object.first());
-    let off = taught.map_or_else(Isometry3::identity, |taught| object * from_seven(taught).inverse());
+    // Whoever touches it first finds it there; before that a person may have dropped it elsewhere, which is left out.
+    let touched_s = |other: &&usize| {
+        let touch = tasks[**other].segments.iter().find(|segment| segment.touching);
+        touch.map_or(f64::INFINITY, |segment| segment.taught_start_s)
+    };
+    let first = same().min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)));
+    let off = first.map_or_else(Isometry3::identity, |first| object * tasks[*first].taken_at().inverse());
     let until_s = same().filter(|other| **other != number).filter_map(|other| tasks[*other].first_moved_s());
     Found { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
 }

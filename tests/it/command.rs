@@ -117,6 +117,7 @@ fn a_page_shows_what_the_robot_did() {
     for primitive in ["Move", "Approach", "Grasp", "Translate", "Place", "Release"] {
         assert_eq!(text.matches(&format!("<figcaption>{primitive}, ")).count(), 1, "{primitive}");
     }
+    assert!(text.contains("N at most, within their profile.</p>"));
     for title in ["force of the thumb, z, N", "total force on the object, z, N", "joints of the arm", "manipulability"]
     {
         assert!(text.contains(title), "{title}");
@@ -253,5 +254,64 @@ pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
             let [low, high] = dof.range;
             assert!((low - 1e-6..=high + 1e-6).contains(&to.positions[joint]), "{name}: {}", to.positions[joint]);
         }
+    }
+}
+
+/// The commands of a person's demonstration in a shipped scene.
+fn commanded(scene: &str, seed: &str) -> Commands {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, out) = (path("log.csv"), path("commands.json"));
+    assert!(teachtree(&["teach", scene, scene, "--seed", seed, "-o", &log]).status.success());
+    teachtree(&["command", &log, "-o", &out]);
+    Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap()
+}
+
+/// This person lost the bar twice as the right hand lifted it, took it up again on the spot, and went on. The robot comes on the person's way, to where the
+/// bar was taken in the end, and lifts it once.
+#[test]
+fn what_was_lost_as_it_was_lifted_is_lifted_once() {
+    let commands = commanded("main_grasp", "24");
+    let right: Vec<&Task> = commands.tasks.iter().filter(|task| task.track == "right").collect();
+    let [task] = right[..] else { panic!("{:?}", right.iter().map(|task| &task.task).collect::<Vec<_>>()) };
+    assert_eq!((task.task.as_str(), task.start_s), ("carry_together", 0.0));
+    let dropped = task.left_out.iter().filter(|left| left.why == "dropped");
+    assert_eq!(dropped.map(|left| left.primitives[0].as_str()).collect::<Vec<_>>(), ["Grasp", "Grasp"]);
+    let [first, second, third, ..] = &task.segments[..] else { panic!("{} segments", task.segments.len()) };
+    assert_eq!([first, second, third].map(|it| it.primitive.as_str()), ["Move", "Approach", "Grasp"]);
+    // One after the other, and the way leads to where the object is taken.
+    assert!((third.start_s - second.start_s - second.duration_s).abs() < 1e-9);
+    for axis in 0..3 {
+        let (way, taken) = (second.object.last().unwrap()[axis], third.object[0][axis]);
+        assert!((way - taken).abs() < 1e-6, "{way} m and {taken} m");
+    }
+}
+
+/// This hand stays about for six seconds after it has let go: a finger that held as long as the others takes part all the same.
+#[test]
+fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
+    let commands = commanded("independent", "21");
+    let right = commands.tasks.iter().find(|task| task.track == "right").unwrap();
+    let fingers: Vec<&str> = right.grasps[0].contacts.iter().map(|contact| contact.finger.as_str()).collect();
+    assert_eq!(fingers, ["thumb", "index", "middle"]);
+}
+
+/// A peg goes into a hole of what the other hand holds along the axis of that hole, and the commands say whose hole it is.
+#[test]
+fn a_hole_of_another_object_is_gone_into_along_its_axis() {
+    let commands = commanded("hold_and_insert", "21");
+    let task = commands.tasks.iter().find(|task| task.task == "peg_in_hole").unwrap();
+    let into = task.into.as_ref().unwrap();
+    assert_eq!(into.body, "holder");
+    let insert = task.segments.iter().find(|segment| segment.primitive == "Insert").unwrap();
+    // The end of the peg is 40 mm below its middle, the rim 20 mm above that of the holder; it waits 5 mm above the rim.
+    let above = |pose: &[f64; 7]| pose[2] - 0.04 - (into.pose[2] + 0.02);
+    assert!((above(&insert.object[0]) - 0.005).abs() < 0.002, "{} m above the rim", above(&insert.object[0]));
+    assert!(above(insert.object.last().unwrap()) < -0.03);
+    // As near as the hole leaves room, and smoothing may move it.
+    for pose in &insert.object {
+        let [x, y, _, w, ..] = pose;
+        let beside = ((x - into.pose[0]).powi(2) + (y - into.pose[1]).powi(2)).sqrt();
+        assert!(beside < 0.001 && w.abs() > 0.9995, "{beside} m beside the axis, turned: {w}");
     }
 }

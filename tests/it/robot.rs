@@ -5,4 +5,6 @@ mod files;
 mod grasping;
 mod kinematics;
 mod motion;
+mod passing;
+mod steps;
 mod two_hands;

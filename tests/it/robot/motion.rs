@@ -130,7 +130,8 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
         tips: vec![(Finger::Index, above(height), Vector3::new(0.0, 0.0, -force))],
         idle: Vec::new(),
         object: Isometry3::identity(),
-        carried: false,
+        free: false,
+        pushed: false,
     };
     let mut runs = vec![Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap()];
     let mut step_to = |target: Target, world: &mut World| {
@@ -255,4 +256,50 @@ fn a_hand_that_feels_slip_holds_more_firmly() {
     let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
     assert!(outcomes[0].done, "{:?}", outcomes[0]);
     assert!(outcomes[0].largest_force > 0.4, "0.39 N would do: {:?}", outcomes[0]);
+}
+
+/// A person may press harder than the hand may: all fingers press less, in the same measure, and hold what they held.
+#[test]
+fn no_finger_presses_harder_than_the_hand_may() {
+    let robot = shipped("gifu_hand_iii_right");
+    let limits: Vec<f64> = robot.hands[&Side::Right].fingers.iter().map(|finger| finger.force).collect();
+    let limit = limits.iter().copied().fold(0.0, f64::max);
+    let (mut commands, scene) = lift(1.0, 4.0);
+    assert!(commands.tasks[0].segments[0].tips[0].force[0][1] > limit, "the thumb is asked for more than it may");
+    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
+    let (outcome, forces) = (&outcomes[0], &outcomes[0].forces);
+    assert!(outcome.done && forces.kept(), "{outcome:?}");
+    assert!(forces.largest <= limit && forces.allowed == limit && forces.largest > 0.8 * limit, "{outcome:?}");
+}
+
+/// An object that stands elsewhere than it was taught is brought onto the taught way, though the first part of it in which it is held is short.
+#[test]
+fn what_stands_elsewhere_ends_where_it_was_taught_to() {
+    let robot = shipped("gifu_hand_iii_right");
+    let (mut commands, mut scene) = lift(0.5, 1.0);
+    // The lift comes in two parts, the first of a twentieth of a second.
+    let lift = commands.tasks[0].segments[1].clone();
+    let part = |from: usize, to: usize| {
+        let mut part = lift.clone();
+        part.object = part.object[from..=to].to_vec();
+        part.hand = part.hand[from..=to].to_vec();
+        for tip in &mut part.tips {
+            tip.position = tip.position[from..=to].to_vec();
+            tip.force = tip.force[from..=to].to_vec();
+        }
+        part.duration_s = (to - from) as f64 / 100.0;
+        part
+    };
+    let last = lift.object.len() - 1;
+    commands.tasks[0].segments.splice(1..2, [part(0, 5), part(5, last)]);
+    teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    let cube = scene.bodies.get_mut("cube").unwrap();
+    cube.position[0].0 += 0.02;
+    cube.position[1].0 -= 0.02;
+    let half = 5.0_f64.to_radians();
+    cube.rotation = [half.cos(), 0.0, 0.0, half.sin()];
+    let Performance { outcomes, .. } = simulate(&commands, &robot, &scene, &mut |_| ()).unwrap();
+    let outcome = &outcomes[0];
+    assert!(outcome.done && outcome.forces.kept(), "{outcome:?}");
 }

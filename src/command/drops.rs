@@ -1,0 +1,117 @@
+//! Tasks that came to nothing, as a whole: brushes, and what was taken up and lost before the same hand took it up again (chapter, section 2.1:
+//! inadvertent human error is compensated). The way to the object is not lost with them: who tries again on the spot has come on it.
+
+use super::form::{LeftOut, Segment, Task};
+use super::series::seven;
+use crate::base::geometry::pose;
+use nalgebra::Isometry3;
+
+/// An object still stands as it stood when it is turned by less, rad.
+const STANDS_RAD: f64 = 0.35;
+/// What slips while it is lifted stays within this, m.
+const SLIPS_M: f64 = 0.040;
+/// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
+const LIFTS: [&str; 6] = ["Grasp", "Translate", "Place", "Slide", "Push", "Release"];
+/// Segments follow each other when there is less than this between them, s.
+const NEXT_S: f64 = 0.02;
+
+/// Leaves out tasks in which no finger touched for long enough to take part, when the same hand has others.
+pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
+    let (mut kept, brushes): (Vec<Task>, Vec<Task>) = tasks.into_iter().partition(|task| !task.grasps.is_empty());
+    for brush in brushes {
+        let (before, after): (Vec<&mut Task>, Vec<&mut Task>) =
+            kept.iter_mut().filter(|task| task.track == brush.track).partition(|task| task.start_s < brush.start_s);
+        if let Some(near) = after.into_iter().next().or(before.into_iter().next_back()) {
+            near.left_out.push(left_out(&brush, 0, "failed try"));
+        }
+    }
+    kept
+}
+
+/// The segments of a task from one on as something that is not commanded.
+fn left_out(task: &Task, from: usize, why: &str) -> LeftOut {
+    let segments = &task.segments[from.min(task.segments.len())..];
+    let primitives = segments.iter().map(|segment| segment.primitive.clone()).collect();
+    let start_s = segments.first().filter(|_| from > 0).map_or(task.start_s, |first| first.taught_start_s);
+    LeftOut { primitives, start_s, end_s: task.end_s, why: why.into() }
+}
+
+/// Leaves out what was only carried and dropped, or lost as it was lifted, when the same hand takes it up again and it still stands as it stood.
+pub(super) fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
+    let mut kept: Vec<Task> = Vec::new();
+    for mut task in tasks {
+        while let Some(last) = kept.iter().rposition(|before| before.track == task.track)
+            && (dropped(&kept[last], &task) || lost(&kept[last], &task))
+        {
+            let before = kept.remove(last);
+            take_over(before, &mut task);
+        }
+        kept.push(task);
+    }
+    // A task that has taken over the way of another one begins with it.
+    kept.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
+    kept
+}
+
+/// Whether a task ended with the object in the air, and this one takes it up again.
+fn dropped(before: &Task, task: &Task) -> bool {
+    let ends = before.segments.iter().rev().map(|segment| segment.primitive.as_str());
+    ends.take(2).eq(["Release", "Translate"]) && before.grasps.len() == 1 && stands(before, task)
+}
+
+/// Whether a task only lifted an object a little, and this one takes it up again on the spot.
+fn lost(before: &Task, task: &Task) -> bool {
+    let has = |primitive: &str| before.segments.iter().any(|segment| segment.primitive == primitive);
+    let touches = before.segments.iter().filter(|segment| segment.touching);
+    let only_lifts = { touches }.all(|segment| LIFTS.contains(&segment.primitive.as_str()));
+    let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
+    let way = task.taken_at().translation.vector - before.taken_at().translation.vector;
+    on_the_spot && only_lifts && has("Grasp") && has("Translate") && way.norm() < SLIPS_M && stands(before, task)
+}
+
+/// Whether the object of a task is that of the one before, and stands as it stood then.
+fn stands(before: &Task, task: &Task) -> bool {
+    let turned = before.taken_at().rotation.angle_to(&task.taken_at().rotation);
+    before.object == task.object && turned < STANDS_RAD
+}
+
+/// Notes a task as left out of the next one, which comes on its way when it has none of its own.
+fn take_over(mut before: Task, task: &mut Task) {
+    let free = before.segments.iter().take_while(|segment| !segment.touching).count();
+    let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
+    let from = if on_the_spot { free } else { 0 };
+    let left = left_out(&before, from, "dropped");
+    task.left_out = before.left_out.drain(..).chain([left]).chain(task.left_out.drain(..)).collect();
+    if from == 0 {
+        return;
+    }
+    let grasp = task.segments.first().and_then(|segment| segment.grasp);
+    let way: Vec<Segment> = before.segments.drain(..from).map(|segment| Segment { grasp, ..segment }).collect();
+    let takes_s = way.last().map_or(0.0, |last| last.start_s + last.duration_s);
+    task.segments.iter_mut().for_each(|segment| segment.start_s += takes_s);
+    task.segments.splice(..0, way);
+    task.start_s = before.start_s;
+}
+
+/// A way to a touch that was taken over from a try which is left out leads to where the object is by then.
+pub(super) fn lead_to_the_touch(task: &mut Task) {
+    for at in 1..task.segments.len() {
+        let (ways, touch) = task.segments.split_at_mut(at);
+        let (Some(last), touch) = (ways.last(), &touch[0]) else { continue };
+        let follows = touch.taught_start_s - (last.taught_start_s + last.duration_s) < NEXT_S;
+        let (Some(from), Some(to)) = (last.object.last(), touch.object.first()) else { continue };
+        if last.touching || !touch.touching || follows {
+            continue;
+        }
+        let moved = isometry(to) * isometry(from).inverse();
+        for segment in ways.iter_mut().rev().take_while(|segment| !segment.touching) {
+            for object in &mut segment.object {
+                *object = seven(&(moved * isometry(object)));
+            }
+        }
+    }
+}
+
+fn isometry([x, y, z, a, b, c, d]: &[f64; 7]) -> Isometry3<f64> {
+    pose([*x, *y, *z], [*a, *b, *c, *d])
+}

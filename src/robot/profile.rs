@@ -1,0 +1,128 @@
+//! The profile of contact forces: what a person pressed with, as far as a robot may be from it.
+//!
+//! A task keeps its profile when
+//! - each fingertip presses into the surface as it is asked to, within [`WITHIN_N`] or [`WITHIN`] of that, for [`MOSTLY`] of the time in which it is asked to;
+//! - the total force of the hand on the object is as near to the one that is asked for, for as long; of that, the shares count of what the fingers press with;
+//! - no fingertip presses harder than the hardest that was taught, times [`FIRMER`] and [`WITHIN_N`] more, nor than the hand may.
+//!
+//! What is asked for is what was taught, more firmly where the hand feels the object about to slip ([`super::firmness`]).
+
+use super::hand::HandModel;
+use super::plan::Target;
+use crate::base::hands::Finger;
+use crate::command::Task;
+use crate::world::TipState;
+use nalgebra::Vector3;
+
+/// Forces may be this much off, N, or this share of what is asked for.
+pub const WITHIN_N: f64 = 0.3;
+/// The share.
+pub const WITHIN: f64 = 0.3;
+/// For at least this share of the time.
+pub const MOSTLY: f64 = 0.9;
+/// A hand that feels slip may press this many times as hard as the hardest that was taught.
+pub const FIRMER: f64 = 2.5;
+/// Less than this is not asked for, N.
+const ASKED_N: f64 = 0.05;
+
+/// How a task's forces were beside those that it asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Forces {
+    /// The share of the time, over all fingers, in which one pressed as it was asked to.
+    pub fingers: f64,
+    /// The share of the time in which the total force was as it was asked for.
+    pub total: f64,
+    /// The hardest that a fingertip pressed, N.
+    pub largest: f64,
+    /// The hardest that one might, N.
+    pub allowed: f64,
+    /// Whether no fingertip pressed harder than it might.
+    pub below: bool,
+}
+
+impl Forces {
+    /// Whether all of the profile is kept.
+    pub fn kept(&self) -> bool {
+        self.below && self.fingers >= MOSTLY && self.total >= MOSTLY
+    }
+}
+
+/// Gathers forces while a task is performed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Profile {
+    fingers: Share,
+    total: Share,
+    largest: f64,
+    /// How much too hard the worst fingertip pressed, N.
+    over: f64,
+    hardest_taught: f64,
+}
+
+/// How often something was so.
+#[derive(Clone, Copy, Debug, Default)]
+struct Share {
+    so: usize,
+    of: usize,
+}
+
+impl Share {
+    fn note(&mut self, so: bool) {
+        self.of += 1;
+        self.so += usize::from(so);
+    }
+
+    fn value(self) -> f64 {
+        if self.of == 0 { 1.0 } else { self.so as f64 / self.of as f64 }
+    }
+}
+
+impl Profile {
+    /// The profile of a task.
+    pub(super) fn of(task: &Task) -> Self {
+        let tips = task.segments.iter().flat_map(|segment| &segment.tips).flat_map(|tip| &tip.force);
+        let hardest_taught = tips.map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
+        Self { hardest_taught, ..Self::default() }
+    }
+
+    fn allowed(&self) -> f64 {
+        self.hardest_taught * FIRMER + WITHIN_N
+    }
+
+    /// A step of it: the fingertips on `body` beside those of the target.
+    pub(super) fn note(&mut self, target: &Target, hand: &HandModel, tips: &[TipState], body: usize) {
+        let (mut asked_of_all, mut total, mut sum) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        for tip in tips {
+            let exerted = tip.force_on(body);
+            total += exerted;
+            self.largest = self.largest.max(exerted.norm());
+            let limit = hand.finger(tip.finger).map_or(f64::INFINITY, |finger| finger.force);
+            self.over = self.over.max(exerted.norm() - limit.min(self.allowed()));
+            let Some(asked) = asked(target, tip.finger).filter(|asked| asked.norm() > ASKED_N) else { continue };
+            asked_of_all += asked;
+            sum += asked.norm();
+            let touch = tip.touches.iter().find(|touch| touch.body == body);
+            let inward = touch.map_or_else(|| asked.normalize(), |touch| -touch.normal);
+            let (wanted, pressed) = (asked.dot(&inward), exerted.dot(&inward));
+            self.fingers.note((pressed - wanted).abs() <= WITHIN_N.max(WITHIN * wanted));
+        }
+        if sum > ASKED_N {
+            self.total.note((total - asked_of_all).norm() <= WITHIN_N.max(WITHIN * sum));
+        }
+    }
+
+    /// What came of it.
+    pub(super) fn judge(&self, hand: &HandModel) -> Forces {
+        let limit = hand.fingers.iter().map(|finger| finger.force).fold(0.0, f64::max);
+        Forces {
+            fingers: self.fingers.value(),
+            total: self.total.value(),
+            largest: self.largest,
+            allowed: limit.min(self.allowed()),
+            below: self.over <= 0.0,
+        }
+    }
+}
+
+fn asked(target: &Target, finger: Finger) -> Option<Vector3<f64>> {
+    target.tips.iter().find(|(other, ..)| *other == finger).map(|(.., force)| *force)
+}
