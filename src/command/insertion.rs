@@ -19,6 +19,8 @@ const ON_ITS_WAY_M: f64 = 0.030;
 /// over the hole on a shorter way, it would be jerked out of the hand.
 const BESIDE_M: f64 = 0.010;
 const COMES_M: f64 = 0.060;
+/// A body stands still while something goes into its hole when it moves by less than this, m.
+const STANDS_M: f64 = 0.005;
 /// It waits this far above the rim, m.
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the person's depth within this time, s.
@@ -80,16 +82,21 @@ pub(super) fn along_the_axis(
             continue;
         };
         let end = series.object[deepest];
-        let mut found = holes
-            .iter()
-            .zip(&ways)
-            .filter(|(hole, way)| way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug)));
+        let begins = episode.pieces[first].samples[0];
+        // Where both hands move what they hold, neither waits for the other's hole.
+        let stands = |way: &[Isometry3<f64>]| {
+            let [from, to] = [begins, deepest].map(|at| way[at].translation.vector);
+            (to - from).norm() < STANDS_M
+        };
+        let takes = |hole: &Hole<'_>, way: &[Isometry3<f64>]| {
+            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug)) && stands(way)
+        };
+        let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
         let Some((hole, way)) = found.next() else { continue };
         let Some(upright) = upright(&end, &hole.at(&way[deepest]).axis) else { continue };
         if hole.fixed.is_none() {
             into = Some(Into { body: hole.body.into(), pose: seven(&way[deepest]) });
         }
-        let begins = episode.pieces[first].samples[0];
         let held: Vec<usize> = episode
             .pieces
             .iter()

@@ -453,13 +453,13 @@ impl<'a> Plan<'a> {
             };
             (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
         });
+        let pushes = grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
+        let pushed = matches!(phase.role, Role::Hold | Role::Leave) && pushes;
         let free = match phase.role {
             Role::Steady => true,
-            Role::Hold => matches!(segment.primitive.as_str(), "Translate" | "Push"),
+            Role::Hold => segment.primitive == if pushes { "Push" } else { "Translate" },
             _ => false,
         };
-        let pushed = matches!(phase.role, Role::Hold | Role::Leave)
-            && grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
         Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
     }
 
