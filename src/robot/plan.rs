@@ -40,6 +40,9 @@ const TRANSFER_M_S: f64 = 0.25;
 const TRANSFER_RAD_S: f64 = 1.0;
 const TRANSFER_S: f64 = 0.8;
 
+/// No task is longer, s.
+const LONGEST_S: f64 = 600.0;
+
 /// What is wanted at one instant; reference frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Target {
@@ -253,7 +256,13 @@ impl<'a> Plan<'a> {
             let turn = first.rotation.angle_to(&plan.from.rotation);
             plan.transfer = transfer_time(way, turn);
         }
-        Ok(plan)
+        // Written so that a length that is no number is refused too.
+        let duration = plan.duration();
+        if duration <= LONGEST_S {
+            Ok(plan)
+        } else {
+            Err(format!("takes {duration:.0} s, wanted at most {LONGEST_S} s"))
+        }
     }
 
     /// Puts a way between phases of a free hand where the palm would jump: from one grasp to the next.

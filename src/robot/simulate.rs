@@ -35,8 +35,6 @@ pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
 pub const RECORDED: usize = 4;
 /// And one in so many is traced: 100 a second.
 const TRACED: usize = 10;
-/// No simulation is longer, s.
-const LONGEST_S: f64 = 600.0;
 /// Forces that are commanded above this are compared with what is exerted, N.
 const COMPARED_N: f64 = 0.05;
 
@@ -309,9 +307,6 @@ fn plan<'a>(
             let made =
                 Plan::new(&tasks[number], runs.robot(), &performer.hand, found, palm.as_ref(), performer.taught_radius);
             let mut made = made.map_err(refuse)?;
-            if made.duration() > LONGEST_S {
-                return Err(refuse(format!("takes {:.0} s, at most {LONGEST_S} s are simulated", made.duration())));
-            }
             let from_s = performer.fresh.take().unwrap_or_default();
             let from_s = runs.slow_down(&mut made, from_s, &mut q);
             if plans.is_empty() {
