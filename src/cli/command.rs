@@ -10,6 +10,7 @@ use crate::command::{self, Commands};
 use crate::robot::{self, Robot};
 use crate::stream;
 use crate::stream::text;
+use std::cell::RefCell;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -48,7 +49,10 @@ pub enum Format {
 
 /// Runs `command`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let robot = open_robot(&args.robot)?;
+    let (robot, parts) = open_robot(&args.robot)?;
+    let files = [&args.source.binding, &args.source.scene].into_iter().flatten().chain(&args.rules.rules);
+    let inputs: Vec<&Path> = files.chain(&parts).chain([&args.log]).map(PathBuf::as_path).collect();
+    output::refuse_inputs(&args.out, &inputs)?;
     let opened = stream::open(&args.source.request(&args.log))?;
     let rules = load(&args.rules, &opened)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
@@ -58,8 +62,6 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Json => commands.json()?,
         Format::Csv => command::csv::csv(&commands)?,
     };
-    let files = [&args.source.binding, &args.source.scene].into_iter().flatten().chain(&args.rules.rules);
-    let inputs: Vec<&Path> = files.map(PathBuf::as_path).chain([args.log.as_path(), Path::new(&args.robot)]).collect();
     output::write(&args.out, &text, &inputs)?;
     if commands.tasks.is_empty() {
         output::print("no task was found with an object that fingers touch: nothing is commanded\n")?;
@@ -70,9 +72,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if infeasible || commands.tasks.is_empty() { Err(Failure::No) } else { Ok(()) }
 }
 
-/// The robot of this name, or in this file.
-pub fn open_robot(name: &str) -> Result<Robot, InputError> {
-    robot::open(name, &|file| text::read(Path::new(file), robot::MAX_BYTES))
+/// The robot of this name, or in this file, with all the files that it was read from.
+pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
+    let files = RefCell::new(Vec::new());
+    let robot = robot::open(name, &|file| {
+        files.borrow_mut().push(PathBuf::from(file));
+        text::read(Path::new(file), robot::MAX_BYTES)
+    })?;
+    Ok((robot, files.into_inner()))
 }
 
 /// The scene of this name, or in this file.

@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 
 /// From what was done to a robot that does it; the files that were written.
 fn carry_out(args: &Args, opened: &Opened, rules: &Rules, analysed: &Analysed) -> Result<[PathBuf; 3], Failure> {
-    let robot = open_robot(ROBOT)?;
+    let (robot, _) = open_robot(ROBOT)?;
     let scene = &opened.recording.scene;
     let mut commands = command::commands(&opened.trusted()?, &analysed.analysis, &analysed.meta.log)?;
     robot::map(&mut commands, &robot, scene)?;

@@ -50,8 +50,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;
     let commands = Commands::read(&text, &file)?;
-    let (robot, scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
-    let inputs = [args.commands.as_path(), Path::new(&args.robot), Path::new(&args.scene)];
+    let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
+    let inputs: Vec<&Path> =
+        [&args.commands].into_iter().chain(&parts).map(PathBuf::as_path).chain([Path::new(&args.scene)]).collect();
     output::may_record(&args.out, &inputs)?;
     let more: Vec<&Path> = args.report.iter().chain(&args.trajectory).map(PathBuf::as_path).collect();
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;

@@ -56,6 +56,17 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     // The scene beside the log is an input as well.
     let lost = teachtree(&["command", &log, "-o", &path("log.scene.yaml")]);
     assert_eq!(lost.status.code(), Some(2), "{}", complained(&lost));
+    // So are the parts of a robot.
+    let shipped = |file: &str| {
+        let robots = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
+        std::fs::read_to_string(robots.join(file)).unwrap()
+    };
+    std::fs::write(path("my_arm.yaml"), shipped("arm_6dof.yaml")).unwrap();
+    std::fs::write(path("mine.yaml"), shipped("both_hands.yaml").replace("robot: arm_6dof,", "robot: my_arm.yaml,"))
+        .unwrap();
+    let lost = teachtree(&["command", &log, "--robot", &path("mine.yaml"), "-o", &path("my_arm.yaml")]);
+    assert_eq!(lost.status.code(), Some(2), "{}", complained(&lost));
+    assert!(complained(&lost).contains("is an input of this command"), "{}", complained(&lost));
     within_the_limits_of_the_robot(&commands, "paper_box");
     let names: Vec<(&str, &str)> =
         commands.tasks.iter().map(|task| (task.task.as_str(), task.object.as_str())).collect();
