@@ -2,9 +2,11 @@
 //! not of the types that read them.
 
 use super::error::InputError;
+use indexmap::IndexMap;
 use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
+use std::hash::Hash;
 use std::marker::PhantomData;
 
 /// The largest YAML text that is read, in bytes.
@@ -58,6 +60,27 @@ impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Deserialize<'de> for Entries
         }
         deserializer.deserialize_map(Collect(PhantomData))
     }
+}
+
+/// A map of which each key stands there once.
+///
+/// # Errors
+/// A key that is there twice.
+pub fn each_once<'de, K, V, D>(deserializer: D) -> Result<IndexMap<K, V>, D::Error>
+where
+    K: Deserialize<'de> + Eq + Hash + fmt::Display,
+    V: Deserialize<'de>,
+    D: Deserializer<'de>,
+{
+    let Entries(entries) = Entries::deserialize(deserializer)?;
+    let mut map = IndexMap::with_capacity(entries.len());
+    for (key, value) in entries {
+        if map.contains_key(&key) {
+            return Err(serde::de::Error::custom(format!("`{key}` is there twice")));
+        }
+        map.insert(key, value);
+    }
+    Ok(map)
 }
 
 /// Writes a value as YAML.

@@ -153,6 +153,10 @@ impl BindingFile {
                 return Err(file.error(key, message));
             }
         }
+        if file.binding.rate.is_some() && file.binding.time != time_column() {
+            let message = "is for rows without stamps, and `time` names a column of stamps: wanted one of the two";
+            return Err(file.error("rate", message.into()));
+        }
         if file.binding.bridge.0 < 0.0 {
             return Err(file.error("bridge", "found a negative time".into()));
         }
