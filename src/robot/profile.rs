@@ -5,7 +5,7 @@
 //! - the total force of the hand on the object is as near to the one that is asked for, for as long; of that, the shares count of what the fingers press with;
 //! - no fingertip presses harder than the hardest that was taught, times [`FIRMER`] and [`WITHIN_N`] more, nor than the hand may.
 //!
-//! What is asked for is what was taught, more firmly where the hand feels the object about to slip ([`super::firmness`]).
+//! What is asked for is what was taught, more firmly where the hand feels the object about to slip (`firmness`).
 
 use super::hand::HandModel;
 use super::plan::Target;
