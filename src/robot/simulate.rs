@@ -13,7 +13,7 @@ use super::passing::{Nearest, look};
 use super::plan::{Plan, Target};
 use super::profile::{Forces, Profile};
 use super::righting::{Righting, holds};
-use super::stage::{Plans, Stage, found, sides, stages};
+use super::stage::{Plans, Stage, at_task, found, sides, stages};
 use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use super::tree::Robot;
 use crate::base::error::InputError;
@@ -149,8 +149,7 @@ pub fn simulate_seeing(
     let mut done_s = 0.0;
     for numbers in &stages {
         let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &scene, &seeing(&world))?;
-        let starts = from_s.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
-        let begins_s = starts.map(|(place, from_s)| stage.clock.when(place, *from_s)).fold(f64::INFINITY, f64::min);
+        let begins_s = stage.begins_s(&from_s);
         for performer in &mut performers {
             (performer.righting, performer.firmness) = (Righting::new(gravity), Firmness::default());
         }
@@ -319,10 +318,6 @@ fn plan<'a>(
         hands.push(plans);
     }
     Ok((Stage::new(hands), begins))
-}
-
-fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
-    InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
 }
 
 /// Where the object of a task is, of the bodies as they are seen.

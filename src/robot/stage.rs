@@ -3,6 +3,7 @@
 
 use super::clock::{Clock, Part};
 use super::plan::{Found, Plan};
+use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::command::Task;
 use nalgebra::Isometry3;
@@ -61,6 +62,12 @@ impl<'a> Stage<'a> {
         Self { hands, clock: Clock::of(&parts, if together { EASED_S } else { 0.0 }) }
     }
 
+    /// When the first hand begins that does anything, s of the clock, when of its own plans each begins at `from_s`.
+    pub(super) fn begins_s(&self, from_s: &[f64]) -> f64 {
+        let busy = from_s.iter().enumerate().filter(|(place, _)| !self.hands[*place].is_empty());
+        busy.map(|(place, from_s)| self.clock.when(place, *from_s)).fold(f64::INFINITY, f64::min)
+    }
+
     /// What a hand does at a time of the clock, or would have done `from_s` at first: its task, the plan and the time in it; `None` for one that does nothing.
     pub(super) fn at(&self, hand: usize, clock_s: f64, from_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
         let mut own = self.clock.at(hand, clock_s).max(from_s);
@@ -80,6 +87,11 @@ impl<'a> Stage<'a> {
         let last = about.max_by(|a, b| tasks[a.0].end_s.total_cmp(&tasks[b.0].end_s));
         last.map_or_else(Isometry3::identity, |(_, plan)| plan.taught_end())
     }
+}
+
+/// What is wrong with a task, by its number.
+pub(super) fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
+    InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
 }
 
 /// The hands that tasks are for, each once, in order.

@@ -8,7 +8,7 @@ use super::arm::solve_arm;
 use super::executor::beginning;
 use super::hand::HandModel;
 use super::plan::{Plan, minimum_jerk};
-use super::stage::{Plans, Stage, found, sides, stages};
+use super::stage::{Plans, Stage, at_task, found, sides, stages};
 use super::tree::Dof;
 use crate::base::error::InputError;
 use crate::base::geometry;
@@ -154,10 +154,6 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     Ok(made)
 }
 
-fn at_task(tasks: &[Task], number: usize, message: String) -> InputError {
-    InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
-}
-
 /// A hand with its arm on its way.
 struct Moving {
     side: Side,
@@ -247,8 +243,8 @@ impl Moving {
 
 /// The values of all degrees of freedom of all hands at each point of a stage.
 fn way(hands: &mut [Moving], stage: &Stage<'_>) -> Vec<Vec<f64>> {
-    let busy = hands.iter().enumerate().filter(|(place, _)| !stage.hands[*place].is_empty());
-    let begins_s = busy.map(|(place, hand)| stage.clock.when(place, hand.from_s)).fold(f64::INFINITY, f64::min);
+    let from_s: Vec<f64> = hands.iter().map(|hand| hand.from_s).collect();
+    let begins_s = stage.begins_s(&from_s);
     let points = ((stage.clock.over() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
     let mut way = Vec::with_capacity(points + 1);
     for point in 0..=points {

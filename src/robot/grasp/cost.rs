@@ -302,29 +302,27 @@ impl<'a> Cost<'a> {
     /// What a bar of the hand costs that overlaps something.
     fn overlap(&self, scene: &[Seen], bar: &Bar) -> f64 {
         let mut cost = 0.0;
-        let kept = MARGIN_M + self.away;
-        let (middle, around) = bar.around();
-        for part in scene.iter().filter(|part| part.distance(&middle) < around + kept) {
-            for ball in bar.balls() {
-                let over = bar.radius + kept - part.distance(&ball);
-                if over > 0.0 {
-                    cost += price(over);
-                }
-            }
-        }
+        self.overlaps(scene, bar, |_, _, over| cost += price(over));
         cost
     }
 
     /// How that changes with where its balls are.
     fn push_out(&self, scene: &[Seen], finger: usize, bar: &Bar, pushes: &mut Vec<Push>) {
+        self.overlaps(scene, bar, |part, ball, over| {
+            let slope = part.out(&ball) * -price_slope(over);
+            pushes.push(Push { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+        });
+    }
+
+    /// The parts that balls of a bar overlap or come too near to: part, ball, and by how much, m.
+    fn overlaps(&self, scene: &[Seen], bar: &Bar, mut each: impl FnMut(&Seen, Point3<f64>, f64)) {
         let kept = MARGIN_M + self.away;
         let (middle, around) = bar.around();
         for part in scene.iter().filter(|part| part.distance(&middle) < around + kept) {
             for ball in bar.balls() {
                 let over = bar.radius + kept - part.distance(&ball);
                 if over > 0.0 {
-                    let slope = part.out(&ball) * -price_slope(over);
-                    pushes.push(Push { on: Some((finger, bar.joint)), outside: true, at: ball, slope });
+                    each(part, ball, over);
                 }
             }
         }
