@@ -95,7 +95,8 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
     let last = made.points.last().map_or(0.0, |point| point.time_from_start.seconds());
     let mut text =
         format!("{}: {} joints, {} points, {last:.1} s\n", place.display(), made.joint_names.len(), made.points.len());
-    for Slowed { tasks, times, joint } in made.slowed.iter().filter(|slowed| slowed.times > 1.0) {
+    for Slowed { tasks, times, joint } in &made.slowed {
+        let Some(joint) = joint.as_ref().filter(|_| *times > 1.005) else { continue };
         let numbers: Vec<String> = tasks.iter().map(|number| (number + 1).to_string()).collect();
         let which = if tasks.len() > 1 { "tasks" } else { "task" };
         let are = if tasks.len() > 1 { "are" } else { "is" };

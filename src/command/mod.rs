@@ -9,6 +9,7 @@ mod drops;
 mod episodes;
 mod form;
 mod insertion;
+mod reading;
 mod series;
 mod settling;
 pub mod smooth;
@@ -142,54 +143,5 @@ impl Commands {
     pub fn json(&self) -> Result<String, InputError> {
         let value = serde_json::to_value(self).map_err(|error| InputError::new("commands", error.to_string()))?;
         Ok(printed(&value))
-    }
-
-    /// Reads them; `file` is the name in errors.
-    ///
-    /// # Errors
-    /// What is not as the schema says, at its line; numbers that cannot be.
-    pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let commands: Self = serde_json::from_str(text).map_err(|error| {
-            let place = format!("{file}:{}:{}", error.line(), error.column());
-            let message = error.to_string();
-            let wanted = "commands are the JSON file that `teachtree command` writes";
-            InputError::new(place, message.split(" at line ").next().unwrap_or(&message)).help(wanted)
-        })?;
-        if commands.schema != SCHEMA {
-            let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);
-            return Err(InputError::new(file, message));
-        }
-        if !(1.0..=10_000.0).contains(&commands.rate_hz) {
-            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
-        }
-        for (number, task) in commands.tasks.iter().enumerate() {
-            task.check().map_err(|message| InputError::new(format!("{file}, task {}", number + 1), message))?;
-        }
-        Ok(commands)
-    }
-}
-
-impl Task {
-    /// What cannot be commanded.
-    fn check(&self) -> Result<(), String> {
-        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite() && value.abs() < 1e4);
-        for (number, segment) in self.segments.iter().enumerate() {
-            let wrong = |what: &str| Err(format!("segment {} ({}) {what}", number + 1, segment.primitive));
-            let count = segment.object.len();
-            let tips = |tip: &Tip| tip.position.len() == count && tip.force.len() == count;
-            if count == 0 || segment.hand.len() != count || !segment.tips.iter().all(tips) {
-                return wrong("has lists of different lengths, or empty ones");
-            }
-            let all = segment.object.iter().all(|it| finite(it))
-                && segment.hand.iter().all(|it| finite(it))
-                && segment.tips.iter().all(|tip| tip.position.iter().chain(&tip.force).all(|it| finite(it)));
-            if !(all && finite(&[segment.start_s, segment.duration_s])) {
-                return wrong("has a number that is not finite or far too large");
-            }
-            if segment.grasp.is_some_and(|grasp| grasp >= self.grasps.len()) {
-                return wrong("names a grasp that is not there");
-            }
-        }
-        Ok(())
     }
 }

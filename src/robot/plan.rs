@@ -40,6 +40,8 @@ const TRANSFER_M_S: f64 = 0.25;
 const TRANSFER_RAD_S: f64 = 1.0;
 const TRANSFER_S: f64 = 0.8;
 
+/// Joints are written with six decimals, rad or m.
+const ROUNDED: f64 = 1e-5;
 /// No task is longer, s.
 const LONGEST_S: f64 = 600.0;
 
@@ -491,6 +493,16 @@ impl Grip {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
+        for dof in hand.fingers.iter().flat_map(|finger| &finger.dofs).map(|dof| &limb.dofs[*dof]) {
+            let Some(value) = mapped.joints.get(&dof.name) else { continue };
+            let [low, high] = dof.range;
+            if !(low - ROUNDED..=high + ROUNDED).contains(value) {
+                return Err(format!(
+                    "has a grasp with the joint `{}` at {value}, wanted {low:.3} to {high:.3}",
+                    dof.name
+                ));
+            }
+        }
         let object_from_palm = from_seven(&mapped.object_from_palm);
         let mut tips = Vec::new();
         let mut middle = Vector3::zeros();

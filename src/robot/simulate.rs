@@ -4,16 +4,16 @@
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 //! Tasks of both hands that overlap run by one clock ([`super::clock`]).
 
-use super::executor::{Executor, beginning};
+use super::doer::{Doer, Place};
+use super::executor::Executor;
 use super::firmness::Firmness;
-use super::hand::HandModel;
 use super::log::Log;
 use super::mapping::from_seven;
 use super::passing::{Nearest, look};
 use super::plan::{Plan, Target};
 use super::profile::{Forces, Profile};
 use super::righting::{Righting, holds};
-use super::stage::{Plans, Stage, at_task, found, sides, stages};
+use super::stage::{Stage, sides, stages};
 use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use super::tree::Robot;
 use crate::base::error::InputError;
@@ -78,14 +78,10 @@ pub struct Performance {
 
 /// A hand that performs: what it is, and what it remembers from one step to the next.
 struct Performer {
-    side: Side,
-    hand: HandModel,
-    taught_radius: f64,
+    doer: Doer,
     righting: Righting,
     firmness: Firmness,
     target: Target,
-    /// When of its first plan it begins, until that plan is made.
-    fresh: Option<f64>,
 }
 
 /// What is gathered about a task while it is performed.
@@ -122,13 +118,22 @@ pub fn simulate_seeing(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Performance, InputError> {
     let sight = Translation3::from(*off);
-    let seeing = |world: &World| world.observation().bodies.iter().map(|body| sight * body.pose).collect::<Vec<_>>();
+    let seen = |world: &World, object: &str| {
+        let body = scene.bodies.get_index_of(object)?;
+        world.observation().bodies.get(body).map(|body| sight * body.pose)
+    };
     let tasks = &commands.tasks;
-    let sides = sides(tasks).map_err(|message| InputError::new("commands", message))?;
+    let sides = sides(commands, robot)?;
     let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
     let with_robot = with_hands(scene, &sides, &limbs);
     let mut world = World::new(&with_robot, Fingertips::default())?;
-    let (mut performers, mut executors) = begin(tasks, &sides, &limbs, scene, &seeing(&world))?;
+    let gravity = gravity_of(scene);
+    let (mut performers, mut executors) = (Vec::new(), Vec::new());
+    for (&side, limb) in sides.iter().zip(&limbs) {
+        let (doer, runs, target) = Doer::begin(side, limb, tasks, scene, &|object| seen(&world, object))?;
+        executors.push(runs);
+        performers.push(Performer { doer, righting: Righting::new(gravity), firmness: Firmness::default(), target });
+    }
     let scene = with_robot;
     for _ in 0..SETTLING {
         for (place, (runs, performer)) in executors.iter_mut().zip(&performers).enumerate() {
@@ -136,7 +141,6 @@ pub fn simulate_seeing(
         }
         world.step_moved(&mut executors);
     }
-    let gravity = gravity_of(&scene);
     let mut log = Log::new(&scene, world.observation());
     let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
     let mut trace = Trace { limbs, scene: scene.clone(), moments: Vec::new() };
@@ -148,7 +152,7 @@ pub fn simulate_seeing(
     let whole: f64 = stages.iter().map(|stage| lasts(stage)).sum::<f64>().max(1e-3);
     let mut done_s = 0.0;
     for numbers in &stages {
-        let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &scene, &seeing(&world))?;
+        let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &|object| seen(&world, object))?;
         let begins_s = stage.begins_s(&from_s);
         for performer in &mut performers {
             (performer.righting, performer.firmness) = (Righting::new(gravity), Firmness::default());
@@ -191,7 +195,7 @@ pub fn simulate_seeing(
                     let pose = sight * world.observation().bodies[body].pose;
                     performer.righting.apply(&mut performer.target, &pose, shared, STEP_S);
                     let tips = &world.observation().hands[place].tips;
-                    performer.firmness.apply(&mut performer.target, &performer.hand, tips, body, STEP_S);
+                    performer.firmness.apply(&mut performer.target, &performer.doer.hand, tips, body, STEP_S);
                 }
                 runs.aim(&performer.target, &exerted(world.observation(), place));
             }
@@ -227,7 +231,7 @@ pub fn simulate_seeing(
         done_s += lasts(numbers);
         for &number in numbers {
             let end = stage.taught_end(tasks, &tasks[number].object);
-            let Some(by) = performers.iter().find(|performer| performer.side.name() == tasks[number].track) else {
+            let Some(by) = performers.iter().find(|performer| performer.doer.side.name() == tasks[number].track) else {
                 continue;
             };
             outcomes[number] = Some(tallies[number].judge(&tasks[number], by, &end, &scene, world.observation()));
@@ -254,83 +258,21 @@ fn gravity_of(scene: &Scene) -> Vector3<f64> {
     Vector3::from(scene.gravity.map(|part| part.0))
 }
 
-/// Every hand at the beginning of its first task; `bodies` are where the bodies are seen.
-fn begin(
-    tasks: &[Task],
-    sides: &[Side],
-    limbs: &[Robot],
-    scene: &Scene,
-    bodies: &[Isometry3<f64>],
-) -> Result<(Vec<Performer>, Vec<Executor>), InputError> {
-    let gravity = gravity_of(scene);
-    let stages = stages(tasks);
-    let (mut performers, mut executors) = (Vec::new(), Vec::new());
-    for (&side, limb) in sides.iter().zip(limbs) {
-        let lacks = || InputError::new("commands", "are of no hand of the robot");
-        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-        let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
-        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
-        let refuse = |message: String| at_task(tasks, number, message);
-        let stage = stages.iter().find(|stage| stage.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let found = found(tasks, stage, number, &pose_of(tasks, number, scene, bodies)?);
-        let plan = Plan::new(&tasks[number], limb, &hand, found, None, taught_radius).map_err(refuse)?;
-        let (runs, from_s) = beginning(limb, &hand, &plan, gravity).map_err(refuse)?;
-        let target = plan.at(from_s);
-        executors.push(runs);
-        let righting = Righting::new(gravity);
-        let firmness = Firmness::default();
-        performers.push(Performer { side, hand, taught_radius, righting, firmness, target, fresh: Some(from_s) });
-    }
-    Ok((performers, executors))
-}
-
-/// The plans of a stage for hands that are where they are and bodies that are seen where they are, and when of its own plans each begins, s.
+/// The plans of a stage for hands that are where they are, and when of its own plans each begins, s.
 fn plan<'a>(
     tasks: &'a [Task],
     numbers: &[usize],
     performers: &mut [Performer],
     executors: &[Executor],
-    scene: &Scene,
-    bodies: &[Isometry3<f64>],
+    place: &Place<'_>,
 ) -> Result<(Stage<'a>, Vec<f64>), InputError> {
-    let mut hands = Vec::new();
-    let mut begins = Vec::new();
+    let (mut hands, mut begins) = (Vec::new(), Vec::new());
     for (performer, runs) in performers.iter_mut().zip(executors) {
-        let mut plans: Plans<'a> = Vec::new();
-        let mut palm = performer.fresh.is_none().then(|| runs.wanted_palm());
-        let mut q = runs.wanted();
-        begins.push(0.0);
-        for &number in numbers.iter().filter(|number| tasks[**number].track == performer.side.name()) {
-            let refuse = |message: String| at_task(tasks, number, message);
-            let found = found(tasks, numbers, number, &pose_of(tasks, number, scene, bodies)?);
-            let made =
-                Plan::new(&tasks[number], runs.robot(), &performer.hand, found, palm.as_ref(), performer.taught_radius);
-            let mut made = made.map_err(refuse)?;
-            let from_s = performer.fresh.take().unwrap_or_default();
-            let from_s = runs.slow_down(&mut made, from_s, &mut q);
-            if plans.is_empty() {
-                begins.pop();
-                begins.push(from_s);
-            }
-            palm = Some(made.at(made.duration()).palm);
-            plans.push((number, made));
-        }
+        let (plans, from_s) = performer.doer.plans(tasks, numbers, runs, (runs.wanted_palm(), runs.wanted()), place)?;
         hands.push(plans);
+        begins.push(from_s);
     }
     Ok((Stage::new(hands), begins))
-}
-
-/// Where the object of a task is, of the bodies as they are seen.
-fn pose_of(
-    tasks: &[Task],
-    number: usize,
-    scene: &Scene,
-    bodies: &[Isometry3<f64>],
-) -> Result<Isometry3<f64>, InputError> {
-    let object = &tasks[number].object;
-    let body = scene.bodies.get_index_of(object);
-    let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
-    body.and_then(|body| bodies.get(body)).copied().ok_or_else(lacks)
 }
 
 /// The forces of a hand's fingertips.
@@ -357,7 +299,7 @@ fn forces(target: &Target, seen: &Observation, hand: usize, body: usize) -> Vec<
 impl Tally {
     fn note(&mut self, performer: &Performer, runs: &Executor, seen: &Observation, hand: usize, body: usize) {
         let target = &performer.target;
-        self.profile.note(target, &performer.hand, &seen.hands[hand].tips, body);
+        self.profile.note(target, &performer.doer.hand, &seen.hands[hand].tips, body);
         let off = (runs.palm().translation.vector - target.palm.translation.vector).norm();
         self.palm_error = self.palm_error.max(off);
         for tip in &seen.hands[hand].tips {
@@ -394,14 +336,14 @@ impl Tally {
         };
         Outcome {
             task: task.task.clone(),
-            side: by.side,
+            side: by.doer.side,
             object: task.object.clone(),
             off,
             turned,
             palm_error: self.palm_error,
             largest_force: self.largest_force,
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
-            forces: self.profile.judge(&by.hand),
+            forces: self.profile.judge(&by.doer.hand),
             done: off <= WITHIN_M && turned <= WITHIN_RAD,
         }
     }

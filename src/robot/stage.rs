@@ -3,9 +3,10 @@
 
 use super::clock::{Clock, Part};
 use super::plan::{Found, Plan};
+use super::tree::Robot;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::command::Task;
+use crate::command::{Commands, Task};
 use nalgebra::Isometry3;
 
 /// With two hands the clock changes its speed within this time before and after, s.
@@ -94,16 +95,22 @@ pub(super) fn at_task(tasks: &[Task], number: usize, message: String) -> InputEr
     InputError::new(format!("task {} ({})", number + 1, tasks[number].task), message)
 }
 
-/// The hands that tasks are for, each once, in order.
+/// The hands that commands are for, each once, in order.
 ///
 /// # Errors
-/// No task, or one of no hand.
-pub(super) fn sides(tasks: &[Task]) -> Result<Vec<Side>, String> {
-    if tasks.is_empty() {
-        return Err("have no tasks, nothing is to be done".into());
+/// No task, or one of no hand; commands that were made for another robot.
+pub(super) fn sides(commands: &Commands, robot: &Robot) -> Result<Vec<Side>, InputError> {
+    let refuse = |message: String| InputError::new("commands", message);
+    if commands.tasks.is_empty() {
+        return Err(refuse("have no tasks, nothing is to be done".into()));
     }
-    let side = |task: &Task| Side::from_name(&task.track).ok_or_else(|| format!("are of no hand: `{}`", task.track));
-    let mut sides = tasks.iter().map(side).collect::<Result<Vec<Side>, String>>()?;
+    if let Some(other) = commands.robot.as_ref().filter(|other| **other != robot.name) {
+        let help = "make them again for this one: `teachtree command LOG --robot ROBOT -o COMMANDS`";
+        return Err(refuse(format!("are for the robot `{other}`, this one is `{}`", robot.name)).help(help));
+    }
+    let side =
+        |task: &Task| Side::from_name(&task.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", task.track)));
+    let mut sides = commands.tasks.iter().map(side).collect::<Result<Vec<Side>, InputError>>()?;
     sides.sort();
     sides.dedup();
     Ok(sides)

@@ -1,32 +1,35 @@
 //! What the joints of arm and hand are to do, with its times: for controllers that take a joint trajectory instead of targets of palm and fingertips.
 //!
-//! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`Plan`] by the inverse kinematics alone; what both
-//! hands do at the same time is slowed down, in one measure, until no joint is faster or speeds up more than it may. Forces are in the commands, not here.
+//! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`super::plan::Plan`] by the inverse kinematics alone;
+//! where a joint would be faster or speed up more than it may, both hands are slowed down, in one measure ([`super::timing`]). Forces are in the
+//! commands, not here.
 
 use super::Robot;
 use super::arm::solve_arm;
-use super::executor::beginning;
-use super::hand::HandModel;
+use super::doer::Doer;
+use super::executor::Executor;
 use super::plan::{Plan, minimum_jerk};
-use super::stage::{Plans, Stage, at_task, found, sides, stages};
+use super::stage::{Stage, at_task, sides, stages};
+use super::timing::{Timed, timed};
 use super::tree::Dof;
 use crate::base::error::InputError;
 use crate::base::geometry;
-use crate::base::hands::Side;
 use crate::base::scene::Scene;
-use crate::command::{Commands, Task};
-use nalgebra::{Isometry3, Vector3};
+use crate::command::Commands;
+use nalgebra::Isometry3;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// Points in a second, before it is slowed down.
-const RATE_HZ: f64 = 50.0;
+/// Points in a second, before it is slowed down: those of commands.
+const RATE_HZ: f64 = 100.0;
 /// Fingers take the shape of another grasp in this time, s.
 const RESHAPING_S: f64 = 0.8;
 /// Steps of the arm's inverse from one point to the next.
 const ITERATIONS: usize = 20;
-/// A task that would have to be slower than this many times has a joint that jumps.
+/// A joint that would have to be faster than this many times what it may be jumps.
 const SLOWEST: f64 = 20.0;
+/// A palm that stays farther from where it is to be, m and rad, cannot be brought there.
+const MISSED: (f64, f64) = (2e-3, 2e-2);
 
 /// A joint trajectory: `trajectory_msgs/JointTrajectory`, and what was slowed down for it.
 #[derive(Clone, Debug, Serialize)]
@@ -49,8 +52,8 @@ pub struct Slowed {
     pub tasks: Vec<usize>,
     /// How many times slower, at least 1.
     pub times: f64,
-    /// The joint that asks for it; none when nothing is slowed down.
-    pub joint: String,
+    /// The joint that is at its limit for longest; `None` when none is.
+    pub joint: Option<String>,
 }
 
 /// `std_msgs/Header`.
@@ -111,20 +114,24 @@ impl JointTrajectory {
 /// trajectory, and tasks that both did at the same time are slowed down together.
 ///
 /// # Errors
-/// As [`super::simulate::simulate`]; a joint that would have to jump.
+/// As [`super::simulate::simulate`]; a joint that would have to jump, a place that the arm cannot come to.
 pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<JointTrajectory, InputError> {
     let tasks = &commands.tasks;
-    let sides = sides(tasks).map_err(|message| InputError::new("commands", message))?;
+    let sides = sides(commands, robot)?;
     let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
     for (number, task) in tasks.iter().enumerate() {
         let lacks = || at_task(tasks, number, format!("is about `{}`, which is no body of the scene", task.object));
         let body = scene.bodies.get(&task.object).ok_or_else(lacks)?;
         places.insert(&task.object, geometry::pose(body.position.map(|length| length.0), body.rotation));
     }
-    let stages = stages(tasks);
-    let begin = |side: &Side| Moving::new(*side, tasks, &stages, &places, robot, scene);
-    let mut hands = sides.iter().map(begin).collect::<Result<Vec<Moving>, _>>()?;
-    let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.limb.dofs.iter().cloned()).collect();
+    let mut hands = Vec::new();
+    for &side in &sides {
+        let limb = robot.limb(side)?;
+        let (doer, runs, target) = Doer::begin(side, &limb, tasks, scene, &|object| places.get(object).copied())?;
+        let q = runs.wanted();
+        hands.push(Moving { doer, runs, before: q.clone(), q, doing: None, palm: target.palm });
+    }
+    let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.runs.robot().dofs.iter().cloned()).collect();
     let shared = dofs.iter().find(|dof| dofs.iter().filter(|other| other.name == dof.name).count() > 1);
     if let Some(Dof { name, .. }) = shared {
         let message =
@@ -134,19 +141,28 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };
     let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
     let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
-    for numbers in &stages {
-        let plans = hands.iter_mut().map(|hand| hand.plans(tasks, numbers, &places)).collect::<Result<Vec<_>, _>>()?;
-        let stage = Stage::new(plans);
-        let way = way(&mut hands, &stage);
-        let (slower, joint) = slowing(&dofs, &way);
-        if slower > SLOWEST {
-            let of_joint = |hand: &&Moving| hand.limb.dof(&joint).is_some();
-            let side = hands.iter().find(of_joint).map_or("", |hand| hand.side.name());
-            let number = numbers.iter().find(|number| tasks[**number].track == side).copied().unwrap_or_default();
-            return Err(at_task(tasks, number, format!("makes the joint `{joint}` jump")));
+    for numbers in &stages(tasks) {
+        let (mut plans, mut begins) = (Vec::new(), Vec::new());
+        for hand in &mut hands {
+            let now = (hand.palm, hand.q.clone());
+            let (own, from_s) =
+                hand.doer.plans(tasks, numbers, &hand.runs, now, &|object| places.get(object).copied())?;
+            plans.push(own);
+            begins.push(from_s);
         }
-        append(&mut made.points, &way, slower);
-        made.slowed.push(Slowed { tasks: numbers.clone(), times: slower, joint });
+        let stage = Stage::new(plans);
+        let way = way(&mut hands, &stage, &begins).map_err(|(number, message)| at_task(tasks, number, message))?;
+        if let Some((joint, time_s)) = jump(&dofs, &way) {
+            let name = &dofs[joint].name;
+            let own = |hand: &&Moving| hand.runs.robot().dof(name).is_some();
+            let side = hands.iter().find(own).map_or("", |hand| hand.doer.side.name());
+            let number = numbers.iter().find(|number| tasks[**number].track == side).copied().unwrap_or_default();
+            return Err(at_task(tasks, number, format!("makes the joint `{name}` jump, {time_s:.2} s into it")));
+        }
+        let timed = timed(&way, 1.0 / RATE_HZ, &dofs);
+        let joint = timed.at_limit.map(|joint| dofs[joint].name.clone());
+        made.slowed.push(Slowed { tasks: numbers.clone(), times: timed.slower, joint });
+        append(&mut made.points, timed);
         for &number in numbers {
             places.insert(&tasks[number].object, stage.taught_end(tasks, &tasks[number].object));
         }
@@ -156,145 +172,85 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
 
 /// A hand with its arm on its way.
 struct Moving {
-    side: Side,
-    limb: Robot,
-    hand: HandModel,
-    taught_radius: f64,
-    root: Isometry3<f64>,
+    doer: Doer,
+    /// Its robot, which stays where it began.
+    runs: Executor,
     /// All degrees of freedom now, and as they were when the task began that is done now.
     q: Vec<f64>,
     before: Vec<f64>,
     /// That task, and when it began.
     doing: Option<(usize, f64)>,
-    /// Where the palm was aimed at last; `None` before its first task.
-    palm: Option<Isometry3<f64>>,
-    /// When of its first plan it begins, and of every other: at once, s.
-    from_s: f64,
+    /// Where the palm was aimed at last.
+    palm: Isometry3<f64>,
 }
 
 impl Moving {
-    /// A hand where its first task begins.
-    fn new(
-        side: Side,
-        tasks: &[Task],
-        stages: &[Vec<usize>],
-        places: &BTreeMap<&str, Isometry3<f64>>,
-        robot: &Robot,
-        scene: &Scene,
-    ) -> Result<Self, InputError> {
-        let limb = robot.limb(side)?;
-        let lacks = || InputError::new("commands", "are of no hand of the robot");
-        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-        let taught_radius = scene.hands.get(&side).map_or(0.010, |hand| hand.tip_radius.0);
-        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
-        let stage = stages.iter().find(|stage| stage.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let refuse = |message: String| at_task(tasks, number, message);
-        let found = found(tasks, stage, number, &places[tasks[number].object.as_str()]);
-        let plan = Plan::new(&tasks[number], &limb, &hand, found, None, taught_radius).map_err(refuse)?;
-        let (runs, from_s) = beginning(&limb, &hand, &plan, Vector3::zeros()).map_err(refuse)?;
-        let q = runs.motion.q.as_slice().to_vec();
-        let root = runs.motion.root;
-        Ok(Self { side, limb, hand, taught_radius, root, before: q.clone(), q, doing: None, palm: None, from_s })
-    }
-
-    /// Its plans of a stage, one after the other.
-    fn plans<'t>(
-        &mut self,
-        tasks: &'t [Task],
-        stage: &[usize],
-        places: &BTreeMap<&str, Isometry3<f64>>,
-    ) -> Result<Plans<'t>, InputError> {
-        let mut plans: Plans<'t> = Vec::new();
-        let mut palm = self.palm;
-        if palm.is_some() {
-            self.from_s = 0.0;
-        }
-        for &number in stage.iter().filter(|number| tasks[**number].track == self.side.name()) {
-            let found = found(tasks, stage, number, &places[tasks[number].object.as_str()]);
-            let plan = Plan::new(&tasks[number], &self.limb, &self.hand, found, palm.as_ref(), self.taught_radius);
-            let plan = plan.map_err(|message| at_task(tasks, number, message))?;
-            palm = Some(plan.at(plan.duration()).palm);
-            plans.push((number, plan));
-        }
-        Ok(plans)
-    }
-
     /// Goes on to a time of a plan; `at_s` is the time of the stage.
-    fn go_on(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) {
+    fn go_on(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), String> {
         if self.doing.is_none_or(|(doing, _)| doing != task) {
             self.before.clone_from(&self.q);
             self.doing = Some((task, at_s));
         }
         let target = plan.at(own_s);
-        self.palm = Some(target.palm);
-        if !self.hand.arm.is_empty() {
-            solve_arm(&self.limb, &self.hand, &self.root, &target.palm, &mut self.q, ITERATIONS);
+        self.palm = target.palm;
+        let hand = &self.doer.hand;
+        if !hand.arm.is_empty() {
+            let root = &self.runs.motion.root;
+            let missing = solve_arm(self.runs.robot(), hand, root, &target.palm, &mut self.q, ITERATIONS);
+            if missing.0 > MISSED.0 || missing.1 > MISSED.1 {
+                return Err(format!(
+                    "{at_s:.2} s into it the arm leaves the palm {:.1} mm and {:.1} deg from where it is to be",
+                    missing.0 * 1e3,
+                    missing.1.to_degrees()
+                ));
+            }
         }
         let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
         let shaped = minimum_jerk(since / RESHAPING_S);
-        for finger in &self.hand.fingers {
+        for finger in &hand.fingers {
             let angles = target.angles(finger);
             for (dof, angle) in finger.dofs.iter().zip(angles) {
                 self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
             }
         }
+        Ok(())
     }
 }
 
-/// The values of all degrees of freedom of all hands at each point of a stage.
-fn way(hands: &mut [Moving], stage: &Stage<'_>) -> Vec<Vec<f64>> {
-    let from_s: Vec<f64> = hands.iter().map(|hand| hand.from_s).collect();
-    let begins_s = stage.begins_s(&from_s);
+/// The values of all degrees of freedom of all hands at each point of a stage; what is wrong with which task.
+fn way(hands: &mut [Moving], stage: &Stage<'_>, from_s: &[f64]) -> Result<Vec<Vec<f64>>, (usize, String)> {
+    let begins_s = stage.begins_s(from_s);
     let points = ((stage.clock.over() - begins_s) * RATE_HZ).ceil().max(1.0) as usize;
     let mut way = Vec::with_capacity(points + 1);
     for point in 0..=points {
         let since = point as f64 / RATE_HZ;
         for (place, hand) in hands.iter_mut().enumerate() {
-            if let Some(now) = stage.at(place, begins_s + since, hand.from_s) {
-                hand.go_on(now, since);
+            if let Some(now) = stage.at(place, begins_s + since, from_s[place]) {
+                hand.go_on(now, since).map_err(|message| (now.0, message))?;
             }
         }
         way.push(hands.iter().flat_map(|hand| hand.q.iter().copied()).collect());
     }
     hands.iter_mut().for_each(|hand| hand.doing = None);
-    way
+    Ok(way)
 }
 
-/// How many times slower a stage has to be for its joints' limits, at least 1, and the joint that asks for most.
-fn slowing(dofs: &[Dof], way: &[Vec<f64>]) -> (f64, String) {
-    let mut most = (1.0, String::new());
-    for (joint, dof) in dofs.iter().enumerate() {
-        for at in 0..way.len() {
-            let (velocity, acceleration) = derivatives(way, at, joint);
-            let asks = (velocity.abs() / dof.speed).max((acceleration.abs() / dof.acceleration).sqrt());
-            if asks > most.0 {
-                most = (asks, dof.name.clone());
-            }
-        }
-    }
-    most
+/// A joint that goes from one sample to the next as no motion does, and when, s of the stage.
+fn jump(dofs: &[Dof], way: &[Vec<f64>]) -> Option<(usize, f64)> {
+    way.windows(2).enumerate().find_map(|(at, pair)| {
+        let far = |joint: &usize| (pair[1][*joint] - pair[0][*joint]).abs() > SLOWEST * dofs[*joint].speed / RATE_HZ;
+        (0..dofs.len()).find(far).map(|joint| (joint, at as f64 / RATE_HZ))
+    })
 }
 
-/// Velocity and acceleration of a joint at a point, by differences; at rest at both ends.
-fn derivatives(way: &[Vec<f64>], at: usize, joint: usize) -> (f64, f64) {
-    let value = |at: usize| way.get(at).and_then(|q| q.get(joint)).copied().unwrap_or_default();
-    let last = way.len().saturating_sub(1);
-    let (before, next) = (value(at.saturating_sub(1)), value((at + 1).min(last)));
-    let velocity = if at == 0 || at == last { 0.0 } else { (next - before) * RATE_HZ / 2.0 };
-    (velocity, (next - 2.0 * value(at) + before) * RATE_HZ * RATE_HZ)
-}
-
-fn append(points: &mut Vec<JointTrajectoryPoint>, way: &[Vec<f64>], slower: f64) {
-    let begins_s = points.last().map_or(0.0, |last| last.time_from_start.seconds() + slower / RATE_HZ);
+fn append(points: &mut Vec<JointTrajectoryPoint>, timed: Timed) {
+    let begins_s = points.last().map_or(0.0, |last| last.time_from_start.seconds() + 1.0 / RATE_HZ);
     // Six decimals, as everything that is written: a thousandth of a millimetre at the end of an arm.
-    let rounded = |value: f64| (value * 1e6).round() / 1e6;
-    for (at, q) in way.iter().enumerate() {
-        let moves: Vec<(f64, f64)> = (0..q.len()).map(|joint| derivatives(way, at, joint)).collect();
-        points.push(JointTrajectoryPoint {
-            positions: q.iter().map(|value| rounded(*value)).collect(),
-            velocities: moves.iter().map(|(velocity, _)| rounded(velocity / slower)).collect(),
-            accelerations: moves.iter().map(|(_, acceleration)| rounded(acceleration / slower / slower)).collect(),
-            time_from_start: Duration::of(begins_s + at as f64 * slower / RATE_HZ),
-        });
-    }
+    let rounded = |values: Vec<f64>| values.into_iter().map(|value| (value * 1e6).round() / 1e6).collect();
+    points.extend(timed.knots.into_iter().map(|knot| JointTrajectoryPoint {
+        positions: rounded(knot.positions),
+        velocities: rounded(knot.velocities),
+        accelerations: rounded(knot.accelerations),
+        time_from_start: Duration::of(begins_s + knot.time_s),
+    }));
 }

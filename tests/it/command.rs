@@ -2,6 +2,7 @@
 
 use crate::program::{complained, teachtree};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use serde_json::Value;
 use teachtree::base::error::InputError;
 use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
@@ -165,6 +166,60 @@ fn commands_that_are_none_are_refused_at_their_line() {
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
 }
 
+/// Each of these changes makes sound commands unsound, and is told with its place and what was wanted.
+#[test]
+fn commands_that_cannot_be_are_refused_at_their_place() {
+    let sound = serde_json::to_value(commanded("pick_and_place", "3")).unwrap();
+    let changed = |change: &dyn Fn(&mut Value)| {
+        let mut value = sound.clone();
+        change(&mut value["tasks"][0]);
+        Commands::read(&value.to_string(), "commands.json").map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert_eq!(changed(&|_| ()), Ok(()));
+    let check = |change: &dyn Fn(&mut Value), wanted: &[&str]| {
+        let told = changed(change).unwrap_err();
+        assert!(wanted.iter().all(|wanted| told.contains(wanted)), "{told}, wanted {wanted:?}");
+    };
+    check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
+    check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
+    check(&|task| task["segments"][1]["duration_s"] = (-1.0).into(), &["segment 2", "takes -1 s"]);
+    check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the one ahead of it ends"]);
+    check(
+        &|task| task["segments"][1]["duration_s"] = 400.0.into(),
+        &["segment 2", "poses of the object, wanted 40001"],
+    );
+    check(&|task| drop(task["segments"][1]["hand"].as_array_mut().unwrap().pop()), &["places of the hand, wanted"]);
+    check(&|task| task["segments"][1]["grasp"] = 7.into(), &["segment 2", "the grasp 7", "the task has 1"]);
+    check(&|task| task["segments"][1]["tips"][0]["finger"] = "thunb".into(), &["`thunb`", "known are thumb, index"]);
+    check(&|task| task["segments"][1]["tips"][1]["finger"] = "thumb".into(), &["the finger thumb twice"]);
+    check(&|task| task["segments"][1]["object"][3][0] = 1e6.into(), &["segment 2", "the number 1000000"]);
+    check(&|task| task["segments"][1]["object"][3][3] = 0.3.into(), &["a quaternion of length", "wanted 1"]);
+    check(&|task| task["grasps"][0]["contacts"] = Value::Array(vec![]), &["grasp 1 has no contacts"]);
+    let nowhere = || Value::from(vec![0.0; 3]);
+    check(
+        &|task| task["grasps"][0]["contacts"][0]["normal"] = nowhere(),
+        &["a contact of thumb", "normal of length 0.000"],
+    );
+    let still = || Value::from(vec![0.0; 7]);
+    check(&|task| task["grasps"][0]["mapped"]["object_from_palm"] = still(), &["`object_from_palm`", "length 0.000"]);
+}
+
+/// Grasps are of one robot's hand: another robot, and joints beyond what that hand can do, are refused before anything moves.
+#[test]
+fn commands_of_another_robot_are_refused() {
+    let commands = commanded("pick_and_place", "3");
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let scene = world::scene("pick_and_place").unwrap();
+    let told = |commands: &Commands| trajectory(commands, &robot, &scene).unwrap_err().to_string();
+    let mut other = commands.clone();
+    other.robot = Some("a robot of mine".into());
+    assert!(told(&other).contains("are for the robot `a robot of mine`, this one is `both hands`"), "{}", told(&other));
+    let mut bent = commands;
+    let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();
+    mapped.joints.insert("right_hand/index_2".into(), 9.0);
+    assert!(told(&bent).contains("`right_hand/index_2` at 9, wanted"), "{}", told(&bent));
+}
+
 /// A recording as the rules see it.
 fn trusted(log: &str) -> Recording {
     let request = OpenRequest { log: log.into(), ..OpenRequest::default() };
@@ -247,25 +302,28 @@ pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
     let made = trajectory(commands, &robot, &world::scene(scene).unwrap()).unwrap();
     assert_eq!(made.slowed.iter().flat_map(|slowed| &slowed.tasks).count(), commands.tasks.len());
-    for (joint, name) in made.joint_names.iter().enumerate() {
-        let dof = &robot.dofs[robot.dof(name).unwrap()];
-        for three in made.points.windows(3) {
-            let [q0, q1, q2] = [0, 1, 2].map(|at: usize| three[at].positions[joint]);
-            let [t0, t1, t2] = [0, 1, 2].map(|at: usize| three[at].time_from_start.seconds());
-            // Between tasks, which are slowed down differently, it stands still.
-            let acceleration = (q2 - 2.0 * q1 + q0) / (t2 - t1).max(t1 - t0).powi(2);
-            let rounding = 4e-6 / (t1 - t0).powi(2);
-            assert!(acceleration.abs() <= dof.acceleration + rounding, "{name}: {acceleration} rad/s^2 at {t1} s");
-        }
-        for pair in made.points.windows(2) {
-            let [from, to] = [&pair[0], &pair[1]];
-            let step = to.time_from_start.seconds() - from.time_from_start.seconds();
-            let speed = (to.positions[joint] - from.positions[joint]) / step;
-            assert!(speed.abs() <= dof.speed * 1.05, "{name}: {speed} at {:?}", to.time_from_start);
+    // What a controller makes of it that joins positions and velocities by cubic polynomials; numbers are written with six decimals.
+    for pair in made.points.windows(2) {
+        let step = pair[1].time_from_start.seconds() - pair[0].time_from_start.seconds();
+        let rounding = 6.0 * 1e-6 / step.powi(2) + 6.0 * 1e-6 / step;
+        for (joint, name) in made.joint_names.iter().enumerate() {
+            let dof = &robot.dofs[robot.dof(name).unwrap()];
+            let [(p0, v0), (p1, v1)] = [0, 1].map(|at: usize| (pair[at].positions[joint], pair[at].velocities[joint]));
+            let mean = (p1 - p0) / step;
+            let speed = (1.5 * mean - 0.25 * (v0 + v1)).abs().max(v0.abs()).max(v1.abs());
+            let [first, last] = [6.0 * mean - 4.0 * v0 - 2.0 * v1, 4.0 * v1 + 2.0 * v0 - 6.0 * mean];
+            let acceleration = first.abs().max(last.abs()) / step;
+            let at = pair[0].time_from_start;
+            assert!(acceleration <= dof.acceleration + rounding, "{name}: {acceleration} rad/s^2 at {at:?}");
+            assert!(speed <= dof.speed * 1.02, "{name}: {speed} rad/s at {at:?}");
             let [low, high] = dof.range;
-            assert!((low - 1e-6..=high + 1e-6).contains(&to.positions[joint]), "{name}: {}", to.positions[joint]);
+            assert!((low - 1e-6..=high + 1e-6).contains(&p1), "{name}: {p1} rad at {at:?}");
         }
     }
+    // It is hardly slower than the person, and begins and ends at rest.
+    assert!(made.slowed.iter().all(|slowed| slowed.times < 1.5), "{:?}", made.slowed);
+    let rests = [made.points.first(), made.points.last()].map(|point| point.unwrap().velocities.clone());
+    assert!(rests.iter().flatten().all(|velocity| *velocity == 0.0));
 }
 
 /// The commands of a person's demonstration in a shipped scene.

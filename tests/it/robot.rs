@@ -7,4 +7,5 @@ mod kinematics;
 mod motion;
 mod passing;
 mod steps;
+mod timing;
 mod two_hands;

@@ -1,0 +1,182 @@
+//! Reading commands strictly: whatever a person or a program has changed in them is either still sound or refused, with its place.
+
+use super::form::{Commands, Contact, Grasp, MappedGrasp, SCHEMA, Segment, Task};
+use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
+use std::collections::BTreeSet;
+
+/// No number of commands is larger: m, rad, N or s.
+const LARGEST: f64 = 1e4;
+/// How far numbers that were written with six decimals may be from a unit length.
+const ROUNDED: f64 = 1e-3;
+/// Times that are nearer than this are the same, s; a list may have so many samples more or fewer than its duration asks for.
+const SAME_S: f64 = 2e-3;
+const SPARE_SAMPLES: f64 = 2.0;
+
+impl Commands {
+    /// Reads them; `file` is the name in errors.
+    ///
+    /// # Errors
+    /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, names of no hand
+    /// and no finger, lists that are too long or too short for their duration.
+    pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
+        let commands: Self = serde_json::from_str(text).map_err(|error| {
+            let place = format!("{file}:{}:{}", error.line(), error.column());
+            let message = error.to_string();
+            let wanted = "commands are the JSON file that `teachtree command` writes";
+            InputError::new(place, message.split(" at line ").next().unwrap_or(&message)).help(wanted)
+        })?;
+        if commands.schema != SCHEMA {
+            let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);
+            return Err(InputError::new(file, message));
+        }
+        if !(1.0..=10_000.0).contains(&commands.rate_hz) {
+            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
+        }
+        for (number, task) in commands.tasks.iter().enumerate() {
+            let place = format!("{file}, task {} ({})", number + 1, task.task);
+            task.check(commands.rate_hz).map_err(|message| InputError::new(place, message))?;
+        }
+        Ok(commands)
+    }
+}
+
+/// What is wrong, in words that follow the name of what has it.
+type Check = Result<(), String>;
+
+impl Task {
+    fn check(&self, rate_hz: f64) -> Check {
+        if Side::from_name(&self.track).is_none() {
+            return Err(format!("is of the track `{}`, wanted `left` or `right`", self.track));
+        }
+        finite(&[self.start_s, self.end_s])?;
+        if self.end_s < self.start_s {
+            return Err(format!("ends at {} s, before it begins at {} s", self.end_s, self.start_s));
+        }
+        if let Some(into) = &self.into {
+            pose(&into.pose).map_err(|message| format!("goes into `{}`, which {message}", into.body))?;
+        }
+        for (number, grasp) in self.grasps.iter().enumerate() {
+            grasp.check().map_err(|message| format!("grasp {} {message}", number + 1))?;
+        }
+        let mut ended_s = 0.0;
+        for (number, segment) in self.segments.iter().enumerate() {
+            let named = |message| format!("segment {} ({}) {message}", number + 1, segment.primitive);
+            segment.check(rate_hz, self.grasps.len()).map_err(named)?;
+            if segment.start_s < ended_s - SAME_S {
+                let begins =
+                    format!("begins at {} s, before the one ahead of it ends, at {ended_s:.3} s", segment.start_s);
+                return Err(named(begins));
+            }
+            ended_s = segment.start_s + segment.duration_s;
+        }
+        Ok(())
+    }
+}
+
+impl Grasp {
+    fn check(&self) -> Check {
+        if self.contacts.is_empty() {
+            return Err("has no contacts".into());
+        }
+        each_once(self.contacts.iter().map(|contact| contact.finger.as_str()))?;
+        for Contact { finger, point, normal } in &self.contacts {
+            let named = |message| format!("has a contact of {finger} that {message}");
+            finite(point).and_then(|()| unit("normal", normal)).map_err(named)?;
+        }
+        self.mapped.as_ref().map_or(Ok(()), MappedGrasp::check)
+    }
+}
+
+impl MappedGrasp {
+    fn check(&self) -> Check {
+        pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
+        each_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
+        for (joint, value) in &self.joints {
+            finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
+        }
+        Ok(())
+    }
+}
+
+impl Segment {
+    fn check(&self, rate_hz: f64, grasps: usize) -> Check {
+        finite(&[self.start_s, self.duration_s, self.taught_start_s])?;
+        if self.duration_s < 0.0 {
+            return Err(format!("takes {} s, wanted none or more", self.duration_s));
+        }
+        match self.grasp {
+            Some(grasp) if grasp >= grasps => {
+                return Err(format!("has the grasp {grasp}, but the task has {grasps}, counted from 0"));
+            }
+            None if self.touching => return Err("touches the object, but has no grasp".into()),
+            _ => {}
+        }
+        let count = self.object.len();
+        let wanted = self.duration_s * rate_hz;
+        if count == 0 || (count as f64 - 1.0 - wanted).abs() > SPARE_SAMPLES {
+            let much = format!("{} s at {rate_hz} samples a second", self.duration_s);
+            return Err(format!("has {count} poses of the object, wanted {:.0}: {much}", wanted + 1.0));
+        }
+        let same = |what: String, found: usize| {
+            if found == count {
+                Ok(())
+            } else {
+                Err(format!("has {found} {what}, wanted {count}, one for each pose of the object"))
+            }
+        };
+        same("places of the hand".into(), self.hand.len())?;
+        each_once(self.tips.iter().map(|tip| tip.finger.as_str()))?;
+        for tip in &self.tips {
+            same(format!("positions of {}", tip.finger), tip.position.len())?;
+            same(format!("forces of {}", tip.finger), tip.force.len())?;
+            for values in tip.position.iter().chain(&tip.force) {
+                finite(values).map_err(|message| format!("has a sample of {} that {message}", tip.finger))?;
+            }
+        }
+        self.object.iter().try_for_each(pose).map_err(|message| format!("has a pose of the object that {message}"))?;
+        self.hand
+            .iter()
+            .try_for_each(|place| finite(place))
+            .map_err(|message| format!("has a place of the hand that {message}"))
+    }
+}
+
+/// Numbers of the size that things have.
+fn finite(values: &[f64]) -> Check {
+    match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
+        Some(value) => Err(format!("has the number {value}, wanted one of at most {LARGEST} in m, rad, N or s")),
+        None => Ok(()),
+    }
+}
+
+/// A direction.
+fn unit(what: &str, values: &[f64]) -> Check {
+    finite(values)?;
+    let length = values.iter().map(|value| value * value).sum::<f64>().sqrt();
+    if (length - 1.0).abs() > ROUNDED {
+        return Err(format!("has a {what} of length {length:.3}, wanted 1"));
+    }
+    Ok(())
+}
+
+/// x y z in m and a quaternion.
+fn pose(values: &[f64; 7]) -> Check {
+    finite(&values[..3])?;
+    unit("quaternion", &values[3..])
+}
+
+/// Fingers that there are, each at most once.
+fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> Check {
+    let mut seen = BTreeSet::new();
+    for name in names {
+        if Finger::from_name(name).is_none() {
+            let known: Vec<&str> = Finger::ALL.iter().map(|finger| finger.name()).collect();
+            return Err(format!("has a finger `{name}`, known are {}", known.join(", ")));
+        }
+        if !seen.insert(name) {
+            return Err(format!("has the finger {name} twice"));
+        }
+    }
+    Ok(())
+}
