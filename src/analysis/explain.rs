@@ -358,7 +358,7 @@ fn latches_of<'a>(
         let start = probe.leaves().frames.start;
         let column = probe.kept(part, side)?;
         let on = column.holds(0, frame - start);
-        let differs = (0..frame - start).rev().find(|frame| column.holds(0, *frame) != on);
+        let differs = column.last_otherwise(0, frame - start, on);
         let since_s = differs.and_then(|at| probe.frames().time.get(start + at + 1).copied());
         found.push(LatchState { latch, on, since_s });
     }

@@ -19,6 +19,7 @@ use crate::language::rules::{
 use crate::stream::frames::{ColumnKey, Frames, Values};
 use operators::{arithmetic, bit, call, edge, hysteresis, rate, window};
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::rc::Rc;
 
 type Outcome<T> = Result<T, InputError>;
@@ -82,6 +83,13 @@ impl<'a> Probe<'a> {
     /// # Errors
     /// When the rate of the log cannot honour a duration in it.
     pub fn column(&mut self, expr: &Expr, this: Option<Side>) -> Outcome<Rc<Column>> {
+        self.declare(expr, this)?;
+        self.value(expr, this, &(0..self.len()))
+    }
+
+    /// Works out what an expression reads that is declared.
+    fn declare(&mut self, expr: &Expr, this: Option<Side>) -> Outcome<()> {
+        let all = 0..self.len();
         // What is declared, in the order in which it is evaluated, so that no call goes deeper than one expression.
         for declared in self.needed(expr, this) {
             if self.known.contains_key(&declared) {
@@ -92,7 +100,7 @@ impl<'a> Probe<'a> {
                 Declared::Signal(id, side) => {
                     let expr = &rules.signals[id.index()].expr;
                     self.remember_targets(declared, &[expr], side);
-                    self.value(expr, side)?
+                    self.value(expr, side, &all)?
                 }
                 Declared::Latch(id, side) => {
                     let latch = &rules.latches[id.index()];
@@ -102,7 +110,7 @@ impl<'a> Probe<'a> {
             };
             self.known.insert(declared, column);
         }
-        self.value(expr, this)
+        Ok(())
     }
 
     /// The leaf of a tree on a frame of the log, counted from its beginning; `None` for `separate` and outside.
@@ -142,9 +150,7 @@ impl<'a> Probe<'a> {
             let mut taken = last;
             for (at, choice) in open.choices.iter().enumerate().take(last) {
                 let holds = match &choice.condition {
-                    Some(condition) => {
-                        self.kept(condition, side)?.holds(0, frame.saturating_sub(self.leaves.frames.start))
-                    }
+                    Some(condition) => self.at(condition, side, frame)?.holds(0, 0),
                     None => true,
                 };
                 if holds {
@@ -161,16 +167,33 @@ impl<'a> Probe<'a> {
         Ok(path)
     }
 
+    /// What an expression of the rules is on one frame of the log: a column of that frame alone. Of what has memory the whole column is worked out
+    /// once, so that many frames may be asked about however long the stretch is.
+    ///
+    /// # Errors
+    /// As [`Probe::column`].
+    pub fn at(&mut self, expr: &'a Expr, side: Option<Side>, frame: usize) -> Outcome<Rc<Column>> {
+        self.declare(expr, side)?;
+        let at = frame.saturating_sub(self.leaves.frames.start);
+        self.value(expr, side, &(at..at + 1))
+    }
+
     /// The same as [`Probe::column`] of an expression of the rules, computed once as long as there is room to keep it.
     ///
     /// # Errors
     /// As [`Probe::column`].
     pub fn kept(&mut self, expr: &'a Expr, side: Option<Side>) -> Outcome<Rc<Kept>> {
+        self.declare(expr, side)?;
+        self.keep(expr, side)
+    }
+
+    /// What it reads is declared; it is one of the rules, or a part of one: it is known by where it lies.
+    fn keep(&mut self, expr: &Expr, side: Option<Side>) -> Outcome<Rc<Kept>> {
         let place = (std::ptr::from_ref(expr).addr(), side);
         if let Some(column) = self.kept.get(&place) {
             return Ok(Rc::clone(column));
         }
-        let column = self.column(expr, side)?;
+        let column = self.value(expr, side, &(0..self.len()))?;
         let kept = if expr.ty.shape == Shape::Bool { Kept::truths(&column) } else { Kept::Numbers(column) };
         let words = kept.words();
         let kept = Rc::new(kept);
@@ -196,7 +219,7 @@ impl<'a> Probe<'a> {
     /// # Errors
     /// As [`Probe::column`].
     pub fn began(&mut self, expr: &Expr, side: Option<Side>, frame: usize) -> Outcome<usize> {
-        self.column(expr, side)?;
+        self.declare(expr, side)?;
         let start = self.leaves.frames.start;
         let begins = self.begins(&[expr], side);
         Ok(start + begins.get(frame.saturating_sub(start)).copied().unwrap_or(0))
@@ -288,7 +311,8 @@ impl<'a> Probe<'a> {
             return Ok(Column::constant(&[0.0], self.len()));
         }
         let begins = self.begins(&[set, clear], this);
-        let (set, clear) = (self.value(set, this)?, self.value(clear, this)?);
+        let all = 0..self.len();
+        let (set, clear) = (self.value(set, this, &all)?, self.value(clear, this, &all)?);
         let mut on = false;
         let step = |frame: usize| {
             let kept = on && begins.get(frame) != Some(&frame);
@@ -298,24 +322,36 @@ impl<'a> Probe<'a> {
         Ok(Column::new(1, false, vec![(0..self.len()).map(step).collect()]))
     }
 
-    /// What an expression is; the declarations that it reads are known.
-    fn value(&mut self, expr: &Expr, this: Option<Side>) -> Outcome<Rc<Column>> {
-        let len = self.len();
+    /// What an expression is on a part of the stretch; the declarations that it reads are known. When that is not all of it, the expression is one of the
+    /// rules, or a part of one.
+    fn value(&mut self, expr: &Expr, this: Option<Side>, part: &Range<usize>) -> Outcome<Rc<Column>> {
+        let len = part.len();
+        let remembers = matches!(
+            expr.kind,
+            ExprKind::Hysteresis { .. }
+                | ExprKind::Window(..)
+                | ExprKind::Rate(..)
+                | ExprKind::Rises(_)
+                | ExprKind::Falls(_)
+        );
+        if remembers && len < self.len() {
+            return Ok(Rc::new(self.keep(expr, this)?.part(part)));
+        }
         let rate_hz = self.frames.layout.rate_hz;
         let constant = |number: f64| Column::constant(&[number], len);
         Ok(Rc::new(match &expr.kind {
             ExprKind::Bool(value) => constant(bit(*value)),
             ExprKind::Number(number) => constant(*number),
             ExprKind::Param(param) => constant(self.rules.params[param.index()].value),
-            ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this)),
-            ExprKind::Signal(id, hand) => return Ok(self.declared(Declared::Signal(*id, side(*hand, this)))),
-            ExprKind::Latch(id, hand) => return Ok(self.declared(Declared::Latch(*id, side(*hand, this)))),
-            ExprKind::From { labels, none } => self.from(labels, *none, this),
+            ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this), part),
+            ExprKind::Signal(id, hand) => return Ok(self.declared(Declared::Signal(*id, side(*hand, this)), part)),
+            ExprKind::Latch(id, hand) => return Ok(self.declared(Declared::Latch(*id, side(*hand, this)), part)),
+            ExprKind::From { labels, none } => self.from(labels, *none, this, part),
             ExprKind::Pick(array, pick) => {
                 let whose = array.ty.axis.and_then(|(_, hand)| side(hand, this));
                 let fingers =
                     whose.and_then(|side| self.frames.layout.hand(side)).map_or(&[][..], |hand| &hand.fingers);
-                let slots = Rc::unwrap_or_clone(self.value(array, this)?).into_slots();
+                let slots = Rc::unwrap_or_clone(self.value(array, this, part)?).into_slots();
                 let mut picked: Vec<Vec<f64>> = slots
                     .into_iter()
                     .zip(fingers)
@@ -332,19 +368,19 @@ impl<'a> Probe<'a> {
             }
             ExprKind::Component(vector, at) => {
                 let at = usize::from(*at);
-                self.value(vector, this)?.each(1, |vector, out| out.push(vector.get(at).copied().unwrap_or(0.0)))
+                self.value(vector, this, part)?.each(1, |vector, out| out.push(vector.get(at).copied().unwrap_or(0.0)))
             }
             ExprKind::Negate(number) => {
-                let number = self.value(number, this)?;
+                let number = self.value(number, this, part)?;
                 number.each(number.width(), |number, out| out.extend(number.iter().map(|number| -number)))
             }
             ExprKind::Arithmetic(operation, a, b) => {
-                let (a, b) = (self.value(a, this)?, self.value(b, this)?);
+                let (a, b) = (self.value(a, this, part)?, self.value(b, this, part)?);
                 arithmetic(*operation, &a, &b)
             }
             ExprKind::Compare(comparison, a, b) => {
                 let objects = a.ty.shape == Shape::Object;
-                let (a, b) = (self.value(a, this)?, self.value(b, this)?);
+                let (a, b) = (self.value(a, this, part)?, self.value(b, this, part)?);
                 let first = |numbers: &[f64]| numbers.first().copied().unwrap_or(0.0);
                 a.with(&b, 1, |a, b, out| {
                     let (a, b) = (first(a), first(b));
@@ -358,45 +394,49 @@ impl<'a> Probe<'a> {
             ExprKind::Not(condition) => {
                 let not =
                     |holds: &[f64], out: &mut Vec<f64>| out.push(bit(holds.first().is_none_or(|bit| *bit <= 0.5)));
-                self.value(condition, this)?.each(1, not)
+                self.value(condition, this, part)?.each(1, not)
             }
-            ExprKind::And(all) => self.joined(all, this, true)?,
-            ExprKind::Or(any) => self.joined(any, this, false)?,
+            ExprKind::And(all) => self.joined(all, this, true, part)?,
+            ExprKind::Or(any) => self.joined(any, this, false, part)?,
             ExprKind::Call(function, args) => {
-                let args = args.iter().map(|arg| self.value(arg, this)).collect::<Outcome<Vec<_>>>()?;
+                let args = args.iter().map(|arg| self.value(arg, this, part)).collect::<Outcome<Vec<_>>>()?;
                 let args: Vec<&Column> = args.iter().map(Rc::as_ref).collect();
                 call(*function, &args, len)
             }
             ExprKind::Hysteresis { value, on, off, rising } => {
                 let begins = self.begins(&[value], this);
-                hysteresis(&*self.value(value, this)?, on.value, off.value, *rising, &begins)
+                hysteresis(&*self.value(value, this, part)?, on.value, off.value, *rising, &begins)
             }
             ExprKind::Window(kind, condition, duration) => {
                 let begins = self.begins(&[condition], this);
                 let n = samples(duration.value, rate_hz)? as usize;
-                window(*kind, &*self.value(condition, this)?, n, &begins)
+                window(*kind, &*self.value(condition, this, part)?, n, &begins)
             }
             ExprKind::Rate(number, duration) => {
                 let begins = self.begins(&[number], this);
                 let n = samples(duration.value, rate_hz)?;
-                rate(&*self.value(number, this)?, n as usize, f64::from(n) / rate_hz, &begins)
+                rate(&*self.value(number, this, part)?, n as usize, f64::from(n) / rate_hz, &begins)
             }
             ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
                 let begins = self.begins(&[condition], this);
-                edge(&*self.value(condition, this)?, matches!(expr.kind, ExprKind::Rises(_)), &begins)
+                edge(&*self.value(condition, this, part)?, matches!(expr.kind, ExprKind::Rises(_)), &begins)
             }
         }))
     }
 
-    fn declared(&self, declared: Declared) -> Rc<Column> {
-        self.known.get(&declared).map_or_else(|| Rc::new(Column::constant(&[0.0], self.len())), Rc::clone)
+    fn declared(&self, declared: Declared, part: &Range<usize>) -> Rc<Column> {
+        match self.known.get(&declared) {
+            Some(column) if part.len() < self.len() => Rc::new(column.part(part)),
+            Some(column) => Rc::clone(column),
+            None => Rc::new(Column::constant(&[0.0], part.len())),
+        }
     }
 
     /// `and` (`every`) and `or`.
-    fn joined(&mut self, exprs: &[Expr], this: Option<Side>, every: bool) -> Outcome<Column> {
-        let mut all = Column::constant(&[bit(every)], self.len());
+    fn joined(&mut self, exprs: &[Expr], this: Option<Side>, every: bool, part: &Range<usize>) -> Outcome<Column> {
+        let mut all = Column::constant(&[bit(every)], part.len());
         for expr in exprs {
-            let one = self.value(expr, this)?;
+            let one = self.value(expr, this, part)?;
             let truth = |numbers: &[f64]| numbers.first().is_some_and(|number| *number > 0.5);
             all = all.with(&one, 1, |a, b, out| {
                 let (a, b) = (truth(a), truth(b));
@@ -406,22 +446,24 @@ impl<'a> Probe<'a> {
         Ok(all)
     }
 
-    fn from(&self, labels: &[Label], none: bool, this: Option<Side>) -> Column {
+    fn from(&self, labels: &[Label], none: bool, this: Option<Side>, part: &Range<usize>) -> Column {
         let start = self.leaves.frames.start;
         let runs = self.runs(this);
-        let mut column = Vec::with_capacity(self.len());
-        if self.len() > 0 {
+        let mut column = Vec::with_capacity(part.len());
+        if part.start == 0 && !part.is_empty() {
             column.push(bit(none && !runs.is_empty()));
         }
-        for run in runs {
+        // The leaf of a frame is read on the next one.
+        let first = runs.partition_point(|run| run.end + 1 - start <= part.start);
+        for run in runs.iter().skip(first).take_while(|run| run.start + 1 - start < part.end) {
             let held = run.label.is_some_and(|label| labels.iter().any(|pattern| pattern.covers(label)));
-            column.resize((run.end + 1 - start).min(self.len()), bit(held));
+            column.resize((run.end + 1 - start).min(part.end) - part.start, bit(held));
         }
-        column.resize(self.len(), 0.0);
+        column.resize(part.len(), 0.0);
         Column::new(1, false, vec![column])
     }
 
-    fn channel(&self, channel: ChannelId, side: Option<Side>) -> Column {
+    fn channel(&self, channel: ChannelId, side: Option<Side>, part: &Range<usize>) -> Column {
         let spec = &self.rules.channels[channel.index()];
         let hand = side.and_then(|side| self.frames.layout.hand(side));
         let slots = spec.axis.map(|axis| match axis {
@@ -433,7 +475,7 @@ impl<'a> Probe<'a> {
             return if slots.is_some() {
                 Column::new(width, true, Vec::new())
             } else {
-                nothing(spec.shape, self.len())
+                nothing(spec.shape, part.len())
             };
         }
         let element = |slot: usize| {
@@ -445,8 +487,10 @@ impl<'a> Probe<'a> {
             let columns: Vec<Option<Values<'_>>> = (0..width).map(component).collect();
             let of =
                 |frame: usize, column: &Option<Values<'_>>| column.and_then(|column| column.get(frame)).unwrap_or(0.0);
-            let frames = self.leaves.frames.clone();
-            frames.flat_map(|frame| columns.iter().map(move |column| of(frame, column))).collect()
+            let start = self.leaves.frames.start;
+            (start + part.start..start + part.end)
+                .flat_map(|frame| columns.iter().map(move |column| of(frame, column)))
+                .collect()
         };
         Column::new(width, slots.is_some(), (0..slots.unwrap_or(1)).map(element).collect())
     }

@@ -78,9 +78,9 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     fn number(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<f64> {
-        let column = self.probe.kept(expr, spot.this)?;
+        let column = self.probe.at(expr, spot.this, spot.frame)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
-        Ok(column.number(slot, spot.frame - self.start()))
+        Ok(column.number(slot, 0))
     }
 
     fn start(&self) -> usize {
@@ -192,9 +192,8 @@ impl<'a> Reasons<'_, 'a> {
 
     /// `any` and `all` of an array: the slots that decide, or the one that comes nearest.
     fn slots(&mut self, array: &'a Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
-        let column = self.probe.kept(array, spot.this)?;
-        let at = spot.frame - self.start();
-        let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, at)).collect();
+        let column = self.probe.at(array, spot.this, spot.frame)?;
+        let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, 0)).collect();
         let named =
             |reasons: &Self, slots: &[usize]| slots.iter().map(|slot| reasons.slot_name(array, *slot, spot)).collect();
         let fact = Fact::Slots { holding: named(self, &held), of: column.slots() };
@@ -264,9 +263,8 @@ impl<'a> Reasons<'_, 'a> {
         let holding = match &a.kind {
             ExprKind::Call(Function::Count, args) => match args.first() {
                 Some(array) => {
-                    let column = self.probe.kept(array, spot.this)?;
-                    let at = spot.frame - self.start();
-                    let held = (0..column.slots()).filter(|slot| column.holds(*slot, at));
+                    let column = self.probe.at(array, spot.this, spot.frame)?;
+                    let held = (0..column.slots()).filter(|slot| column.holds(*slot, 0));
                     held.map(|slot| self.slot_name(array, slot, spot)).collect()
                 }
                 None => Vec::new(),
@@ -310,7 +308,7 @@ impl<'a> Reasons<'_, 'a> {
         let column = self.probe.kept(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let start = self.start();
-        let differs = (0..spot.frame - start).rev().find(|frame| column.holds(slot, *frame) != holds);
+        let differs = column.last_otherwise(slot, spot.frame - start, holds);
         Ok(differs.map(|frame| start + frame + 1))
     }
 }

@@ -1,5 +1,6 @@
 //! The value of an expression on every frame of a stretch.
 
+use std::ops::Range;
 use std::rc::Rc;
 
 /// What an expression is, frame by frame. Truth is 1.0 and 0.0, an object its number; a value that is no array has one slot.
@@ -46,6 +47,14 @@ impl Column {
     /// Whether a slot holds on a frame.
     pub fn holds(&self, slot: usize, frame: usize) -> bool {
         self.number(slot, frame) > 0.5
+    }
+
+    /// Some of its frames.
+    pub(super) fn part(&self, frames: &Range<usize>) -> Self {
+        let slots = self.slots.iter().map(|slot| {
+            slot.get(frames.start * self.width..frames.end * self.width).map_or_else(Vec::new, <[f64]>::to_vec)
+        });
+        Self::new(self.width, self.is_array, slots.collect())
     }
 
     /// The slots as they are.
@@ -138,6 +147,17 @@ impl Kept {
         }
     }
 
+    /// Some of its frames, as a column.
+    pub(super) fn part(&self, frames: &Range<usize>) -> Column {
+        match self {
+            Self::Numbers(column) => column.part(frames),
+            Self::Truths { is_array, slots } => {
+                let slot = |slot: usize| frames.clone().map(|frame| self.number(slot, frame)).collect();
+                Column::new(1, *is_array, (0..slots.len()).map(slot).collect())
+            }
+        }
+    }
+
     /// As [`Column::is_array`].
     pub fn is_array(&self) -> bool {
         match self {
@@ -163,6 +183,19 @@ impl Kept {
                 if word >> (frame % 64) & 1 == 1 { 1.0 } else { 0.0 }
             }
         }
+    }
+
+    /// The last frame before this one on which a slot is otherwise than `holds`.
+    pub fn last_otherwise(&self, slot: usize, frame: usize, holds: bool) -> Option<usize> {
+        let Self::Truths { slots, .. } = self else {
+            return (0..frame).rev().find(|before| self.holds(slot, *before) != holds);
+        };
+        let words = slots.get(slot)?;
+        let otherwise = |word: u64| if holds { !word } else { word };
+        let before = |at: usize| if at == frame / 64 { (1 << (frame % 64)) - 1 } else { u64::MAX };
+        let found = (0..=frame / 64).rev().filter_map(|at| Some((at, otherwise(*words.get(at)?) & before(at))));
+        let (at, word) = { found }.find(|(_, word)| *word != 0)?;
+        Some(at * 64 + 63 - word.leading_zeros() as usize)
     }
 
     /// As [`Column::holds`].

@@ -11,8 +11,6 @@ use std::collections::BTreeMap;
 
 /// Reasons in all explanations together: with more, the page would be slow to open. What comes later is left to `teachtree explain`.
 const MAX_REASONS: usize = 30_000;
-/// Boundaries that are explained, times frames of the log: some seconds of work.
-const MAX_WORK: usize = 400_000_000;
 
 /// The texts and reasons of all explanations.
 #[derive(Default)]
@@ -21,7 +19,6 @@ pub(super) struct Book {
     text_at: BTreeMap<String, usize>,
     reasons: Vec<Value>,
     reason_at: BTreeMap<String, usize>,
-    work: usize,
 }
 
 impl Book {
@@ -123,10 +120,9 @@ pub(super) fn boundaries<'a>(
     for segment in &track.segments {
         let frame = segment.frames.start;
         let probe = probes.iter_mut().find(|probe| probe.leaves().frames.contains(&frame));
-        let enough = book.reasons.len() >= MAX_REASONS || book.work >= MAX_WORK;
+        let enough = book.reasons.len() >= MAX_REASONS;
         let change = match probe {
             Some(probe) if !enough => {
-                book.work += probe.leaves().frames.len();
                 let both = match track.who {
                     // What both hands do begins or ends here, and speaks for the hand while it lasts.
                     Who::Hand(_) if frame > 0 && probe.leaf(None, frame) != probe.leaf(None, frame - 1) => {
