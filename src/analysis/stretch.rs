@@ -133,7 +133,9 @@ fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<
 /// Names the rules that gave coordination back on every piece that is not what the trees gave.
 fn mark(lane: &mut [Piece], raw: &[Piece], rules: &[usize]) {
     for piece in lane {
-        if within(raw, &piece.frames).iter().any(|before| before.label != piece.label) {
+        // What settles otherwise once coordination is gone may be where no coordination was.
+        let before = within(raw, &piece.frames);
+        if before.is_empty() || before.iter().any(|before| before.label != piece.label) {
             add(&mut piece.by, rules);
         }
     }

@@ -2,7 +2,7 @@
 
 use super::rules::{RuleArgs, load};
 use super::source::{SourceArgs, without_companions};
-use super::{Failure, flowing, live, output, tellable};
+use super::{Failure, flowing, live, output, printable, tellable};
 use crate::analysis::{self, Analysis, explain, json::Meta};
 use crate::base::error::InputError;
 use crate::engine::evaluator::evaluate;
@@ -13,6 +13,7 @@ use crate::report::{self, Style};
 use crate::stream::binding::{BindingFile, Pattern};
 use crate::stream::{self, OpenRequest, Opened, frames::Frames};
 use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Options of `analyze`.
@@ -82,14 +83,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut failures = Vec::new();
     let logs: Vec<&PathBuf> = without_companions(&args.logs).collect();
     // All cores share the recordings; what is found comes in the order in which they were named.
-    let found: Vec<Result<String, Failure>> = logs.into_par_iter().map(|log| one(args, log, &inputs)).collect();
+    let found: Vec<Result<Told, Failure>> = logs.into_par_iter().map(|log| one(args, log, &inputs)).collect();
     for found in found {
         match found {
             // A table has one header.
-            Ok(text) if args.format == Format::Csv && !out.is_empty() => {
-                out.push_str(text.split_once('\n').map_or("", |(_, rows)| rows));
+            Ok(Told { text, warning }) => {
+                let header = if args.format == Format::Csv && !out.is_empty() {
+                    text.find('\n').map_or(0, |at| at + 1)
+                } else {
+                    0
+                };
+                out.push_str(&text[header..]);
+                if let Some(warning) = warning {
+                    eprintln!("warning: {}", printable(&warning));
+                }
             }
-            Ok(text) => out.push_str(&text),
             // The other recordings are worth having all the same.
             Err(failure) => failures.push(failure),
         }
@@ -102,8 +110,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Failure::all(failures)
 }
 
+/// What is said about a recording: for whoever reads the output, and for whoever started the program.
+struct Told {
+    text: String,
+    warning: Option<String>,
+}
+
 /// Analyses one recording: what is to be said about it.
-fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<String, Failure> {
+fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<Told, Failure> {
     let request = args.source.request(log);
     if args.report.is_none()
         && let Some((rules, analysis)) = flowing::analyse(&args.rules, &request)
@@ -179,12 +193,24 @@ fn meta(rules: &Rules, log: &Path, binding: Option<String>, params: Vec<(String,
     }
 }
 
-fn written(analysis: &Analysis, meta: &Meta, format: Format, to_terminal: bool) -> Result<String, Failure> {
-    Ok(match format {
+fn written(analysis: &Analysis, meta: &Meta, format: Format, to_terminal: bool) -> Result<Told, Failure> {
+    let text = match format {
         Format::Text => drawn(analysis, meta, to_terminal),
         Format::Json => analysis::json::json(analysis, meta),
         Format::Csv => analysis::csv::csv(analysis, meta)?,
-    })
+    };
+    let untold = format == Format::Csv && !analysis.issues.is_empty();
+    Ok(Told { text, warning: untold.then(|| issues(analysis, meta)) })
+}
+
+/// The issues of a log, for a table that has no place for them.
+fn issues(analysis: &Analysis, meta: &Meta) -> String {
+    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
+    for issue in &analysis.issues {
+        *kinds.entry(&issue.kind).or_default() += 1;
+    }
+    let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
+    format!("{}: has issues that the table does not tell, `--format text` does: {}", meta.log, kinds.join(", "))
 }
 
 /// The timeline, in colour where the terminal wants it.

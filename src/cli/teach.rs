@@ -55,6 +55,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
+    for (hand, tasks) in did(&recording) {
+        let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
+        said += &format!("the {hand} hand did {tasks}\n");
+    }
     for event in losses(&recording) {
         let hand = event.subjects.first().map_or("a", String::as_str);
         said += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
@@ -92,18 +96,32 @@ fn many(
         let recording = world::teach(scene, operator, seed)?;
         formats::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-        Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some()))
+        let idle = did(&recording).all(|(_, tasks)| tasks.is_empty());
+        Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some(), idle))
     });
     let recorded = frames.collect::<Result<Vec<_>, _>>()?;
     drop(progress);
-    let frames: usize = recorded.iter().map(|(frames, _)| frames).sum();
+    let frames: usize = recorded.iter().map(|(frames, ..)| frames).sum();
     let mut said = format!("{}: {count} recordings, {frames} frames\n", folder.display());
-    let lost = recorded.iter().filter(|(_, lost)| *lost).count();
+    let lost = recorded.iter().filter(|(_, lost, _)| *lost).count();
     if lost > 0 {
         said += &format!("in {lost} of them a hand lost what it held\n");
     }
+    let idle = recorded.iter().filter(|(.., idle)| *idle).count();
+    if idle > 0 {
+        said += &format!("in {idle} of them no hand did a task to its end\n");
+    }
     output::print(&said)?;
     Ok(())
+}
+
+/// Of each hand the tasks that it did, in order of time, as the truth has them.
+fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>)> {
+    recording.labels.iter().filter_map(|(name, rows)| {
+        let hand = name.strip_suffix(".task")?;
+        let tasks = rows.chunk_by(|one, other| one == other).filter_map(|run| run.first());
+        Some((hand, tasks.map(String::as_str).filter(|task| !task.is_empty()).collect()))
+    })
 }
 
 /// When a hand lost what it held: it goes back for it, but not for ever.

@@ -147,7 +147,7 @@ fn is_short(time: &[f64], step: f64, rows: &Range<usize>) -> bool {
 }
 
 /// Fills rows from the ones before and after.
-fn fill(time: &[f64], parts: &mut [Vec<f64>], rows: &Range<usize>, moves: bool) {
+pub(super) fn fill(time: &[f64], parts: &mut [Vec<f64>], rows: &Range<usize>, moves: bool) {
     let at = |values: &[f64], row: usize| values.get(row).copied().unwrap_or_default();
     let before = rows.start.saturating_sub(1);
     let same_way: f64 = parts.iter().map(|part| at(part, before) * at(part, rows.end)).sum();
@@ -194,7 +194,7 @@ pub fn measured_rows(time: &[f64], columns: &Columns, issues: &mut Vec<Issue>) -
 }
 
 /// The columns of each channel, in order.
-fn channels(columns: &Columns) -> BTreeMap<String, Vec<String>> {
+pub(super) fn channels(columns: &Columns) -> BTreeMap<String, Vec<String>> {
     let mut channels: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for name in columns.keys() {
         channels.entry(channel_of(name).to_string()).or_default().push((*name).to_string());

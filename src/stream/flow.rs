@@ -14,6 +14,7 @@ use super::dropouts;
 use super::formats;
 use super::frames::{Frames, Issue, Layout};
 use super::measured::{Columns, Measured, Window, span, whole_vectors};
+use super::missing;
 use super::names;
 use super::open::OpenRequest;
 use super::strangers::{self, Stranger};
@@ -145,6 +146,9 @@ impl Flow {
                 return None;
             }
             time.extend(block.time);
+        }
+        if missing::any(&time) {
+            return None;
         }
         let told: Vec<(&str, Stranger)> = strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };

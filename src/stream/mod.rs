@@ -12,6 +12,7 @@ pub mod frames;
 pub mod inspect;
 pub mod labels;
 mod measured;
+mod missing;
 pub mod names;
 mod open;
 pub mod series;

@@ -16,7 +16,7 @@ pub const EVEN_WITHIN: f64 = 0.10;
 pub const ODD_SHARE: f64 = 0.01;
 
 /// This many gaps are looked at as a share of the steps; fewer are gaps, however short the log.
-const MANY_GAPS: usize = 10;
+pub(super) const MANY_GAPS: usize = 10;
 /// The shortest and the longest step that is believed, s.
 const STEPS: Range<f64> = 1e-4..1.0;
 

@@ -321,3 +321,42 @@ fn a_scene_that_no_log_can_carry_is_not_taught_in() {
     assert!(complained(&output).contains("right.cube"), "{}", complained(&output));
     assert!(!log.exists());
 }
+
+/// A logger that loses a row now and then, or ten of them, cuts no task, whatever the log is read by; a longer gap does. The table says that there is more to say.
+#[test]
+fn a_lost_row_cuts_no_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (whole, holed) = (path("whole.csv"), path("holed.csv"));
+    let taught = teachtree(&["teach", "pick_and_place", "pick_and_place", "--seed", "3", "-o", &whole]);
+    let said = String::from_utf8(taught.stdout).unwrap();
+    assert!(said.contains("the right hand did pick_and_place\n"), "{said}");
+    let text = std::fs::read_to_string(&whole).unwrap();
+    let without = |rows: &[std::ops::Range<usize>]| {
+        let kept = text.lines().enumerate().filter(|(row, _)| !rows.iter().any(|lost| lost.contains(row)));
+        kept.map(|(_, line)| line.to_string() + "\n").collect::<String>()
+    };
+    let analysed = |log: &str| {
+        let output = teachtree(&["analyze", log, "--format", "json", "--scene", &path("whole.scene.yaml")]);
+        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let tasks = told["tracks"][0]["tasks"].as_array().unwrap().clone();
+        let kinds = told["issues"].as_array().unwrap().iter().map(|issue| issue["kind"].as_str().unwrap().into());
+        // Sensors have a bias.
+        (tasks, kinds.filter(|kind: &String| kind != "biased").collect::<Vec<_>>())
+    };
+    std::fs::write(&holed, without(&[2500..2501, 3200..3210, 4000..4001])).unwrap();
+    let ((tasks, _), (same, kinds)) = (analysed(&whole), analysed(&holed));
+    assert_eq!(kinds, ["missing_row"]);
+    assert_eq!(same.len(), tasks.len());
+    for (one, other) in tasks.iter().zip(&same) {
+        assert_eq!((&one["task"], names(&one["segments"])), (&other["task"], names(&other["segments"])));
+    }
+    let table = teachtree(&["analyze", &holed, "--format", "csv", "--scene", &path("whole.scene.yaml")]);
+    let warned = complained(&table);
+    assert!(
+        warned.contains("holed.csv: has issues that the table does not tell") && warned.contains("missing_row 1"),
+        "{warned}"
+    );
+    std::fs::write(&holed, without(&[3200..3260])).unwrap();
+    assert_eq!(analysed(&holed).1, ["gap"]);
+}

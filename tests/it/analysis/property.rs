@@ -139,7 +139,8 @@ fn check(analysis: &Analysis, frames: &Range<usize>) {
                 assert!(segment.was.is_empty());
                 assert_eq!(there, [segment.primitive.as_str()], "what no rule changed is as it was: {segment:?}");
             } else {
-                assert!(!there.is_empty());
+                // Where coordination is given back to the hands, what is left of it may settle where there was none.
+                assert!(!there.is_empty() || !hand);
                 assert_eq!(segment.was, there, "{segment:?}");
             }
         }
