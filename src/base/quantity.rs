@@ -60,6 +60,89 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     Ok(number * in_si)
 }
 
+/// What has numbers that a range can be wanted of.
+pub trait Numbers {
+    /// What they measure.
+    const DIMENSION: Dimension;
+    /// They, in SI.
+    fn numbers(&self) -> impl Iterator<Item = f64>;
+}
+
+impl<const M: i8, const K: i8, const S: i8, const R: i8> Numbers for Quantity<M, K, S, R> {
+    const DIMENSION: Dimension = Self::DIMENSION;
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        std::iter::once(self.0)
+    }
+}
+
+impl Numbers for f64 {
+    const DIMENSION: Dimension = Dimension::NONE;
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        std::iter::once(*self)
+    }
+}
+
+impl<T: Numbers, const N: usize> Numbers for [T; N] {
+    const DIMENSION: Dimension = T::DIMENSION;
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.iter().flat_map(T::numbers)
+    }
+}
+
+impl<T: Numbers> Numbers for Option<T> {
+    const DIMENSION: Dimension = T::DIMENSION;
+
+    fn numbers(&self) -> impl Iterator<Item = f64> {
+        self.iter().flat_map(T::numbers)
+    }
+}
+
+/// Reads numbers all of which are above zero.
+///
+/// # Errors
+/// As of the type itself; the first number that is not above zero.
+pub fn above_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(from: D) -> Result<T, D::Error> {
+    in_range(T::deserialize(from)?, |number| number > 0.0, "above 0").map_err(serde::de::Error::custom)
+}
+
+/// Reads numbers none of which is below zero.
+///
+/// # Errors
+/// As of the type itself; the first number that is below zero.
+pub fn not_below_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(from: D) -> Result<T, D::Error> {
+    in_range(T::deserialize(from)?, |number| number >= 0.0, "of 0 or more").map_err(serde::de::Error::custom)
+}
+
+fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<T, String> {
+    let outside = read.numbers().find(|number| !(fits(*number) && number.is_finite()));
+    // What was read is in SI by now, whatever unit it was written in.
+    let unit = T::DIMENSION.si_unit();
+    let blank = if unit.is_empty() { "" } else { " " };
+    outside.map_or(Ok(read), |number| Err(format!("found {number}{blank}{unit}, wanted {} {wanted}", T::DIMENSION)))
+}
+
+/// Reads a direction or a rotation: numbers not all of which are zero.
+///
+/// # Errors
+/// As of the type itself; numbers that are none, or all zero.
+pub fn with_direction<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error>
+where
+    [f64; N]: Deserialize<'de>,
+{
+    let read = <[f64; N]>::deserialize(from)?;
+    let length = read.iter().map(|number| number * number).sum::<f64>().sqrt();
+    if length.is_finite() && length > 1e-6 {
+        return Ok(read);
+    }
+    Err(serde::de::Error::custom(format!(
+        "found {read:?}, wanted a {} that is not zero",
+        if N == 4 { "rotation w x y z" } else { "direction" }
+    )))
+}
+
 impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> for Quantity<M, K, S, R> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Visitor<const M: i8, const K: i8, const S: i8, const R: i8>;

@@ -2,7 +2,7 @@
 //! simulated by `world` and consulted by `stream` when contacts, depths and distances are derived.
 
 use super::hands::{Finger, Side};
-use super::quantity::{Acceleration, Length, Mass};
+use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, with_direction};
 use super::yaml::each_once;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -35,19 +35,19 @@ pub struct Body {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<Part>,
     /// Radius of the ball about the body's origin that holds it; from the shape when left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "above_zero", skip_serializing_if = "Option::is_none")]
     pub radius: Option<Length>,
     /// Mass of a movable body.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "above_zero", skip_serializing_if = "Option::is_none")]
     pub mass: Option<Mass>,
     /// Coefficient of friction against other bodies (static and dynamic are the same here; fingertips have their own law).
-    #[serde(default = "paper_friction")]
+    #[serde(default = "paper_friction", deserialize_with = "not_below_zero")]
     pub friction: f64,
     /// Position of the body's origin at the start, reference frame.
     #[serde(default)]
     pub position: [Length; 3],
     /// Rotation of the body at the start, quaternion w x y z.
-    #[serde(default = "no_rotation")]
+    #[serde(default = "no_rotation", deserialize_with = "with_direction")]
     pub rotation: [f64; 4],
     /// Sockets fixed to this body: holes, or pegs that hollow objects are put on.
     #[serde(default, deserialize_with = "each_once", skip_serializing_if = "IndexMap::is_empty")]
@@ -92,7 +92,7 @@ pub struct Part {
     #[serde(default)]
     pub at: [Length; 3],
     /// Rotation of the part in the body frame, quaternion w x y z.
-    #[serde(default = "no_rotation")]
+    #[serde(default = "no_rotation", deserialize_with = "with_direction")]
     pub turned: [f64; 4],
 }
 
@@ -114,11 +114,11 @@ impl Part {
 #[serde(rename_all = "snake_case")]
 pub enum Shape {
     /// A box with these full edge lengths.
-    Box([Length; 3]),
+    Box(#[serde(deserialize_with = "above_zero")] [Length; 3]),
     /// A cylinder about z: radius, full height.
-    Cylinder([Length; 2]),
+    Cylinder(#[serde(deserialize_with = "above_zero")] [Length; 2]),
     /// A ball of this radius.
-    Ball(Length),
+    Ball(#[serde(deserialize_with = "above_zero")] Length),
 }
 
 /// Where an object can be put in, or on.
@@ -128,10 +128,13 @@ pub struct Socket {
     /// Where the plug point of the object is when it is about to enter, frame of the socket's body.
     pub rim: [Length; 3],
     /// Unit direction out of the socket, frame of the socket's body: an object goes in against it.
+    #[serde(deserialize_with = "with_direction")]
     pub axis: [f64; 3],
     /// How far from the axis the plug point may be while inserted.
+    #[serde(deserialize_with = "above_zero")]
     pub radius: Length,
     /// How deep an object can go.
+    #[serde(deserialize_with = "above_zero")]
     pub depth: Length,
     /// The objects that fit; all when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -149,7 +152,7 @@ pub struct Hand {
     /// The fingers it has, in order; `palm` where the palm's contact is measured.
     pub fingers: Vec<Finger>,
     /// Radius of the fingertip balls.
-    #[serde(default = "tip_radius")]
+    #[serde(default = "tip_radius", deserialize_with = "above_zero")]
     pub tip_radius: Length,
 }
 

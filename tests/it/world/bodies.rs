@@ -1,6 +1,6 @@
 //! Rigid bodies under gravity and Coulomb friction, against closed forms.
 
-use super::support::{MASS, WEIGHT, cube_on_base, run, scene, world};
+use super::support::{MASS, WEIGHT, cube_on_base, run, world};
 use nalgebra::Vector3;
 
 /// Contact impulses settle to the weight within this, N.
@@ -136,10 +136,9 @@ fn every_shape_rests_on_its_base() {
 #[test]
 fn scenes_that_cannot_be_simulated_are_refused() {
     let refused = |text: &str| {
-        teachtree::world::World::new(&scene(text), teachtree::world::Fingertips::default())
-            .err()
-            .map(|error| error.to_string())
-            .unwrap()
+        let read = teachtree::base::yaml::read(text, "scene.yaml");
+        let made = read.and_then(|scene| teachtree::world::World::new(&scene, teachtree::world::Fingertips::default()));
+        made.err().map(|error| error.to_string()).unwrap()
     };
     insta::assert_snapshot!(refused("bodies: {cup: {role: object, mass: 50 g}}"));
     insta::assert_snapshot!(refused("bodies: {cup: {role: object, parts: [{ball: 20 mm}]}}"));
