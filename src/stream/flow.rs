@@ -160,14 +160,28 @@ impl Flow {
 
     /// What the sensors of a log with so many rows read at rest.
     fn rests(&self, rows: usize, rate_hz: f64) -> Option<Vec<(String, tare::Rest)>> {
-        let mut samples = Samples::new(rows, self);
+        let pairs: Vec<[usize; 2]> = tare::samples(rows).collect();
         let mut blocks = self.blocks_of(|name| tare::asks(&self.scene, name))?;
-        let mut start = 0;
-        while let Some(block) = blocks.next().ok()? {
-            samples.take(start, &block, self);
-            start += block.time.len();
-        }
-        (start == rows).then(|| samples.rests(self, rate_hz))
+        let (all, picked) = blocks.pick(pairs.as_flattened()).ok()?;
+        let looked_at = 2 * pairs.len();
+        let named = self.read_columns().zip(self.of_read(&picked));
+        let columns = named
+            .map(|((name, dimension, _), values)| (name.as_str(), (*dimension, Cow::Borrowed(values.as_slice()))))
+            .collect();
+        let measured = Measured {
+            scene: &self.scene,
+            time: vec![0.0; looked_at],
+            rate_hz,
+            stretches: std::iter::once(0..looked_at).collect(),
+            issues: vec![],
+            noise: BTreeMap::new(),
+            span: [0.0; 2],
+            window: None,
+            columns,
+        };
+        // The rows that were picked lie side by side.
+        let pairs: Vec<[usize; 2]> = (0..looked_at).step_by(2).map(|row| [row, row + 1]).collect();
+        (all == rows).then(|| tare::rests(&measured, &pairs))
     }
 
     /// The columns that are read, the time left out.
@@ -175,10 +189,10 @@ impl Flow {
         self.columns.iter().filter(|(.., want)| !matches!(want, Want::Nothing | Want::Time(_)))
     }
 
-    /// The values of a block in the order of [`read_columns`](Self::read_columns).
-    fn values<'a>(&self, block: &'a Table) -> impl Iterator<Item = &'a Vec<f64>> {
+    /// Of the columns of a table those of [`read_columns`](Self::read_columns).
+    fn of_read<'a>(&self, numbers: &'a [Vec<f64>]) -> impl Iterator<Item = &'a Vec<f64>> {
         let wants = self.columns.iter().map(|(.., want)| *want);
-        let read = block.numbers.iter().zip(wants).filter(|(_, want)| !matches!(want, Want::Nothing | Want::Time(_)));
+        let read = numbers.iter().zip(wants).filter(|(_, want)| !matches!(want, Want::Nothing | Want::Time(_)));
         read.map(|(values, _)| values)
     }
 }
@@ -219,7 +233,7 @@ impl Known {
                     if !plain.look(&block, &self.flow) {
                         return Err(not_plain());
                     }
-                    held.take(self.flow.values(&block));
+                    held.take(self.flow.of_read(&block.numbers));
                     row_issues.append(&mut block.issues);
                 }
                 held.forget(seen.start);
@@ -291,50 +305,6 @@ impl Held {
     }
 }
 
-/// Rows from all over a log, to tell what its sensors read at rest.
-struct Samples {
-    rows: Vec<usize>,
-    next: usize,
-    columns: Vec<Vec<f64>>,
-}
-
-impl Samples {
-    fn new(of: usize, flow: &Flow) -> Self {
-        let rows: Vec<usize> = tare::samples(of).flatten().collect();
-        Self { rows, next: 0, columns: flow.read_columns().map(|_| vec![]).collect() }
-    }
-
-    fn take(&mut self, start: usize, block: &Table, flow: &Flow) {
-        let rows = self.rows.get(self.next..).unwrap_or_default();
-        let here = rows.iter().take_while(|row| **row < start + block.time.len()).count();
-        for (column, values) in self.columns.iter_mut().zip(flow.values(block)) {
-            let value = |row: &usize| values.get(row - start).copied().unwrap_or(f64::NAN);
-            column.extend(rows.iter().take(here).map(value));
-        }
-        self.next += here;
-    }
-
-    fn rests(&self, flow: &Flow, rate_hz: f64) -> Vec<(String, tare::Rest)> {
-        let named = flow.read_columns().zip(&self.columns);
-        let columns = named
-            .map(|((name, dimension, _), values)| (name.as_str(), (*dimension, Cow::Borrowed(values.as_slice()))))
-            .collect();
-        let measured = Measured {
-            scene: &flow.scene,
-            time: vec![0.0; self.rows.len()],
-            rate_hz,
-            stretches: std::iter::once(0..self.rows.len()).collect(),
-            issues: vec![],
-            noise: BTreeMap::new(),
-            span: [0.0; 2],
-            window: None,
-            columns,
-        };
-        let pairs: Vec<[usize; 2]> = (0..self.rows.len()).step_by(2).map(|row| [row, row + 1]).collect();
-        tare::rests(&measured, &pairs)
-    }
-}
-
 /// Whether every sample of a log was measured, and no sensor may be dead.
 struct Plain {
     /// The largest value of each column, and whether it is a flag.
@@ -368,7 +338,7 @@ impl Plain {
 
     /// Looks at a block; whether it is plain.
     fn look(&mut self, block: &Table, flow: &Flow) -> bool {
-        let values: Vec<&[f64]> = flow.values(block).map(Vec::as_slice).collect();
+        let values: Vec<&[f64]> = flow.of_read(&block.numbers).map(Vec::as_slice).collect();
         let bounded = values.iter().zip(&self.bounds).all(|(values, (largest, flag))| {
             values.len() == block.time.len()
                 && values.iter().all(|value| value.abs() <= *largest)

@@ -113,6 +113,27 @@ pub trait Blocks {
     /// # Errors
     /// As [`Rows::read`].
     fn next(&mut self) -> Result<Option<Table>, InputError>;
+
+    /// The numbers of some rows only, in order; each may be asked for several times. With them, how many rows there are in all.
+    ///
+    /// # Errors
+    /// As [`Rows::read`].
+    fn pick(&mut self, rows: &[usize]) -> Result<(usize, Vec<Vec<f64>>), InputError> {
+        let (mut start, mut next) = (0, 0);
+        let mut picked: Vec<Vec<f64>> = Vec::new();
+        while let Some(block) = self.next()? {
+            picked.resize(block.numbers.len(), vec![]);
+            let end = start + block.time.len();
+            let here = rows.get(next..).unwrap_or_default();
+            let here = here.get(..here.partition_point(|row| *row < end)).unwrap_or_default();
+            for (column, values) in picked.iter_mut().zip(&block.numbers).filter(|(_, values)| !values.is_empty()) {
+                column.extend(here.iter().map(|row| values.get(row - start).copied().unwrap_or(f64::NAN)));
+            }
+            next += here.len();
+            start = end;
+        }
+        Ok((start, picked))
+    }
 }
 
 /// What to make of a column.
