@@ -116,9 +116,9 @@ fn too_deep(text: &str) -> Option<(usize, usize)> {
     None
 }
 
-/// What serde says, for people who know YAML and not Rust: `a.b: invalid type: sequence, expected a string` becomes
+/// What serde says of YAML or JSON, for people who know these and not Rust: `a.b: invalid type: sequence, expected a string` becomes
 /// `a.b: found a list, wanted a text`.
-fn in_plain_words(message: &str) -> String {
+pub(crate) fn in_plain_words(message: &str) -> String {
     let mark = |mark: &str| message.find(mark).map(|at| message.split_at(at));
     let kinds = ["invalid type: ", "invalid value: ", "invalid length ", "unknown field ", "unknown variant "];
     for kind in kinds {
@@ -138,7 +138,11 @@ fn in_plain_words(message: &str) -> String {
             return format!("{path}the key {} {says}", rest.get(kind.len()..).unwrap_or_default());
         }
     }
-    message.to_string()
+    // A part of a body is one of these beside its place; serde cannot name what stands there instead.
+    message.replace(
+        "no variant of enum Shape found in flattened data",
+        "has no shape, wanted one of `box`, `cylinder`, `ball`",
+    )
 }
 
 /// A value as serde shows it: `string "hello"`, ``integer `5` ``, `sequence`.

@@ -63,8 +63,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(&infeasible)?;
         return Err(Failure::No);
     }
-    let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose()?;
-    let Performance { recording, outcomes, nearest, trace } = perform(&commands, &robot, &scene)?;
+    let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose();
+    let joints = joints.map_err(|error| in_file(&file, error))?;
+    let performed = perform(&commands, &robot, &scene).map_err(|error| in_file(&file, error))?;
+    let Performance { recording, outcomes, nearest, trace } = performed;
     formats::write(&recording, &args.out)?;
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
         output::write(place, &made.json()?, &inputs)?;
@@ -77,6 +79,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
+}
+
+/// An error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
+fn in_file(file: &str, error: InputError) -> InputError {
+    let place = match error.place.as_str() {
+        "commands" => file.to_string(),
+        task if task.starts_with("task ") => format!("{file}, {task}"),
+        _ => return error,
+    };
+    InputError { place, ..error }
 }
 
 /// The grasps that the robot's hand cannot take, as `command` noted them; empty when there is none.

@@ -3,6 +3,7 @@
 use super::form::{Commands, Contact, Grasp, MappedGrasp, SCHEMA, Segment, Task};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
+use crate::base::yaml;
 use std::collections::BTreeSet;
 
 /// No number of commands is larger: m, rad, N or s.
@@ -24,7 +25,8 @@ impl Commands {
             let place = format!("{file}:{}:{}", error.line(), error.column());
             let message = error.to_string();
             let wanted = "commands are the JSON file that `teachtree command` writes";
-            InputError::new(place, message.split(" at line ").next().unwrap_or(&message)).help(wanted)
+            let message = message.split(" at line ").next().unwrap_or(&message);
+            InputError::new(place, yaml::in_plain_words(message)).help(wanted)
         })?;
         if commands.schema != SCHEMA {
             let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);

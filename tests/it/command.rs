@@ -160,6 +160,8 @@ fn a_page_shows_what_the_robot_did() {
 fn commands_that_are_none_are_refused_at_their_line() {
     let read = |text: &str| Commands::read(text, "commands.json").unwrap_err().to_string();
     assert!(read("{").starts_with("commands.json:1:"), "{}", read("{"));
+    let wrong = r#"{"schema": "teachtree.commands/1", "log": 5}"#;
+    assert!(read(wrong).contains("found `5`, wanted a text"), "{}", read(wrong));
     let other = r#"{"schema": "teachtree.analysis/1", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
     assert!(read(other).contains("wanted `teachtree.commands/1`"), "{}", read(other));
     let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
