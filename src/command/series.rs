@@ -250,7 +250,7 @@ pub(super) fn seven(pose: &Isometry3<f64>) -> [f64; 7] {
 }
 
 /// The force nearest to this one within the friction cone about `-normal`, and whether it lay outside.
-pub(super) fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
+pub(crate) fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
     let pressed = -force.dot(normal);
     if pressed <= 0.0 {
         return (Vector3::zeros(), force != Vector3::zeros());

@@ -4,6 +4,7 @@ use super::arm::{solve_arm, solve_arm_along};
 use super::control::{Controller, FingerTarget, Gains, TipTarget};
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
+use super::jaws::Yielding;
 use super::plan::{Plan, Target};
 use super::tree::Robot;
 use crate::world::{MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw};
@@ -15,7 +16,7 @@ const STARTS: usize = 48;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
-/// Fingers that take no part go where they are out of the way, rad/s.
+/// Fingers that take no part go where they are out of the way, rad/s, or as fast as they slide.
 const IDLE_RAD_S: f64 = 2.0;
 /// The first free motion is left out in so many parts.
 const LEFT_OUT: u32 = 4;
@@ -56,6 +57,7 @@ pub struct Executor {
     before: Option<Target>,
     torques: DVector<f64>,
     idle: Vec<Angles>,
+    yielding: Yielding,
 }
 
 impl Executor {
@@ -97,7 +99,19 @@ impl Executor {
         let controller = Controller::new(&robot, hand.fingers.len(), Gains::default());
         let torques = DVector::zeros(q.len());
         let palm = target.palm;
-        Ok(Self { robot, hand, motion, posture, controller, wanted: q, palm, before: None, torques, idle })
+        Ok(Self {
+            robot,
+            hand,
+            motion,
+            posture,
+            controller,
+            wanted: q,
+            palm,
+            before: None,
+            torques,
+            idle,
+            yielding: Yielding::default(),
+        })
     }
 
     /// The values of all degrees of freedom that are wanted now.
@@ -140,6 +154,11 @@ impl Executor {
 
     /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
     pub fn aim(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
+        let mut yielded = target.clone();
+        if let Some(jaws) = &self.hand.jaws {
+            self.yielding.apply(&mut yielded, jaws, exerted, STEP_S);
+        }
+        let target = &yielded;
         let before = self.before.replace(target.clone()).unwrap_or_else(|| target.clone());
         // The arm.
         let arm: Vec<(f64, f64)> = if self.hand.arm.is_empty() {
@@ -171,8 +190,9 @@ impl Executor {
                 let of = |target: &Target| target.tips.iter().find(|(which, ..)| *which == finger.finger).copied();
                 match of(target) {
                     None => {
-                        for (angle, wanted) in idle.iter_mut().zip(target.angles(finger)) {
-                            *angle += (wanted - *angle).clamp(-IDLE_RAD_S * STEP_S, IDLE_RAD_S * STEP_S);
+                        for ((angle, wanted), dof) in idle.iter_mut().zip(target.angles(finger)).zip(&finger.dofs) {
+                            let most = self.robot.dofs[*dof].speed.min(IDLE_RAD_S) * STEP_S;
+                            *angle += (wanted - *angle).clamp(-most, most);
                         }
                         FingerTarget::Idle(*idle)
                     }
