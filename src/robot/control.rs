@@ -135,9 +135,6 @@ impl Controller {
             }
             torques[dof] = without + inertia * gains.arm_integral * self.integral[dof];
         }
-        // What one motor drives together with a finger that presses goes along with that.
-        let pressing = hand.fingers.iter().zip(fingers).filter(|(_, target)| matches!(target, FingerTarget::Tip(_)));
-        let pressing: Vec<usize> = pressing.flat_map(|(finger, _)| finger.dofs.iter().copied()).collect();
         let share = 1.0 - (-std::f64::consts::TAU * gains.force_hz * dt).exp();
         for (index, (finger, target)) in hand.fingers.iter().zip(fingers).enumerate() {
             let measured = exerted.get(index).copied().unwrap_or_default();
@@ -163,8 +160,7 @@ impl Controller {
                 }
                 FingerTarget::Tip(_) => {}
                 FingerTarget::Idle(angles) => {
-                    let own = finger.dofs.iter().zip(angles).filter(|(dof, _)| !pressing.contains(dof));
-                    for (&dof, angle) in own.filter(|(_, angle)| angle.is_finite()) {
+                    for (&dof, angle) in finger.dofs.iter().zip(angles).filter(|(_, angle)| angle.is_finite()) {
                         let inertia = posture.mass[(dof, dof)];
                         torques[dof] += inertia
                             * (gains.arm_omega.powi(2) * (angle - motion.q[dof])

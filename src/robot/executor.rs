@@ -16,7 +16,7 @@ const STARTS: usize = 48;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
-/// Fingers that take no part go where they are out of the way, rad/s, or as fast as they slide.
+/// Fingers that take no part go where they are out of the way, rad/s.
 const IDLE_RAD_S: f64 = 2.0;
 /// The first free motion is left out in so many parts.
 const LEFT_OUT: u32 = 4;
@@ -190,9 +190,8 @@ impl Executor {
                 let of = |target: &Target| target.tips.iter().find(|(which, ..)| *which == finger.finger).copied();
                 match of(target) {
                     None => {
-                        for ((angle, wanted), dof) in idle.iter_mut().zip(target.angles(finger)).zip(&finger.dofs) {
-                            let most = self.robot.dofs[*dof].speed.min(IDLE_RAD_S) * STEP_S;
-                            *angle += (wanted - *angle).clamp(-most, most);
+                        for (angle, wanted) in idle.iter_mut().zip(target.angles(finger)) {
+                            *angle += (wanted - *angle).clamp(-IDLE_RAD_S * STEP_S, IDLE_RAD_S * STEP_S);
                         }
                         FingerTarget::Idle(*idle)
                     }

@@ -153,6 +153,14 @@ fn share_nothing(fingers: &[FingerModel]) -> Result<(), (Option<Finger>, String)
 }
 
 impl HandModel {
+    /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
+    pub fn opening(&self, q: &[f64]) -> Option<f64> {
+        let [thumb, other] = self.jaws.as_ref()?.pair.map(|jaw| self.finger(jaw.finger));
+        let (thumb, other) = (thumb?, other?);
+        let tip = |finger: &FingerModel| finger.posture(&finger.angles(q)).tip;
+        Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
+    }
+
     /// The finger of this name.
     pub fn finger(&self, finger: Finger) -> Option<&FingerModel> {
         self.fingers.iter().find(|model| model.finger == finger)

@@ -86,14 +86,6 @@ impl Shapes {
         clearance
     }
 
-    /// How far a ball about a point of the object's frame is from the object and from the obstacles, m.
-    pub(super) fn ball(&self, centre: &Point3<f64>, radius: f64) -> [f64; 2] {
-        let (at, ball) = (Pose::from_translation(vector(centre.coords)), SharedShape::ball(radius));
-        [&self.object, &self.obstacles].map(|others| {
-            others.iter().map(|(other_at, other)| gap(&at, &ball, other_at, other)).fold(NEAR_M, f64::min)
-        })
-    }
-
     /// How far the palm is from the object and from the obstacles, m: zero when it is in them, infinite when there are none.
     pub(super) fn palm(&self, object_from_palm: &Isometry3<f64>) -> [f64; 2] {
         [&self.object, &self.obstacles].map(|others| {

@@ -133,6 +133,8 @@ pub enum Failure {
     ArmOutOfReach,
     /// Every finger reaches, but a pad looks away from the surface: by this angle, rad.
     PadTurnedAway(Finger, f64),
+    /// Nothing touches against the thumb, or no thumb against what touches: there is nothing to be held between jaws.
+    OneSided,
     /// Jaws do not open as far as they must: so far, m, and at most as far.
     TooWide(f64, f64),
     /// Jaws do not close as far as they must: so far, m, and at least as far.
@@ -153,6 +155,9 @@ impl std::fmt::Display for Failure {
             Self::PadTurnedAway(finger, angle) => {
                 write!(f, "the pad of {finger} looks {:.0} degrees past the surface", angle.to_degrees())
             }
+            Self::OneSided => f.write_str(
+                "a gripper holds between thumb and fingers, and here only one side touches: it does not push",
+            ),
             Self::TooWide(wanted, most) => {
                 let [wanted, most] = [wanted, most].map(|opening| opening * 1e3);
                 let missing = wanted - most;

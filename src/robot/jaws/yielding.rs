@@ -14,8 +14,8 @@ use crate::robot::control::Gains;
 use crate::robot::plan::Target;
 use nalgebra::{Translation3, Vector3};
 
-/// D, N s/m: with the stiffness of two fingertips' friction, 1400 N/m, the force follows within 55 ms, slower than arms do.
-const DAMPING: f64 = 80.0;
+/// D, N s/m: with the stiffness of two fingertips' friction, 1400 N/m, the force follows within 0.1 s, slower than arms do.
+const DAMPING: f64 = 160.0;
 /// The palm gives way no farther, m.
 const MOST_M: f64 = 0.02;
 

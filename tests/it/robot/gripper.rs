@@ -30,11 +30,18 @@ fn two_motors() -> Robot {
 }
 
 /// A gripper in URDF, which a short file names.
+const OF_URDF: &str = "name: gripper
+urdf: gripper.urdf
+hand:
+  side: right
+  palm: base
+  fingers:
+    thumb: {link: left_finger, tip: [0 mm, 8 mm, 40 mm], radius: 8 mm, pad: [0, -1, 0], force: 5 N, source: a test}
+    index: {link: right_finger, tip: [0 mm, -8 mm, 40 mm], radius: 8 mm, pad: [0, 1, 0], force: 9 N, source: a test}
+";
+
 fn of_urdf(urdf: &str) -> Result<Robot, String> {
-    let named = "name: gripper\nurdf: gripper.urdf\nhand:\n  side: right\n  palm: base\n  fingers:\n    \
-        thumb: {link: left_finger, tip: [0 mm, 8 mm, 40 mm], radius: 8 mm, pad: [0, -1, 0], force: 5 N, source: a test}\n    \
-        index: {link: right_finger, tip: [0 mm, -8 mm, 40 mm], radius: 8 mm, pad: [0, 1, 0], force: 9 N, source: a test}\n";
-    let text_of = |file: &str| Ok(if file == "gripper.yaml" { named.to_string() } else { urdf.to_string() });
+    let text_of = |file: &str| Ok(if file == "gripper.yaml" { OF_URDF.to_string() } else { urdf.to_string() });
     robot::open("gripper.yaml", &text_of).map_err(|error| error.to_string())
 }
 
@@ -164,33 +171,19 @@ fn what_jaws_cannot_hold_is_told_with_what_is_missing() {
         slips,
         "the index jaw slips off: the line between the jaws leans by 66 degrees there, and friction holds up to 45"
     );
-    contacts.clear();
-    assert_eq!(mapped(&gripper, &object, contacts, Vec::new()).unwrap_err(), "the hand has no thumb finger");
+    contacts.remove(0);
+    let pushes = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
+    assert_eq!(pushes, "a gripper holds between thumb and fingers, and here only one side touches: it does not push");
 }
 
-#[test]
-fn a_jaw_that_pushes_has_the_other_one_open_behind_the_object() {
-    for robot in [shipped("parallel_jaw"), two_motors()] {
-        let (object, contacts) = across(60.0);
-        let pushing = vec![contacts[1]];
-        let grasp = mapped(&robot, &object, pushing.clone(), Vec::new()).unwrap();
-        let [held] = &grasp.fingers[..] else { panic!("one touches") };
-        assert_eq!(held.finger, Finger::Index);
-        // The ball of the other one is clear of the object.
-        let (finger, angles) = grasp.idle[0];
-        let hand = &robot.hands[&Side::Right];
-        let tip = grasp.object_from_palm * hand.finger(finger).unwrap().posture(&angles).tip;
-        assert!(tip.y < -0.030 - 0.008, "{tip}");
-        let (object, _) = across(101.0);
-        let contacts = vec![Contact { point: Point3::new(0.0, 0.0505, 0.010), ..pushing[0] }];
-        let refused = mapped(&robot, &object, contacts, Vec::new()).unwrap_err();
-        assert!(refused.starts_with("hand and object are in each other's way by"), "{refused}");
-    }
-}
-
-/// What a robot is told to do after a person's demonstration, and what came of it: exit status and all that was printed.
+/// What a robot is told to do after a person's demonstration, and what came of it: exit status and all that was printed, and the tasks that rules find
+/// in its recording.
 fn carried_out(scene: &str, seed: &str, robot: &str) -> (Commands, [(Option<i32>, String); 2], String) {
     let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("gripper.yaml"), OF_URDF).unwrap();
+    std::fs::write(folder.path().join("gripper.urdf"), URDF).unwrap();
+    let file = folder.path().join(robot);
+    let robot = if robot.ends_with(".yaml") { file.to_str().unwrap() } else { robot };
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
     assert!(teachtree(&["teach", scene, scene, "--seed", seed, "-o", &log]).status.success());
@@ -243,4 +236,30 @@ fn a_cube_that_is_wider_than_the_jaws_open_is_refused_in_millimetres() {
         assert!(told.contains(" mm are missing"), "{told}");
     }
     assert!(commands.tasks[0].grasps[0].mapped.is_none());
+}
+
+#[test]
+fn grippers_put_a_peg_into_its_hole_though_it_hangs_as_on_a_hinge() {
+    for robot in ["parallel_jaw", "gripper.yaml"] {
+        let (_, [made, done], tasks) = carried_out("peg_in_hole", "1", robot);
+        assert_eq!((made.0, done.0), (Some(0), Some(0)), "{robot}: {}{}", made.1, done.1);
+        assert!(tasks.contains("peg_in_hole"), "{robot}: {tasks}");
+    }
+}
+
+#[test]
+fn a_gripper_presses_with_its_palm_where_its_jaws_cannot() {
+    let (_, [made, done], tasks) = carried_out("stamp", "1", "parallel_jaw");
+    assert_eq!((made.0, done.0), (Some(0), Some(0)), "{}{}", made.1, done.1);
+    // Forces are within their profile, and the same rules find that it was pressed.
+    assert!(!done.1.contains("outside"), "{}", done.1);
+    assert!(tasks.contains("pick_and_press"), "{tasks}");
+}
+
+#[test]
+fn a_push_is_refused_since_jaws_only_hold() {
+    let (_, [made, done], _) = carried_out("push", "1", "parallel_jaw");
+    assert_eq!((made.0, done.0), (Some(1), Some(1)));
+    let why = "no grasp, a gripper holds between thumb and fingers, and here only one side touches: it does not push";
+    assert!(made.1.contains(&format!("  index: {why}")) && done.1.contains(why), "{}{}", made.1, done.1);
 }
