@@ -7,7 +7,7 @@
 
 use super::clock::Part;
 pub use super::curves::minimum_jerk;
-use super::curves::{between, pose_at, screw_motion, share_of, slerp, vector_at};
+use super::curves::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
 use super::hand::{Angles, FingerModel, HandModel};
 use super::mapping::from_seven;
 use super::tree::Robot;
@@ -228,7 +228,7 @@ impl<'a> Plan<'a> {
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
             let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(Grip::is_hinge);
-            let gently = if hinged { gentle_s(segment) } else { 0.0 };
+            let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow).max(gently);
             let taught = [begins, ends];
             if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
@@ -550,24 +550,6 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }
     angles
-}
-
-/// How far an object goes, m.
-fn way_of(object: &[[f64; 7]]) -> f64 {
-    let step = |pair: &[[f64; 7]]| {
-        let place = |at: usize| from_seven(&pair[at]).translation.vector;
-        (place(1) - place(0)).norm()
-    };
-    object.windows(2).map(step).sum()
-}
-
-/// How long a segment must take that the object is never faster to speed up than what hangs between two tips may, s.
-fn gentle_s(segment: &Segment) -> f64 {
-    let at = |index: usize| from_seven(&segment.object[index]).translation.vector;
-    let step = segment.duration_s / (segment.object.len().max(2) - 1) as f64;
-    let bend = |index: usize| (at(index + 2) - at(index + 1) * 2.0 + at(index)).norm() / (step * step);
-    let most = (0..segment.object.len().saturating_sub(2)).map(bend).fold(0.0, f64::max);
-    segment.duration_s * (most / HINGED_M_S2).sqrt()
 }
 
 /// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to
