@@ -1,7 +1,8 @@
 //! `cargo run --release --example robot -- 1..20` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
 //! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`, or of the one with that name. With
 //! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so; with `unknown` the robot sees every object up to
-//! 2 mm to each side of where it is, in scenes that end in contact. What was not done, and tasks that the same
+//! 2 mm to each side of where it is, in scenes that end in contact. The name of another shipped robot among them, such as `arm_with_gripper`, takes
+//! that one. What was not done, and tasks that the same
 //! rules find otherwise in the robot's recording, are told beside it.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
@@ -80,15 +81,18 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
     let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: wanted seeds such as 1..10"))?;
     let rules = [RuleSet::load("contact.rules", vec![])?, RuleSet::load("bimanual.rules", vec![])?];
-    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot")))
+    let (robots, wanted): (Vec<&String>, Vec<&String>) =
+        wanted.iter().partition(|word| robot::names().any(|name| name == word.as_str()));
+    let robot = robots.first().map_or("both_hands", |name| name.as_str());
+    let robot = robot::open(robot, &|file| Err(InputError::new(file, "is no shipped robot")))
         .map_err(|error| error.to_string())?;
     println!(
         "| scene | people | done | farthest, of those done | forces kept | same tasks | not done |\n|---|---|---|---|---|---|---|"
     );
     let (mut people, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
-    let says = |what: &str| wanted.iter().any(|word| word == what);
+    let says = |what: &str| wanted.iter().any(|word| *word == what);
     let elsewhere = Elsewhere { displaced: says("displaced"), unknown: says("unknown") };
-    let wanted: Vec<&String> = wanted.iter().filter(|word| *word != "displaced" && *word != "unknown").collect();
+    let wanted: Vec<&String> = wanted.into_iter().filter(|word| *word != "displaced" && *word != "unknown").collect();
     let named = |word: &str, scene: &str| if SCENES.contains(&word) { word == scene } else { scene.contains(word) };
     let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|word| named(word, scene));
     // What stands in a socket or a nest cannot stand elsewhere.

@@ -109,11 +109,12 @@ pub fn summary(commands: &Commands) -> String {
             let fingers: Vec<&str> = grasp.contacts.iter().map(|contact| contact.finger.as_str()).collect();
             let fingers = fingers.join(", ");
             if let Some(mapped) = &grasp.mapped {
-                let copied = mapped.copied_measure.map_or_else(
-                    || "out of reach where the palm copies the person's".into(),
-                    |copied| format!("{copied:.3} where the palm copies the person's"),
-                );
-                let _ = writeln!(text, "  {fingers}: measure {:.3}, {copied}", mapped.measure);
+                let beside = match (mapped.opening, mapped.copied_measure) {
+                    (Some(opening), _) => format!("jaws open by {:.1} mm", opening * 1e3),
+                    (None, Some(copied)) => format!("{copied:.3} where the palm copies the person's"),
+                    (None, None) => "out of reach where the palm copies the person's".into(),
+                };
+                let _ = writeln!(text, "  {fingers}: measure {:.3}, {beside}", mapped.measure);
             }
             if let Some(why) = &grasp.infeasible {
                 let _ = writeln!(text, "  {fingers}: no grasp, {why}");

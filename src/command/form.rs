@@ -94,10 +94,13 @@ pub struct MappedGrasp {
     pub object_from_palm: [f64; 7],
     /// Values of the hand's degrees of freedom, rad or m.
     pub joints: BTreeMap<String, f64>,
-    /// The geometric mean of the fingers' measures.
+    /// The geometric mean of the fingers' measures; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's room.
     pub measure: f64,
     /// The same where the palm copies the person's; nothing where fingers would not reach.
     pub copied_measure: Option<f64>,
+    /// How far the jaws of a gripper are open, m: from pad to pad.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opening: Option<f64>,
     /// Each finger's share.
     pub fingers: Vec<MappedFinger>,
 }
@@ -108,7 +111,7 @@ pub struct MappedGrasp {
 pub struct MappedFinger {
     /// Its name.
     pub finger: String,
-    /// Manipulability over the cube of its length.
+    /// Manipulability over the cube of its length; nothing for a jaw.
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
     pub freedom: f64,

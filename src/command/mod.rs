@@ -19,6 +19,7 @@ pub use form::{
     Commands, Contact, Grasp, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
 };
 pub use insertion::axis_of_its_hole;
+pub use series::into_cone;
 
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};

@@ -97,7 +97,7 @@ impl MappedGrasp {
         for (joint, value) in &self.joints {
             finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
         }
-        Ok(())
+        finite(self.opening.as_slice()).map_err(|message| format!("has an `opening` that {message}"))
     }
 }
 

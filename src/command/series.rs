@@ -249,8 +249,8 @@ pub(super) fn seven(pose: &Isometry3<f64>) -> [f64; 7] {
     [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
-/// The force nearest to this one within the friction cone about `-normal`, and whether it lay outside.
-pub(super) fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
+/// The force on an object (N) nearest to this one within the friction cone about `-normal`, the way into its surface, and whether it lay outside.
+pub fn into_cone(force: Vector3<f64>, normal: &Vector3<f64>) -> (Vector3<f64>, bool) {
     let pressed = -force.dot(normal);
     if pressed <= 0.0 {
         return (Vector3::zeros(), force != Vector3::zeros());

@@ -63,3 +63,21 @@ pub(super) fn pose_at(samples: &[[f64; 7]], share: f64) -> Isometry3<f64> {
     let turn = |index: usize| from_seven(&samples[index.min(samples.len() - 1)]).rotation;
     Isometry3::from_parts(Translation3::from(place), slerp(&turn(index), &turn(index + 1), t))
 }
+
+/// How far an object goes, m.
+pub(super) fn way_of(object: &[[f64; 7]]) -> f64 {
+    let step = |pair: &[[f64; 7]]| {
+        let place = |at: usize| from_seven(&pair[at]).translation.vector;
+        (place(1) - place(0)).norm()
+    };
+    object.windows(2).map(step).sum()
+}
+
+/// How long poses of an object that go over in `duration_s` must take, s, so that nothing speeds it up by more than `most`, m/s².
+pub(super) fn gentle_s(object: &[[f64; 7]], duration_s: f64, most: f64) -> f64 {
+    let at = |index: usize| from_seven(&object[index]).translation.vector;
+    let step = duration_s / (object.len().max(2) - 1) as f64;
+    let speeds_up = |index: usize| (at(index + 2) - at(index + 1) * 2.0 + at(index)).norm() / (step * step);
+    let fastest = (0..object.len().saturating_sub(2)).map(speeds_up).filter(|it| it.is_finite()).fold(0.0, f64::max);
+    duration_s * (fastest / most).sqrt()
+}

@@ -4,6 +4,7 @@ use super::arm::{solve_arm, solve_arm_along};
 use super::control::{Controller, FingerTarget, Gains, TipTarget};
 use super::dynamics::{Motion, Posture};
 use super::hand::{Angles, HandModel};
+use super::jaws::Yielding;
 use super::plan::{Plan, Target};
 use super::tree::Robot;
 use crate::world::{MovedHand, MovedTip, Mover, Pushed, STEP_S, TouchLaw};
@@ -56,6 +57,7 @@ pub struct Executor {
     before: Option<Target>,
     torques: DVector<f64>,
     idle: Vec<Angles>,
+    yielding: Yielding,
 }
 
 impl Executor {
@@ -97,7 +99,19 @@ impl Executor {
         let controller = Controller::new(&robot, hand.fingers.len(), Gains::default());
         let torques = DVector::zeros(q.len());
         let palm = target.palm;
-        Ok(Self { robot, hand, motion, posture, controller, wanted: q, palm, before: None, torques, idle })
+        Ok(Self {
+            robot,
+            hand,
+            motion,
+            posture,
+            controller,
+            wanted: q,
+            palm,
+            before: None,
+            torques,
+            idle,
+            yielding: Yielding::default(),
+        })
     }
 
     /// The values of all degrees of freedom that are wanted now.
@@ -140,6 +154,11 @@ impl Executor {
 
     /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
     pub fn aim(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
+        let mut yielded = target.clone();
+        if let Some(jaws) = &self.hand.jaws {
+            self.yielding.apply(&mut yielded, jaws, exerted, STEP_S);
+        }
+        let target = &yielded;
         let before = self.before.replace(target.clone()).unwrap_or_else(|| target.clone());
         // The arm.
         let arm: Vec<(f64, f64)> = if self.hand.arm.is_empty() {

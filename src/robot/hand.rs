@@ -5,6 +5,7 @@
 //! least squares. Everything here is in the frame of the palm; lengths are m, angles rad.
 
 use super::closed::Closed;
+use super::jaws::Jaws;
 use super::tree::{Dof, Kind, Robot, Solid};
 use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -50,6 +51,8 @@ pub struct HandModel {
     pub fingers: Vec<FingerModel>,
     /// Shapes of the palm, palm frame.
     pub palm_solids: Vec<Solid>,
+    /// What its two fingers are together when it is a gripper.
+    pub jaws: Option<Jaws>,
 }
 
 /// A finger from the palm to its tip.
@@ -126,18 +129,38 @@ pub(super) fn build(robot: &Robot, palm: usize, specs: &[FingerSpec]) -> Result<
     arm.retain(|dof| seen.insert(*dof));
     let mut fingers = Vec::new();
     for spec in specs {
-        let finger = FingerModel::new(robot, palm, spec).map_err(|message| (Some(spec.finger), message))?;
-        let shared = |other: &FingerModel| other.dofs.iter().any(|dof| finger.dofs.contains(dof));
-        if let Some(other) = fingers.iter().find(|other| shared(other)) {
-            let message = format!("shares a degree of freedom with {}, which is not supported", other.finger);
-            return Err((Some(spec.finger), message));
-        }
-        fingers.push(finger);
+        fingers.push(FingerModel::new(robot, palm, spec).map_err(|message| (Some(spec.finger), message))?);
     }
-    Ok(HandModel { palm, arm, fingers, palm_solids: robot.links[palm].solids.clone() })
+    let palm_solids = robot.links[palm].solids.clone();
+    let jaws = Jaws::of(&mut fingers, &palm_solids, &robot.dofs);
+    let jaws = jaws.map_err(|(finger, message)| (Some(finger), message))?;
+    if jaws.is_none() {
+        share_nothing(&fingers)?;
+    }
+    Ok(HandModel { palm, arm, fingers, palm_solids, jaws })
+}
+
+/// Each finger of a hand moves by itself.
+fn share_nothing(fingers: &[FingerModel]) -> Result<(), (Option<Finger>, String)> {
+    for (index, finger) in fingers.iter().enumerate() {
+        let shared = |other: &&FingerModel| other.dofs.iter().any(|dof| finger.dofs.contains(dof));
+        if let Some(other) = fingers[..index].iter().find(shared) {
+            let message = format!("shares a degree of freedom with {}, which only jaws that slide may", other.finger);
+            return Err((Some(finger.finger), message));
+        }
+    }
+    Ok(())
 }
 
 impl HandModel {
+    /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
+    pub fn opening(&self, q: &[f64]) -> Option<f64> {
+        let [thumb, other] = self.jaws.as_ref()?.pair.map(|jaw| self.finger(jaw.finger));
+        let (thumb, other) = (thumb?, other?);
+        let tip = |finger: &FingerModel| finger.posture(&finger.angles(q)).tip;
+        Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
+    }
+
     /// The finger of this name.
     pub fn finger(&self, finger: Finger) -> Option<&FingerModel> {
         self.fingers.iter().find(|model| model.finger == finger)
@@ -209,7 +232,7 @@ impl FingerModel {
         let points: Vec<Point3<f64>> =
             (first..rest.joints.len()).filter_map(origin).chain(std::iter::once(rest.tip)).collect();
         finger.length = points.windows(2).map(|pair| (pair[1] - pair[0]).norm()).sum();
-        if finger.length < 1e-4 {
+        if finger.length < 1e-4 && !finger.slides() {
             return Err("has no length".into());
         }
         let turns = finger.steps.iter().all(|step| step.kind == Kind::Turns);
@@ -222,6 +245,11 @@ impl FingerModel {
         let drives: Vec<(usize, f64)> = finger.steps.iter().map(|step| (step.local, step.ratio)).collect();
         finger.closed = turns.then(|| Closed::of(&joints, &drives, rest.tip, &finger.ranges)).flatten();
         Ok(finger)
+    }
+
+    /// Whether all that it can do is to slide along a line.
+    pub fn slides(&self) -> bool {
+        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == Kind::Slides)
     }
 
     /// Whether the inverse has a closed form.
@@ -274,8 +302,11 @@ impl FingerModel {
         jacobian
     }
 
-    /// Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`.
+    /// Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`. Nothing for a finger that cannot go all ways, such as a jaw.
     pub fn manipulability(&self, angles: &Angles) -> f64 {
+        if self.dofs.len() < 3 {
+            return 0.0;
+        }
         let jacobian = self.jacobian(&self.posture(angles));
         let square: Matrix3<f64> = &jacobian * jacobian.transpose();
         square.determinant().max(0.0).sqrt() / self.length.powi(3)

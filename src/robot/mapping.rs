@@ -6,6 +6,7 @@
 use super::arm::solve_arm_along;
 use super::grasp::{Contact, Failure, Grasp, Mapper, Obstacle, Wanted};
 use super::hand::HandModel;
+use super::jaws::Jaws;
 use super::others::{bodies, meeting};
 use super::pair::{One, both};
 use super::tree::Robot;
@@ -38,6 +39,9 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
     let tasks = &mut commands.tasks;
     let holders = tasks.iter().enumerate().map(|(number, task)| Holder::new(number, task, robot, scene));
     let holders = holders.collect::<Result<Vec<Holder<'_>>, InputError>>()?;
+    for (task, holder) in tasks.iter_mut().zip(&holders) {
+        holder.give(task);
+    }
     for number in 0..tasks.len() {
         for grasp in 0..tasks[number].grasps.len() {
             let others = meeting(tasks, (number, grasp));
@@ -59,6 +63,10 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
 
 /// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
 fn give_way(tasks: &mut [Task], holders: &[Holder<'_>], [first, second]: [(usize, usize); 2]) -> Option<Held> {
+    // Jaws have no poses between which they could give way.
+    if [first, second].iter().any(|(number, _)| holders[*number].hand.jaws.is_some()) {
+        return None;
+    }
     let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
     let mut wanted = Vec::new();
     for ((number, grasp), turned) in [(first, None), (second, alone.turned.as_ref())] {
@@ -115,6 +123,14 @@ impl<'a> Holder<'a> {
         Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene })
     }
 
+    /// Gives a person's task to a gripper: to two jaws what several fingers did.
+    fn give(&self, task: &mut Task) {
+        let person = Side::from_name(&task.track).and_then(|side| self.scene.hands.get(&side));
+        if let (Some(jaws), Some(person)) = (&self.hand.jaws, person) {
+            jaws.take_over(task, self.hand, self.object, person.tip_radius.0);
+        }
+    }
+
     /// What is to be held with `others` in the way, which are in the frame of the object.
     fn wanted<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> Wanted<'b> {
         let mut obstacles: Vec<Obstacle<'b>> = obstacles(task, grasp, self.scene);
@@ -153,7 +169,11 @@ impl<'a> Holder<'a> {
             Ok(found) => Ok(Held { mapped: self.mapped(&wanted, &found), turned: None }),
             Err(why) => {
                 // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
-                let other = Wanted { contacts: turned_round(&wanted.contacts), ..wanted.clone() };
+                let contacts = match &self.hand.jaws {
+                    Some(jaws) => exchanged(jaws, &wanted.contacts),
+                    None => turned_round(&wanted.contacts),
+                };
+                let other = Wanted { contacts, ..wanted.clone() };
                 let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
                 let mapped = self.mapped(&other, &found);
                 Ok(Held { mapped, turned: Some([wanted.contacts, other.contacts]) })
@@ -176,6 +196,7 @@ impl<'a> Holder<'a> {
             joints: joints(self.robot, self.hand, &q),
             measure: found.measure,
             copied_measure: self.mapper.copied(wanted),
+            opening: found.opening,
             fingers: fingers.collect(),
         }
     }
@@ -206,6 +227,11 @@ fn turned_round(contacts: &[Contact]) -> Vec<Contact> {
     let fingers = row.iter().map(|contact| contact.finger);
     turned.extend(row.iter().rev().zip(fingers).map(|(contact, finger)| Contact { finger, ..*contact }));
     turned
+}
+
+/// The same contacts with the jaws exchanged.
+fn exchanged(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
+    contacts.iter().map(|contact| Contact { finger: jaws.opponent(contact.finger), ..*contact }).collect()
 }
 
 /// Gives what a finger did in a grasp to the one that is at its contact now.

@@ -77,6 +77,11 @@ pub fn gap(one: &Solid, other: &Solid) -> f64 {
     (at - there).norm() - radius(one) - radius(other)
 }
 
+/// How far a point is from a shape, m; negative in bars, zero in boxes.
+pub(super) fn distance(solid: &Solid, point: &Point3<f64>) -> f64 {
+    (nearest(solid, point) - point).norm() - radius(solid)
+}
+
 fn middle(solid: &Solid) -> Point3<f64> {
     match solid {
         Solid::Capsule(from, to, _) => nalgebra::center(from, to),

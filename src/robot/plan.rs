@@ -7,7 +7,7 @@
 
 use super::clock::Part;
 pub use super::curves::minimum_jerk;
-use super::curves::{between, pose_at, screw_motion, share_of, slerp, vector_at};
+use super::curves::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
 use super::hand::{Angles, FingerModel, HandModel};
 use super::mapping::from_seven;
 use super::tree::Robot;
@@ -28,6 +28,8 @@ const SHORTEST_S: f64 = 0.05;
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
+/// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
+const HINGED_M_S2: f64 = 1.5;
 /// Speeds are looked at this often, s, and no phase is stretched more.
 const WATCHED_S: f64 = 0.02;
 const MOST_STRETCHED: f64 = 20.0;
@@ -225,7 +227,9 @@ impl<'a> Plan<'a> {
                 clock += duration;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
-            let duration = segment.duration_s.max(least).max(slow);
+            let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(Grip::is_hinge);
+            let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
+            let duration = segment.duration_s.max(least).max(slow).max(gently);
             let taught = [begins, ends];
             if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
                 anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
@@ -489,6 +493,11 @@ impl<'a> Plan<'a> {
 }
 
 impl Grip {
+    /// Whether an object hangs in it as on a hinge.
+    fn is_hinge(&self) -> bool {
+        self.tips.len() == 2 && self.tips.iter().any(|(finger, ..)| *finger == Finger::Thumb)
+    }
+
     fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
@@ -541,15 +550,6 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }
     angles
-}
-
-/// How far an object goes, m.
-fn way_of(object: &[[f64; 7]]) -> f64 {
-    let step = |pair: &[[f64; 7]]| {
-        let place = |at: usize| from_seven(&pair[at]).translation.vector;
-        (place(1) - place(0)).norm()
-    };
-    object.windows(2).map(step).sum()
 }
 
 /// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to

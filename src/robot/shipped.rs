@@ -5,6 +5,8 @@ const SHIPPED: &[(&str, &str)] = &[
     ("gifu_hand_iii_right", include_str!("../../robots/gifu_hand_iii_right.yaml")),
     ("gifu_hand_iii_left", include_str!("../../robots/gifu_hand_iii_left.yaml")),
     ("arm_6dof", include_str!("../../robots/arm_6dof.yaml")),
+    ("parallel_jaw", include_str!("../../robots/parallel_jaw.yaml")),
+    ("arm_with_gripper", include_str!("../../robots/arm_with_gripper.yaml")),
     ("both_hands", include_str!("../../robots/both_hands.yaml")),
 ];
 

@@ -3,6 +3,7 @@
 mod clock;
 mod files;
 mod grasping;
+mod gripper;
 mod kinematics;
 mod motion;
 mod passing;

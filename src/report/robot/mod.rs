@@ -102,6 +102,13 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     if !hand.arm.is_empty() {
         plots.push(Plot { title: "joints of the arm, rad or m".into(), lines: joints(&hand.arm), shortest: 0.1 });
     }
+    if hand.jaws.is_some() {
+        let opening = |moment: &&Moment| hand.opening(&q(moment)).unwrap_or(f64::NAN) * 1e3;
+        let values = moments.iter().map(opening).collect();
+        let line = Line { name: "opening".into(), color: 0, dashed: false, values };
+        plots.push(Plot { title: "opening of the jaws, mm".into(), lines: vec![line], shortest: 1.0 });
+        return plots;
+    }
     for finger in &hand.fingers {
         let title = format!("joints of the {} finger, rad or m", finger.finger).replace("thumb finger", "thumb");
         plots.push(Plot { title, lines: joints(&finger.dofs), shortest: 0.1 });

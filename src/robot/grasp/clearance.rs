@@ -85,6 +85,17 @@ impl Shapes {
         }
         clearance
     }
+
+    /// How far the palm is from the object and from the obstacles, m: zero when it is in them, infinite when there are none.
+    pub(super) fn palm(&self, object_from_palm: &Isometry3<f64>) -> [f64; 2] {
+        [&self.object, &self.obstacles].map(|others| {
+            let to_all = |(at, palm): (Pose, SharedShape)| {
+                let to = |(other_at, other): &(Pose, SharedShape)| query::distance(&at, &*palm, other_at, &**other);
+                others.iter().filter_map(|other| Some(to(other).ok()?.distance)).fold(f64::INFINITY, f64::min)
+            };
+            self.palm.iter().map(|solid| shape(object_from_palm, solid)).map(to_all).fold(f64::INFINITY, f64::min)
+        })
+    }
 }
 
 /// The gap between two shapes, negative when they overlap.

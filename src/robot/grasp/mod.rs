@@ -9,11 +9,12 @@
 //!
 //! with every fingertip ball touching its contact point. Hand, object and obstacles must be clear of each other, fingers uncrossed and pads
 //! turned to the surface; what is violated costs its square, and what is out of reach costs its distance, so that the search has a slope
-//! everywhere. At the end all of it is checked on the exact shapes.
+//! everywhere. At the end all of it is checked on the exact shapes. A gripper, whose jaws have no manipulability, is mapped in closed form (`pinch`).
 
 mod beads;
 mod clearance;
 mod cost;
+mod pinch;
 mod search;
 mod slope;
 mod starts;
@@ -24,6 +25,7 @@ pub use clearance::Clearance;
 use super::hand::{Angles, FingerModel, HandModel, MAX_DOFS, REACHED_M};
 use crate::base::hands::Finger;
 use crate::base::scene::Body;
+use crate::command::FRICTION;
 use clearance::Shapes;
 use cost::Cost;
 use nalgebra::{Isometry3, Point3, Vector3, Vector6};
@@ -89,12 +91,14 @@ pub struct Effort {
 pub struct Grasp {
     /// The pose of the palm in the frame of the object.
     pub object_from_palm: Isometry3<f64>,
-    /// W.
+    /// W; of a gripper what `pinch` says.
     pub measure: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<Held>,
     /// Angles of the fingers that do not touch.
     pub idle: Vec<(Finger, Angles)>,
+    /// How far the jaws of a gripper are open, m.
+    pub opening: Option<f64>,
     /// The gaps, on the exact shapes.
     pub clearance: Clearance,
 }
@@ -106,7 +110,7 @@ pub struct Held {
     pub finger: Finger,
     /// Its angles, in the order of its degrees of freedom.
     pub angles: Angles,
-    /// `w / L³`.
+    /// `w / L³`; nothing for a jaw.
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
     pub freedom: f64,
@@ -129,6 +133,14 @@ pub enum Failure {
     ArmOutOfReach,
     /// Every finger reaches, but a pad looks away from the surface: by this angle, rad.
     PadTurnedAway(Finger, f64),
+    /// Nothing touches against the thumb, or no thumb against what touches: there is nothing to be held between jaws.
+    OneSided,
+    /// Jaws do not open as far as they must: so far, m, and at most as far.
+    TooWide(f64, f64),
+    /// Jaws do not close as far as they must: so far, m, and at least as far.
+    TooNarrow(f64, f64),
+    /// The line between the jaws leans from the surface at one of them by this angle, rad, and friction does not hold it there.
+    SlipsOff(Finger, f64),
 }
 
 impl std::fmt::Display for Failure {
@@ -142,6 +154,26 @@ impl std::fmt::Display for Failure {
             Self::ArmOutOfReach => f.write_str("the arm cannot bring the palm there"),
             Self::PadTurnedAway(finger, angle) => {
                 write!(f, "the pad of {finger} looks {:.0} degrees past the surface", angle.to_degrees())
+            }
+            Self::OneSided => f.write_str(
+                "a gripper holds between thumb and fingers, and here only one side touches: it does not push",
+            ),
+            Self::TooWide(wanted, most) => {
+                let [wanted, most] = [wanted, most].map(|opening| opening * 1e3);
+                let missing = wanted - most;
+                write!(f, "the jaws open to {most:.1} mm, and {wanted:.1} mm are wanted: {missing:.1} mm are missing")
+            }
+            Self::TooNarrow(wanted, least) => {
+                let [wanted, least] = [wanted, least].map(|opening| opening * 1e3);
+                let over = least - wanted;
+                write!(f, "the jaws close to {least:.1} mm, and {wanted:.1} mm are wanted: {over:.1} mm remain open")
+            }
+            Self::SlipsOff(finger, angle) => {
+                let [angle, most] = [*angle, FRICTION.atan()].map(|angle| angle.to_degrees().round());
+                write!(
+                    f,
+                    "the {finger} jaw slips off: the line between the jaws leans by {angle} degrees there, and friction holds up to {most}"
+                )
             }
         }
     }
@@ -183,7 +215,10 @@ impl<'a> Mapper<'a> {
         wanted: &Wanted<'_>,
         reachable: &dyn Fn(&Isometry3<f64>) -> bool,
     ) -> Result<Grasp, Failure> {
-        self.search(&mut Cost::new(self, wanted)?, wanted, reachable)
+        match &self.hand.jaws {
+            Some(jaws) => pinch::best(self.hand, jaws, wanted, reachable),
+            None => self.search(&mut Cost::new(self, wanted)?, wanted, reachable),
+        }
     }
 
     /// The same as [`Self::map`], and what it took.
@@ -319,8 +354,11 @@ impl<'a> Mapper<'a> {
     }
 
     /// The pose that copies the person's: the hand half closed in the middle of its ranges, laid over the taught contacts. What it is
-    /// worth without any search is what the search is compared with; `None` where the fingers do not reach.
+    /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is no copy of a hand.
     pub fn copied(&self, wanted: &Wanted<'_>) -> Option<f64> {
+        if self.hand.jaws.is_some() {
+            return None;
+        }
         self.measure(wanted, &starts::laid_over(self, wanted)?)
     }
 
@@ -355,7 +393,14 @@ impl<'a> Mapper<'a> {
         if let Some((overlap, who)) = clearance.worst_overlap() {
             return Err(Failure::InTheWay(overlap, who));
         }
-        Ok(Grasp { object_from_palm: *pose, measure: geometric_mean(&fingers), fingers, idle, clearance })
+        Ok(Grasp {
+            object_from_palm: *pose,
+            measure: geometric_mean(&fingers),
+            fingers,
+            idle,
+            opening: None,
+            clearance,
+        })
     }
 }
 
