@@ -64,7 +64,7 @@ fn solids(limb: &Executor) -> Vec<(usize, Solid, (Point3<f64>, f64))> {
 
 /// The gap between two shapes, m; negative for bars that are in something by up to their radius.
 pub fn gap(one: &Solid, other: &Solid) -> f64 {
-    let mut at = nearest(one, &nearest(other, &middle(one)));
+    let mut at = begin(one, other);
     let mut there = nearest(other, &at);
     for _ in 0..STEPS {
         let next = nearest(one, &there);
@@ -75,6 +75,21 @@ pub fn gap(one: &Solid, other: &Solid) -> f64 {
         }
     }
     (at - there).norm() - radius(one) - radius(other)
+}
+
+/// A point of a shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which each step
+/// is a short one, are there at once (Ericson, *Real-Time Collision Detection*, 5.1.9).
+fn begin(one: &Solid, other: &Solid) -> Point3<f64> {
+    if let (Solid::Capsule(from, to, _), Solid::Capsule(from_of_other, to_of_other, _)) = (one, other) {
+        let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
+        let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());
+        let (c, f) = (ours.dot(&between), theirs.dot(&between));
+        let apart = a * e - b * b;
+        if apart > f64::EPSILON * a * e {
+            return from + ours * ((b * f - c * e) / apart).clamp(0.0, 1.0);
+        }
+    }
+    nearest(one, &nearest(other, &middle(one)))
 }
 
 /// How far a point is from a shape, m; negative in bars, zero in boxes.
