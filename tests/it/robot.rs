@@ -6,6 +6,7 @@ mod grasping;
 mod kinematics;
 mod motion;
 mod passing;
+mod searching;
 mod steps;
 mod timing;
 mod two_hands;
