@@ -4,7 +4,7 @@
 //! those of carrying it.
 
 use super::RATE_HZ;
-use super::episodes::Episode;
+use super::episodes::{Episode, Piece};
 use super::form::Into;
 use super::series::{Series, seven};
 use crate::base::geometry::{Solid, across, pose};
@@ -78,30 +78,23 @@ pub(super) fn along_the_axis(
         .collect();
     let mut into = None;
     for episode in episodes {
-        let inserts = |primitive: &str| primitive == "Insert";
-        let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece.primitive)) else { continue };
-        let Some(&deepest) = episode.pieces[first..]
-            .iter()
-            .take_while(|piece| inserts(&piece.primitive))
-            .filter_map(|piece| piece.samples.last())
-            .last()
-        else {
-            continue;
-        };
+        let inserts = |piece: &&Piece| piece.primitive == "Insert";
+        let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
+        // Of two hands in the air, each of which feels for the other's, it is an Insert and a Fit by turns.
+        let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.primitive == "Fit");
+        let deepest = going_in.filter(inserts).filter_map(|piece| piece.samples.last()).last();
+        let Some(&deepest) = deepest else { continue };
         let end = series.object[deepest];
         let begins = episode.pieces[first].samples[0];
-        // Where both hands move what they hold, neither waits for the other's hole.
-        let stands = |way: &[Isometry3<f64>]| {
-            let [from, to] = [begins, deepest].map(|at| way[at].translation.vector);
-            (to - from).norm() < STANDS_M
-        };
         let takes = |hole: &Hole<'_>, way: &[Isometry3<f64>]| {
-            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug)) && stands(way)
+            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug))
         };
         let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
         let Some((hole, way)) = found.next() else { continue };
         let Some(upright) = upright(&end, &hole.at(&way[deepest]).axis) else { continue };
-        if hole.fixed.is_none() {
+        // Where both hands move what they hold, neither waits for the other's hole.
+        let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
+        if hole.fixed.is_none() && stands {
             into = Some(Into { body: hole.body.into(), pose: seven(&way[deepest]) });
         }
         let held: Vec<usize> = episode
