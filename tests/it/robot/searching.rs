@@ -112,3 +112,16 @@ fn a_hole_that_is_not_where_it_is_expected_is_felt_for() {
     let sentence = format!("hole not found within {:.1} mm", WITHIN_M * 1e3);
     assert!(said(&lost).contains(&sentence), "{}", said(&lost));
 }
+
+/// This person knocked the peg askew before taking it; the robot finds it upright, takes it as it stands, and brings it onto the person's way as it carries it.
+#[test]
+fn what_stands_otherwise_is_brought_onto_its_way_when_it_is_carried() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
+    let scene = "hold_and_insert";
+    assert!(teachtree(&["teach", scene, scene, "--seed", "9", "-o", &log]).status.success());
+    assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
+    let done = teachtree(&["simulate", &commands, "--scene", scene, "-o", &out]);
+    assert!(done.status.success(), "{}{}", said(&done), complained(&done));
+}
