@@ -127,7 +127,8 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                 Ok(came) => {
                     for it in &came.outcomes {
                         let (off, turned) = (it.off * 1e3, it.turned.to_degrees());
-                        eprintln!("{scene} {seed}: {} {} is {off:.1} mm, {turned:.1}° off", it.side, it.task);
+                        let searched = it.searched.map_or_else(String::new, |searched| format!(", {searched}"));
+                        eprintln!("{scene} {seed}: {} {} is {off:.1} mm, {turned:.1}° off{searched}", it.side, it.task);
                     }
                     failed.push(seed.to_string());
                 }

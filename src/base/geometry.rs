@@ -14,6 +14,14 @@ pub fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
     UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_else(UnitQuaternion::identity)
 }
 
+/// Two unit directions at right angles to each other and to a unit direction.
+pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
+    // The axis that is least along it keeps away from a cross product of nothing.
+    let least = Vector3::from_fn(|row, _| if row == axis.iamin() { 1.0 } else { 0.0 });
+    let one = (least - axis * axis.dot(&least)).normalize();
+    [one, axis.cross(&one)]
+}
+
 /// Distance from a point to the surface of a body, m, negative inside. A body without shape is the ball that holds it.
 pub fn surface_distance(body: &Body, point_in_body: &Point3<f64>) -> f64 {
     if body.parts.is_empty() {

@@ -146,6 +146,9 @@ pub fn told(outcomes: &[Outcome]) -> String {
             outcome.force_error,
             outcome.largest_force
         );
+        if let Some(searched) = &outcome.searched {
+            let _ = writeln!(text, "         {searched}");
+        }
         text += &told_forces(&outcome.forces);
     }
     text

@@ -4,10 +4,10 @@
 //! those of carrying it.
 
 use super::RATE_HZ;
-use super::episodes::Episode;
+use super::episodes::{Episode, Piece};
 use super::form::Into;
 use super::series::{Series, seven};
-use crate::base::geometry::pose;
+use crate::base::geometry::{Solid, across, pose};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Role, Scene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -25,6 +25,13 @@ const STANDS_M: f64 = 0.005;
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the person's depth within this time, s.
 const CATCHES_UP_S: f64 = 0.4;
+/// A hole is as wide as it is this far behind its rim, m, in so many directions, each looked along in so many steps until it is as near as this, m; what is
+/// farther away, m, is none of its walls.
+const BEHIND_M: f64 = 0.003;
+const RAYS: u32 = 32;
+const MARCHES: usize = 60;
+const ON_SURFACE_M: f64 = 1e-6;
+const FAR_M: f64 = 0.200;
 /// An axis of the object is the one that it has in the socket when they are nearer than this, rad.
 const UPRIGHT_RAD: f64 = 0.1;
 
@@ -71,30 +78,23 @@ pub(super) fn along_the_axis(
         .collect();
     let mut into = None;
     for episode in episodes {
-        let inserts = |primitive: &str| primitive == "Insert";
-        let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece.primitive)) else { continue };
-        let Some(&deepest) = episode.pieces[first..]
-            .iter()
-            .take_while(|piece| inserts(&piece.primitive))
-            .filter_map(|piece| piece.samples.last())
-            .last()
-        else {
-            continue;
-        };
+        let inserts = |piece: &&Piece| piece.primitive == "Insert";
+        let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
+        // Of two hands in the air, each of which feels for the other's, it is an Insert and a Fit by turns.
+        let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.primitive == "Fit");
+        let deepest = going_in.filter(inserts).filter_map(|piece| piece.samples.last()).last();
+        let Some(&deepest) = deepest else { continue };
         let end = series.object[deepest];
         let begins = episode.pieces[first].samples[0];
-        // Where both hands move what they hold, neither waits for the other's hole.
-        let stands = |way: &[Isometry3<f64>]| {
-            let [from, to] = [begins, deepest].map(|at| way[at].translation.vector);
-            (to - from).norm() < STANDS_M
-        };
         let takes = |hole: &Hole<'_>, way: &[Isometry3<f64>]| {
-            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug)) && stands(way)
+            way.get(deepest).is_some_and(|pose| hole.at(pose).holds(&end, &plug))
         };
         let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
         let Some((hole, way)) = found.next() else { continue };
         let Some(upright) = upright(&end, &hole.at(&way[deepest]).axis) else { continue };
-        if hole.fixed.is_none() {
+        // Where both hands move what they hold, neither waits for the other's hole.
+        let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
+        if hole.fixed.is_none() && stands {
             into = Some(Into { body: hole.body.into(), pose: seven(&way[deepest]) });
         }
         let held: Vec<usize> = episode
@@ -140,21 +140,75 @@ pub(super) fn along_the_axis(
     into
 }
 
-/// The axis of the plain hole in which an object is at this pose, unit, outwards, reference frame; `None` when it is in none. `now` tells where other
-/// objects with holes are.
-pub fn axis_of_its_hole(
+/// A plain hole with an object in it, where both are; reference frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Opening {
+    /// Where the object's plug point is when it is about to enter.
+    pub rim: Point3<f64>,
+    /// Unit, outwards.
+    pub axis: Vector3<f64>,
+    /// The plug point, frame of the object.
+    pub plug: Point3<f64>,
+    /// By how much the hole is wider than what goes in, to every side, m; `None` where shapes do not tell it.
+    pub clearance: Option<f64>,
+}
+
+/// The plain hole in which an object is at this pose; `None` when it is in none. `now` tells where other objects with holes are.
+pub fn hole_of(
     scene: &Scene,
     name: &str,
     object: &Isometry3<f64>,
     now: &dyn Fn(&str) -> Option<Isometry3<f64>>,
-) -> Option<Vector3<f64>> {
+) -> Option<Opening> {
     let plug = plug_of(scene.bodies.get(name)?);
     let holes = holes(scene, name);
     let mut places = holes.iter().filter(|hole| !hole.threaded).filter_map(|hole| {
         let pose = hole.fixed.or_else(|| now(hole.body))?;
-        Some(hole.at(&pose))
+        Some((hole, hole.at(&pose)))
     });
-    places.find(|place| place.holds(object, &plug)).map(|place| place.axis)
+    let (hole, place) = places.find(|(_, place)| place.holds(object, &plug))?;
+    let own = object.inverse_transform_vector(&place.axis);
+    let clearance = clearance(scene, (hole.body, &hole.rim, &hole.axis), (name, &plug, &own));
+    Some(Opening { rim: place.rim, axis: place.axis, plug, clearance })
+}
+
+/// How much wider a hole is than what goes in, m: shapes are looked at just behind the rim, what is solid there from within. It is the other way round
+/// where something hollow goes onto a pole. Each of them: body, point on its axis, axis.
+fn clearance(
+    scene: &Scene,
+    hole: (&str, &Point3<f64>, &Vector3<f64>),
+    plug: (&str, &Point3<f64>, &Vector3<f64>),
+) -> Option<f64> {
+    let radius = |(name, point, inwards): (&str, Point3<f64>, &Vector3<f64>)| {
+        let solid = Solid::new(scene.bodies.get(name)?);
+        radius_about(&solid, &(point + inwards * BEHIND_M), inwards)
+    };
+    let (hole, hole_is_solid) = radius((hole.0, *hole.1, &-hole.2))?;
+    let (plug, plug_is_solid) = radius((plug.0, *plug.1, plug.2))?;
+    let wider = if hole_is_solid { plug - hole } else { hole - plug };
+    (hole_is_solid != plug_is_solid && wider > 0.0).then_some(wider)
+}
+
+/// How near the surface is to a point at right angles to an axis, m, and whether the point is in the body.
+fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Option<(f64, bool)> {
+    let inside = solid.distance(point) < 0.0;
+    let [one, other] = across(axis);
+    let mut nearest = f64::INFINITY;
+    for ray in 0..RAYS {
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(ray) / f64::from(RAYS)).sin_cos();
+        let way = one * cos + other * sin;
+        // No surface is nearer than the distance, so a step of that length crosses none.
+        let mut gone = 0.0;
+        for _ in 0..MARCHES {
+            let left = solid.distance(&(point + way * gone)) * if inside { -1.0 } else { 1.0 };
+            gone += left.max(0.0);
+            if left < ON_SURFACE_M || gone > nearest {
+                break;
+            }
+        }
+        nearest = nearest.min(gone);
+    }
+    (nearest < FAR_M).then_some((nearest, inside))
 }
 
 fn plug_of(body: &Body) -> Point3<f64> {

@@ -18,7 +18,7 @@ mod touching;
 pub use form::{
     Commands, Contact, Grasp, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
 };
-pub use insertion::axis_of_its_hole;
+pub use insertion::{Opening, hole_of};
 pub use series::into_cone;
 
 use crate::analysis::json::printed;

@@ -23,6 +23,31 @@ pub struct Clock {
     eased_s: f64,
 }
 
+/// A clock stands still, and goes on, within this time, s.
+const STANDS_S: f64 = 0.1;
+
+/// How much of the time the clock has stood still for what no plan knew of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pace {
+    /// From 0 where it goes to 1 where it stands.
+    stands: f64,
+    waited_s: f64,
+}
+
+impl Pace {
+    /// For how long it has stood, s.
+    pub const fn waited_s(&self) -> f64 {
+        self.waited_s
+    }
+
+    /// Lets time pass, s, while the clock is to wait or to go on.
+    pub fn go_on(&mut self, waits: bool, dt: f64) {
+        let way = if waits { dt } else { -dt } / STANDS_S;
+        self.stands = (self.stands + way).clamp(0.0, 1.0);
+        self.waited_s += self.stands * dt;
+    }
+}
+
 /// Where a hand is in its own parts at a time of the clock, s, and the area under that from the beginning, s².
 #[derive(Clone, Copy, Debug, Default)]
 struct Knot {

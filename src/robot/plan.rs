@@ -235,7 +235,8 @@ impl<'a> Plan<'a> {
                 anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
             }
             let mut faded = [0.0; 2];
-            if role == Role::Hold {
+            let later = fading.is_none() && is_carried_later(&task.segments[index..]);
+            if role == Role::Hold && !later {
                 let (since_s, whole_s) =
                     *fading.get_or_insert_with(|| (0.0, fade_time(&task.segments[index..], &anchor)));
                 faded = [since_s, since_s + duration].map(|time| time / whole_s);
@@ -244,7 +245,7 @@ impl<'a> Plan<'a> {
             plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, taught });
             clock += duration;
             match role {
-                Role::Hold if fading.is_none() => anchor = Isometry3::identity(),
+                Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
                 // A hand that closes waits for the object to come along; by how much a person moved it while grasping is made up for later.
                 Role::Close => {
                     if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
@@ -553,15 +554,12 @@ fn resting(ranges: &[[f64; 2]]) -> Angles {
 }
 
 /// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to
-/// it there; what stays on its support is not dragged aside, but goes over through the first segment in which it is held. More segments, when these are
+/// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
 /// too short for it.
 fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
     let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
-    let held = segments.iter().take_while(|segment| {
-        segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release" | "Insert")
-    });
     let mut takes: f64 = 0.0;
-    for segment in held {
+    for segment in held(segments) {
         if takes >= needs {
             break;
         }
@@ -570,6 +568,18 @@ fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
         takes += if carried { lasts.min(needs - takes) } else { lasts };
     }
     takes.max(SHORTEST_S)
+}
+
+/// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
+fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
+    let held = segments.iter().filter(|segment| segment.primitive != "Grasp");
+    held.take_while(|segment| segment.touching && !matches!(segment.primitive.as_str(), "Release" | "Insert"))
+}
+
+/// Whether what is held stays on its support now and is carried later.
+fn is_carried_later(segments: &[Segment]) -> bool {
+    let carried = |segment: &Segment| segment.primitive == "Translate";
+    segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
 }
 
 /// How long a palm takes over a way and a turn, s.

@@ -4,6 +4,7 @@
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 //! Tasks of both hands that overlap run by one clock ([`super::clock`]).
 
+use super::clock::Pace;
 use super::doer::{Doer, Place};
 use super::executor::Executor;
 use super::firmness::Firmness;
@@ -13,6 +14,7 @@ use super::passing::{Nearest, look};
 use super::plan::{Plan, Target};
 use super::profile::{Forces, Profile};
 use super::righting::{Righting, holds};
+use super::searching::{Felt, Searched, Searching};
 use super::stage::{Stage, sides, stages};
 use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use super::tree::Robot;
@@ -21,7 +23,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::quantity::Quantity;
 use crate::base::recording::Recording;
 use crate::base::scene::{Hand, Scene};
-use crate::command::{Commands, Task, axis_of_its_hole};
+use crate::command::{Commands, Task, hole_of};
 use crate::world::{Fingertips, Observation, STEP_S, World};
 use nalgebra::{Isometry3, Translation3, Vector3};
 
@@ -59,6 +61,8 @@ pub struct Outcome {
     pub force_error: f64,
     /// How contact forces were beside their profile.
     pub forces: Forces,
+    /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
+    pub searched: Option<Searched>,
     /// Whether the object is where the person left it.
     pub done: bool,
 }
@@ -145,6 +149,7 @@ pub fn simulate_seeing(
     let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
     let mut trace = Trace { limbs, scene: scene.clone(), moments: Vec::new() };
     let mut outcomes: Vec<Option<Outcome>> = vec![None; tasks.len()];
+    let mut searches: Vec<Searching> = tasks.iter().map(|task| Searching::new(task, &scene)).collect();
     let mut elapsed = 0_usize;
     let mut nearest = None;
     let stages = stages(tasks);
@@ -160,24 +165,34 @@ pub fn simulate_seeing(
         let tally = |task| Tally { profile: Profile::of(task), ..Tally::default() };
         let mut tallies: Vec<Tally> = tasks.iter().map(tally).collect();
         let steps = ((stage.clock.duration() - begins_s) / STEP_S).round() as usize;
-        for step in 0..=steps + SETTLING {
-            let time = begins_s + step as f64 * STEP_S;
+        let (mut step, mut pace) = (0, Pace::default());
+        while step <= steps + SETTLING + (pace.waited_s() / STEP_S) as usize {
+            let time = begins_s + (step as f64 * STEP_S - pace.waited_s());
             let now: Vec<Option<(usize, &Plan<'_>, f64)>> =
                 from_s.iter().enumerate().map(|(place, from_s)| stage.at(place, time, *from_s)).collect();
-            for (performer, now) in performers.iter_mut().zip(&now) {
+            let seen = |name: &str| {
+                let body = scene.bodies.get_index_of(name)?;
+                Some(sight * world.observation().bodies[body].pose)
+            };
+            let mut waits = false;
+            for (place, (performer, now)) in performers.iter_mut().zip(&now).enumerate() {
                 let Some((number, plan, own)) = now else { continue };
                 performer.target = plan.at(*own);
                 // What two hands push neither of them goes about: it would turn away before the other one.
                 let alike = |other: &usize| tasks[*other].object == tasks[*number].object;
                 let alone = |other: &usize| tasks[*other].track == tasks[*number].track;
                 performer.target.pushed &= numbers.iter().filter(|other| alike(other)).all(alone);
-                // The hole is where its body is, which need not be where the person's was.
-                if let Some(into) = &tasks[*number].into
-                    && let Some(body) = scene.bodies.get_index_of(&into.body)
-                {
-                    let off = sight * world.observation().bodies[body].pose * from_seven(&into.pose).inverse();
-                    performer.target.lean(&off, plan.leans(*own));
+                // The hole is where its body is, which need not be where the person's was; what is not known of it is felt.
+                let task = &tasks[*number];
+                let off =
+                    task.into.as_ref().and_then(|into| Some(seen(&into.body)? * from_seven(&into.pose).inverse()));
+                if let Some(off) = &off {
+                    performer.target.lean(off, plan.leans(*own));
                 }
+                let Some(object) = seen(&task.object) else { continue };
+                let felt = Felt { object, force: force_on(&task.object, world.observation(), &scene, place) };
+                let (off, inserts) = (off.unwrap_or_else(Isometry3::identity), plan.primitive(*own) == "Insert");
+                waits |= searches[*number].apply(&mut performer.target, &felt, &off, inserts, STEP_S);
             }
             let held: Vec<Option<&str>> = performers
                 .iter()
@@ -224,6 +239,8 @@ pub fn simulate_seeing(
                 look(&executors, elapsed as f64 * STEP_S, &mut nearest);
             }
             elapsed += 1;
+            step += 1;
+            pace.go_on(waits, STEP_S);
             if step.is_multiple_of(500) {
                 progress(((done_s + (step as f64 * STEP_S).min(lasts(numbers))) / whole).min(1.0));
             }
@@ -234,7 +251,14 @@ pub fn simulate_seeing(
             let Some(by) = performers.iter().find(|performer| performer.doer.side.name() == tasks[number].track) else {
                 continue;
             };
-            outcomes[number] = Some(tallies[number].judge(&tasks[number], by, &end, &scene, world.observation()));
+            outcomes[number] = Some(tallies[number].judge(
+                &tasks[number],
+                by,
+                searches[number].searched(),
+                &end,
+                &scene,
+                world.observation(),
+            ));
         }
     }
     let outcomes = outcomes.into_iter().flatten().collect();
@@ -273,6 +297,12 @@ fn plan<'a>(
         begins.push(from_s);
     }
     Ok((Stage::new(hands), begins))
+}
+
+/// The force of a hand on a body.
+fn force_on(name: &str, seen: &Observation, scene: &Scene, hand: usize) -> Vector3<f64> {
+    let body = scene.bodies.get_index_of(name).unwrap_or_default();
+    seen.hands[hand].tips.iter().map(|tip| tip.force_on(body)).sum()
 }
 
 /// The forces of a hand's fingertips.
@@ -317,6 +347,7 @@ impl Tally {
         &self,
         task: &Task,
         by: &Performer,
+        searched: Option<Searched>,
         wanted: &Isometry3<f64>,
         scene: &Scene,
         seen: &Observation,
@@ -326,7 +357,7 @@ impl Tally {
         let off = (end.translation.vector - wanted.translation.vector).norm();
         // What is in a hole may have turned about its axis.
         let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
-        let axis = |pose: &Isometry3<f64>| axis_of_its_hole(scene, &task.object, pose, &now);
+        let axis = |pose: &Isometry3<f64>| hole_of(scene, &task.object, pose, &now).map(|hole| hole.axis);
         let turned = match (axis(&end), axis(wanted)) {
             (Some(axis), Some(_)) => {
                 let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
@@ -344,6 +375,7 @@ impl Tally {
             largest_force: self.largest_force,
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
             forces: self.profile.judge(&by.doer.hand),
+            searched,
             done: off <= WITHIN_M && turned <= WITHIN_RAD,
         }
     }

@@ -1,7 +1,7 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
 use crate::program::{complained, teachtree};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::error::InputError;
 use teachtree::base::recording::Recording;
@@ -385,4 +385,41 @@ fn a_hole_of_another_object_is_gone_into_along_its_axis() {
         let beside = ((x - into.pose[0]).powi(2) + (y - into.pose[1]).powi(2)).sqrt();
         assert!(beside < 0.001 && w.abs() > 0.9995, "{beside} m beside the axis, turned: {w}");
     }
+}
+
+/// Both hands hold what they put together, and this person feels for the pole for two seconds, an Insert and a Fit by turns: the ring goes down over the axis of the
+/// pole all the same, wherever the other hand has that by then, and waits for no one.
+#[test]
+fn what_both_hands_hold_is_put_together_along_the_axis() {
+    let commands = commanded("ring_and_pole", "2");
+    let of = |side: &str| commands.tasks.iter().find(|task| task.track == side).unwrap();
+    let (cylinder, ring) = (of("left"), of("right"));
+    assert!(ring.into.is_none());
+    let pose = |[x, y, z, w, i, j, k]: [f64; 7]| {
+        let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
+        Isometry3::from_parts(Translation3::new(x, y, z), turn)
+    };
+    let at = |task: &Task, time: f64| {
+        let segment = task.segments.iter().rfind(|segment| segment.taught_start_s <= time).unwrap();
+        let sample = ((time - segment.taught_start_s) * commands.rate_hz).round() as usize;
+        pose(segment.object[sample.min(segment.object.len() - 1)])
+    };
+    let inserts: Vec<usize> = (0..ring.segments.len()).filter(|at| ring.segments[*at].primitive == "Insert").collect();
+    assert!(inserts.len() > 1 && inserts.iter().any(|at| ring.segments[at + 1].primitive == "Fit"), "{inserts:?}");
+    let (mut deepest, mut farthest, mut askew) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for segment in inserts.iter().map(|at| &ring.segments[*at]) {
+        for sample in 0..segment.object.len() {
+            let time = segment.taught_start_s + sample as f64 / commands.rate_hz;
+            let (ring, cylinder) = (at(ring, time), at(cylinder, time));
+            // The ring's lower face from the top of the pole, seen from the cylinder.
+            let from_rim = cylinder.inverse_transform_point(&(ring * Point3::new(0.0, 0.0, -0.012))).coords;
+            deepest = deepest.min(from_rim.z - 0.08);
+            farthest = farthest.max(from_rim.xy().norm());
+            askew = askew.max((ring.rotation * Vector3::z()).angle(&(cylinder.rotation * Vector3::z())));
+        }
+    }
+    assert!(deepest < -0.048, "{deepest} m deep");
+    // The ring leaves 1.5 mm of room.
+    assert!(farthest < 0.0015, "{farthest} m beside the pole");
+    assert!(askew < 3.0_f64.to_radians(), "{askew} rad askew");
 }

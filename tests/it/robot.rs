@@ -7,6 +7,7 @@ mod gripper;
 mod kinematics;
 mod motion;
 mod passing;
+mod searching;
 mod steps;
 mod timing;
 mod two_hands;

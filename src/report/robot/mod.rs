@@ -33,7 +33,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
         let verdict = if outcome.done { "done" } else { "not done" };
         page.push_str(&format!(
             "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{} mm and {}° from where the person left it; palm within {} mm of its way, \
-             forces {} N off on average, {} N at most, {} their profile.</p>\n",
+             forces {} N off on average, {} N at most, {} their profile.{}</p>\n",
             if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
             escape(&task.task),
             escape(&task.object),
@@ -43,6 +43,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
             decimals(outcome.force_error, 2),
             decimals(outcome.largest_force, 2),
             if outcome.forces.kept() { "within" } else { "outside" },
+            outcome.searched.map_or_else(String::new, |searched| format!(" The {searched}.")),
         ));
         page.push_str(&pictures(trace, &moments, &task.object));
         for plot in plots(trace, &moments) {
