@@ -69,7 +69,8 @@ pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
     let is_place = |file: &Path| std::fs::canonicalize(file).is_ok_and(|file| file == place);
     let is_beside = |input: &Path| BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_place(&file));
-    if inputs.iter().any(|input| is_place(input) || is_beside(input)) {
+    // The name of something shipped is no file, and nothing stands beside it.
+    if inputs.iter().any(|input| input.exists() && (is_place(input) || is_beside(input))) {
         let message = "is an input of this command and would be lost";
         return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }

@@ -108,12 +108,16 @@ fn summary(place: &Path, made: &JointTrajectory) -> String {
     let mut text =
         format!("{}: {} joints, {} points, {last:.1} s\n", place.display(), made.joint_names.len(), made.points.len());
     for Slowed { tasks, times, joint } in &made.slowed {
-        let Some(joint) = joint.as_ref().filter(|_| *times > 1.005) else { continue };
+        if *times < 1.005 {
+            continue;
+        }
+        let why = joint
+            .as_ref()
+            .map_or_else(|| "for the joints' limits".into(), |joint| format!("`{joint}` is at its limit"));
         let numbers: Vec<String> = tasks.iter().map(|number| (number + 1).to_string()).collect();
         let which = if tasks.len() > 1 { "tasks" } else { "task" };
         let are = if tasks.len() > 1 { "are" } else { "is" };
-        let _ =
-            writeln!(text, "  {which} {} {are} {times:.2} times slower: `{joint}` is at its limit", numbers.join(", "));
+        let _ = writeln!(text, "  {which} {} {are} {times:.2} times slower: {why}", numbers.join(", "));
     }
     text
 }

@@ -55,9 +55,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
-    for (hand, tasks) in did(&recording) {
+    for (hand, tasks, begun) in did(&recording) {
         let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
-        said += &format!("the {hand} hand did {tasks}\n");
+        let begun = begun.map_or(String::new(), |task| format!(", and was at {task} when the recording ended"));
+        said += &format!("the {hand} hand did {tasks}{begun}\n");
     }
     for event in losses(&recording) {
         let hand = event.subjects.first().map_or("a", String::as_str);
@@ -96,7 +97,7 @@ fn many(
         let recording = world::teach(scene, operator, seed)?;
         formats::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-        let idle = did(&recording).all(|(_, tasks)| tasks.is_empty());
+        let idle = did(&recording).all(|(_, tasks, _)| tasks.is_empty());
         Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some(), idle))
     });
     let recorded = frames.collect::<Result<Vec<_>, _>>()?;
@@ -115,12 +116,20 @@ fn many(
     Ok(())
 }
 
-/// Of each hand the tasks that it did, in order of time, as the truth has them.
-fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>)> {
-    recording.labels.iter().filter_map(|(name, rows)| {
+/// Of each hand the tasks that it did, in order of time, and then that which it had begun and not let go of: as the truth has them.
+fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, Option<&str>)> {
+    recording.labels.iter().filter_map(|(name, tasks)| {
         let hand = name.strip_suffix(".task")?;
-        let tasks = rows.chunk_by(|one, other| one == other).filter_map(|run| run.first());
-        Some((hand, tasks.map(String::as_str).filter(|task| !task.is_empty()).collect()))
+        let labels = recording.labels.get(&format!("{hand}.label"))?;
+        let rows: Vec<(&str, &str)> = tasks.iter().map(String::as_str).zip(labels.iter().map(String::as_str)).collect();
+        // The same task once more begins with a way to the object.
+        let goes_on =
+            |one: &(&str, &str), next: &(&str, &str)| one.0 == next.0 && (one.1, next.1) != ("Release", "Move");
+        let runs: Vec<(&str, &str)> = rows.chunk_by(goes_on).filter_map(|run| run.last().copied()).collect();
+        let (last, at_work) = runs.last().map(|(task, label)| (*task, *label != "Release"))?;
+        let begun = Some(last).filter(|task| at_work && !task.is_empty());
+        let ended = &runs[..runs.len() - usize::from(begun.is_some())];
+        Some((hand, ended.iter().map(|(task, _)| *task).filter(|task| !task.is_empty()).collect(), begun))
     })
 }
 

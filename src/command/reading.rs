@@ -51,7 +51,7 @@ impl Task {
         if Side::from_name(&self.track).is_none() {
             return Err(format!("is of the track `{}`, wanted `left` or `right`", self.track));
         }
-        finite(&[self.start_s, self.end_s])?;
+        stamps(&[self.start_s, self.end_s])?;
         if self.end_s < self.start_s {
             return Err(format!("ends at {} s, before it begins at {} s", self.end_s, self.start_s));
         }
@@ -81,7 +81,7 @@ impl Grasp {
         if self.contacts.is_empty() {
             return Err("has no contacts".into());
         }
-        each_once(self.contacts.iter().map(|contact| contact.finger.as_str()))?;
+        known_once(self.contacts.iter().map(|contact| contact.finger.as_str()))?;
         for Contact { finger, point, normal } in &self.contacts {
             let named = |message| format!("has a contact of {finger} that {message}");
             finite(point).and_then(|()| unit("normal", normal)).map_err(named)?;
@@ -93,7 +93,7 @@ impl Grasp {
 impl MappedGrasp {
     fn check(&self) -> Check {
         pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
-        each_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
+        known_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
         for (joint, value) in &self.joints {
             finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
         }
@@ -103,16 +103,13 @@ impl MappedGrasp {
 
 impl Segment {
     fn check(&self, rate_hz: f64, grasps: usize) -> Check {
-        finite(&[self.start_s, self.duration_s, self.taught_start_s])?;
+        finite(&[self.start_s, self.duration_s])?;
+        stamps(&[self.taught_start_s])?;
         if self.duration_s < 0.0 {
             return Err(format!("takes {} s, wanted none or more", self.duration_s));
         }
-        match self.grasp {
-            Some(grasp) if grasp >= grasps => {
-                return Err(format!("has the grasp {grasp}, but the task has {grasps}, counted from 0"));
-            }
-            None if self.touching => return Err("touches the object, but has no grasp".into()),
-            _ => {}
+        if let Some(grasp) = self.grasp.filter(|grasp| *grasp >= grasps) {
+            return Err(format!("has the grasp {grasp}, but the task has {grasps}, counted from 0"));
         }
         let count = self.object.len();
         let wanted = self.duration_s * rate_hz;
@@ -128,7 +125,7 @@ impl Segment {
             }
         };
         same("places of the hand".into(), self.hand.len())?;
-        each_once(self.tips.iter().map(|tip| tip.finger.as_str()))?;
+        known_once(self.tips.iter().map(|tip| tip.finger.as_str()))?;
         for tip in &self.tips {
             same(format!("positions of {}", tip.finger), tip.position.len())?;
             same(format!("forces of {}", tip.finger), tip.force.len())?;
@@ -141,6 +138,14 @@ impl Segment {
             .iter()
             .try_for_each(|place| finite(place))
             .map_err(|message| format!("has a place of the hand that {message}"))
+    }
+}
+
+/// Times of the recording, which may count from 1970.
+fn stamps(values: &[f64]) -> Check {
+    match values.iter().find(|value| !value.is_finite()) {
+        Some(value) => Err(format!("has the time {value}, wanted a number of s")),
+        None => Ok(()),
     }
 }
 
@@ -169,7 +174,7 @@ fn pose(values: &[f64; 7]) -> Check {
 }
 
 /// Fingers that there are, each at most once.
-fn each_once<'a>(names: impl Iterator<Item = &'a str>) -> Check {
+fn known_once<'a>(names: impl Iterator<Item = &'a str>) -> Check {
     let mut seen = BTreeSet::new();
     for name in names {
         if Finger::from_name(name).is_none() {

@@ -178,7 +178,7 @@ impl<'a> Probe<'a> {
         self.value(expr, side, &(at..at + 1))
     }
 
-    /// The same as [`Probe::column`] of an expression of the rules, computed once as long as there is room to keep it.
+    /// The same as [`Probe::column`] of a condition of the rules, computed once as long as there is room to keep it.
     ///
     /// # Errors
     /// As [`Probe::column`].
@@ -193,8 +193,7 @@ impl<'a> Probe<'a> {
         if let Some(column) = self.kept.get(&place) {
             return Ok(Rc::clone(column));
         }
-        let column = self.value(expr, side, &(0..self.len()))?;
-        let kept = if expr.ty.shape == Shape::Bool { Kept::truths(&column) } else { Kept::Numbers(column) };
+        let kept = Kept::of(&*self.value(expr, side, &(0..self.len()))?);
         let words = kept.words();
         let kept = Rc::new(kept);
         if self.words + words <= MAX_KEPT {
@@ -328,11 +327,7 @@ impl<'a> Probe<'a> {
         let len = part.len();
         let remembers = matches!(
             expr.kind,
-            ExprKind::Hysteresis { .. }
-                | ExprKind::Window(..)
-                | ExprKind::Rate(..)
-                | ExprKind::Rises(_)
-                | ExprKind::Falls(_)
+            ExprKind::Hysteresis { .. } | ExprKind::Window(..) | ExprKind::Rises(_) | ExprKind::Falls(_)
         );
         if remembers && len < self.len() {
             return Ok(Rc::new(self.keep(expr, this)?.part(part)));
@@ -415,7 +410,17 @@ impl<'a> Probe<'a> {
             ExprKind::Rate(number, duration) => {
                 let begins = self.begins(&[number], this);
                 let n = samples(duration.value, rate_hz)?;
-                rate(&*self.value(number, this, part)?, n as usize, f64::from(n) / rate_hz, &begins)
+                // It looks back so far and no farther.
+                let from = part.start.saturating_sub(n as usize);
+                let seen = from..part.end;
+                let begins: Vec<usize> = begins
+                    .get(seen.clone())
+                    .unwrap_or_default()
+                    .iter()
+                    .map(|begin| begin.saturating_sub(from))
+                    .collect();
+                let rates = rate(&*self.value(number, this, &seen)?, n as usize, f64::from(n) / rate_hz, &begins);
+                rates.part(&(part.start - from..part.end - from))
             }
             ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
                 let begins = self.begins(&[condition], this);

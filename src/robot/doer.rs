@@ -49,22 +49,23 @@ impl Doer {
         Ok((doer, runs, target))
     }
 
-    /// Its plans of a stage, one after the other, as slow as its arm needs them from a palm and joints that are `now`; and when of them it begins, s.
+    /// Its plans of a stage, one after the other, for a palm that is at `palm`, each stretched by `stretch` from when it begins, s; that returns when that is
+    /// afterwards. And when of them it begins, s.
     pub(super) fn plans<'t>(
         &mut self,
         tasks: &'t [Task],
         stage: &[usize],
-        runs: &Executor,
-        now: (Isometry3<f64>, Vec<f64>),
+        limb: &Robot,
+        palm: Isometry3<f64>,
         place: &Place<'_>,
+        stretch: &mut dyn FnMut(&mut Plan<'t>, f64) -> f64,
     ) -> Result<(Plans<'t>, f64), InputError> {
-        let (palm, mut q) = now;
         let mut palm = self.fresh.is_none().then_some(palm);
         let mut plans: Plans<'t> = Vec::new();
         let mut begins_s = 0.0;
         for &number in stage.iter().filter(|number| tasks[**number].track == self.side.name()) {
-            let mut plan = self.plan(tasks, stage, number, runs.robot(), palm.as_ref(), place)?;
-            let from_s = runs.slow_down(&mut plan, self.fresh.take().unwrap_or_default(), &mut q);
+            let mut plan = self.plan(tasks, stage, number, limb, palm.as_ref(), place)?;
+            let from_s = stretch(&mut plan, self.fresh.take().unwrap_or_default());
             if plans.is_empty() {
                 begins_s = from_s;
             }

@@ -292,7 +292,10 @@ fn plan<'a>(
 ) -> Result<(Stage<'a>, Vec<f64>), InputError> {
     let (mut hands, mut begins) = (Vec::new(), Vec::new());
     for (performer, runs) in performers.iter_mut().zip(executors) {
-        let (plans, from_s) = performer.doer.plans(tasks, numbers, runs, (runs.wanted_palm(), runs.wanted()), place)?;
+        // As slow as the arm needs it.
+        let mut q = runs.wanted();
+        let stretch = &mut |plan: &mut Plan<'a>, from_s: f64| runs.slow_down(plan, from_s, &mut q);
+        let (plans, from_s) = performer.doer.plans(tasks, numbers, runs.robot(), runs.wanted_palm(), place, stretch)?;
         hands.push(plans);
         begins.push(from_s);
     }

@@ -144,9 +144,15 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     for numbers in &stages(tasks) {
         let (mut plans, mut begins) = (Vec::new(), Vec::new());
         for hand in &mut hands {
-            let now = (hand.palm, hand.q.clone());
-            let (own, from_s) =
-                hand.doer.plans(tasks, numbers, &hand.runs, now, &|object| places.get(object).copied())?;
+            // Time enough is given to the joints at the end.
+            let (own, from_s) = hand.doer.plans(
+                tasks,
+                numbers,
+                hand.runs.robot(),
+                hand.palm,
+                &|object| places.get(object).copied(),
+                &mut |_, from_s| from_s,
+            )?;
             plans.push(own);
             begins.push(from_s);
         }

@@ -194,7 +194,7 @@ pub fn measured_rows(time: &[f64], columns: &Columns, issues: &mut Vec<Issue>) -
 }
 
 /// The columns of each channel, in order.
-pub(super) fn channels(columns: &Columns) -> BTreeMap<String, Vec<String>> {
+fn channels(columns: &Columns) -> BTreeMap<String, Vec<String>> {
     let mut channels: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for name in columns.keys() {
         channels.entry(channel_of(name).to_string()).or_default().push((*name).to_string());

@@ -7,7 +7,6 @@
 use super::dead;
 use super::dropouts;
 use super::frames::Issue;
-use super::missing;
 use super::names;
 use super::strangers::{self, Stranger};
 use super::timebase::{Timebase, timebase};
@@ -99,9 +98,6 @@ impl<'a> Measured<'a> {
         issues.extend(dropouts::impossible(time, &mut columns)?);
         issues.extend(never_measured(time, &mut columns));
         whole_vectors(&columns)?;
-        let (stamps, lost) = missing::put_back(time, &mut columns);
-        let time = stamps.as_ref();
-        issues.extend(lost);
         issues.extend(dropouts::bridge(time, &mut columns));
         issues.extend(dead::frozen(time, &columns));
         issues.extend(dead::silence(time, &mut columns, trust));

@@ -1,11 +1,12 @@
 //! Rows that a logger lost: where the stamps leave room for a few rows, these are put back, as drop-outs of the same length would be bridged.
 
-use super::dropouts::{BRIDGED_SECS, channels, fill, moves};
+use super::dropouts::{self, BRIDGED_SECS, fill, moves};
 use super::frames::Issue;
-use super::measured::Columns;
+use super::measured::channel_of;
 use super::names;
 use super::timebase::{EVEN_WITHIN, MANY_GAPS, ODD_SHARE, believable_step};
-use std::borrow::Cow;
+use crate::base::recording::Recording;
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// Where rows are missing: in front of which row, and how many.
@@ -35,21 +36,12 @@ fn holes(time: &[f64]) -> Vec<Hole> {
     if many { vec![] } else { holes }
 }
 
-/// Puts missing rows back: poses and velocities on a straight line, forces and flags held. The stamps with them, and what was found.
-pub fn put_back<'t>(time: &'t [f64], columns: &mut Columns) -> (Cow<'t, [f64]>, Option<Issue>) {
-    let holes = holes(time);
-    let (Some(first), Some(last)) = (holes.first(), holes.last()) else { return (Cow::Borrowed(time), None) };
-    let longer = |values: &[f64]| {
-        let mut all = Vec::with_capacity(values.len() + holes.iter().map(|hole| hole.rows).sum::<usize>());
-        let mut from = 0;
-        for hole in &holes {
-            all.extend_from_slice(values.get(from..hole.row).unwrap_or_default());
-            all.extend(std::iter::repeat_n(f64::NAN, hole.rows));
-            from = hole.row;
-        }
-        all.extend_from_slice(values.get(from..).unwrap_or_default());
-        all
-    };
+/// Puts missing rows back: poses and velocities on a straight line, forces, flags and texts held; what was not measured on both sides of a hole is not
+/// measured within. What was found.
+pub fn put_back(recording: &mut Recording) -> Option<Issue> {
+    let holes = holes(&recording.time);
+    let (first, last) = (holes.first()?, holes.last()?);
+    let [start_s, end_s] = [first.row - 1, last.row].map(|row| recording.time[row]);
     let mut added = 0;
     let places: Vec<Range<usize>> = holes
         .iter()
@@ -59,33 +51,57 @@ pub fn put_back<'t>(time: &'t [f64], columns: &mut Columns) -> (Cow<'t, [f64]>, 
             start..start + hole.rows
         })
         .collect();
-    let mut stamps = longer(time);
+    let mut stamps = longer(&recording.time, &holes, |_| f64::NAN);
     for place in &places {
-        let [from, to] = [place.start - 1, place.end].map(|row| stamps[row]);
+        let (from, to) = (stamps[place.start - 1], stamps[place.end]);
         let steps = (place.len() + 1) as f64;
         for (step, row) in place.clone().enumerate() {
             stamps[row] = from + (to - from) * (step + 1) as f64 / steps;
         }
     }
-    for names in channels(columns).into_values() {
-        let moves = names::meaning(names.first().map_or("", String::as_str))
-            .is_some_and(|meaning| moves(meaning.dimension, meaning.shape));
+    let mut channels: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (at, name) in recording.columns.keys().enumerate() {
+        channels.entry(channel_of(name).to_string()).or_default().push(at);
+    }
+    for members in channels.into_values() {
+        let name = |at: &usize| recording.columns.get_index(*at).map_or("", |(name, _)| name.as_str());
+        let moves =
+            members.first().and_then(|at| names::meaning(name(at))).is_some_and(|it| moves(it.dimension, it.shape));
+        let largest: Vec<f64> = members.iter().map(|at| dropouts::bound(name(at)).0).collect();
         let mut parts: Vec<Vec<f64>> =
-            names.iter().filter_map(|name| columns.get(name.as_str())).map(|(_, values)| longer(values)).collect();
+            members.iter().map(|at| longer(&recording.columns[*at].values, &holes, |_| f64::NAN)).collect();
         for place in &places {
-            fill(&stamps, &mut parts, place, moves);
-        }
-        for (name, values) in names.iter().zip(parts) {
-            if let Some((_, column)) = columns.get_mut(name.as_str()) {
-                *column = Cow::Owned(values);
+            let measured = |row: usize| parts.iter().zip(&largest).all(|(part, largest)| part[row].abs() <= *largest);
+            if measured(place.start - 1) && measured(place.end) {
+                fill(&stamps, &mut parts, place, moves);
             }
         }
+        for (at, values) in members.iter().zip(parts) {
+            recording.columns[*at].values = values;
+        }
     }
-    let [start_s, end_s] = [first.row - 1, last.row].map(|row| time[row]);
+    for texts in recording.labels.values_mut() {
+        *texts = longer(texts, &holes, Clone::clone);
+    }
+    recording.time = stamps;
     let were = if added == 1 { "1 row is".into() } else { format!("{added} rows are") };
     let in_places = if holes.len() > 1 { format!(" in {} places", holes.len()) } else { String::new() };
     let message =
         format!("{were} missing{in_places} by the stamps; one row, or up to {} ms, is bridged", BRIDGED_SECS * 1e3);
-    let issue = Issue { kind: "missing_row".into(), start_s, end_s, channel: String::new(), message };
-    (Cow::Owned(stamps), Some(issue))
+    Some(Issue { kind: "missing_row".into(), start_s, end_s, channel: String::new(), message })
+}
+
+/// Values with room for the missing ones, in which stands what is made of the one before.
+fn longer<T: Clone>(values: &[T], holes: &[Hole], within: impl Fn(&T) -> T) -> Vec<T> {
+    let mut all = Vec::with_capacity(values.len() + holes.iter().map(|hole| hole.rows).sum::<usize>());
+    let mut from = 0;
+    for hole in holes {
+        all.extend_from_slice(values.get(from..hole.row).unwrap_or_default());
+        if let Some(before) = values.get(hole.row - 1).map(&within) {
+            all.extend(std::iter::repeat_n(before, hole.rows));
+        }
+        from = hole.row;
+    }
+    all.extend_from_slice(values.get(from..).unwrap_or_default());
+    all
 }

@@ -5,6 +5,7 @@ use super::csv;
 use super::derive;
 use super::formats;
 use super::frames::{Frames, Issue};
+use super::missing;
 use super::table::Source;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
@@ -59,7 +60,9 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
 pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
-        let csv::Read { recording, issues, row_time } = csv::read_source(source, &log, request.scene.as_deref())?;
+        let csv::Read { mut recording, mut issues, row_time } =
+            csv::read_source(source, &log, request.scene.as_deref())?;
+        issues.extend(missing::put_back(&mut recording));
         let (params, trust, slips) = (vec![], vec![], vec![]);
         return Ok(Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips });
     };
@@ -76,8 +79,11 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
         slips.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
     };
     let bound = bind(source, &file, scene).map_err(|error| in_log(&log, said(error)))?;
-    let csv::Read { recording, issues, row_time } = bound;
-    let Binding { hand_file, params, trust, .. } = file.binding;
+    let csv::Read { mut recording, mut issues, row_time } = bound;
+    let Binding { hand_file, params, trust, resample, .. } = file.binding;
+    if resample.is_none() {
+        issues.extend(missing::put_back(&mut recording));
+    }
     let hand_file = hand_file.map(|name| beside(binding, name));
     Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
 }

@@ -1,6 +1,6 @@
 //! The command line as a user meets it: what it prints, what it writes, how it exits.
 
-use crate::program::{complained, said, teachtree};
+use crate::program::{complained, said, teachtree, teachtree_in};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -99,6 +99,16 @@ fn the_same_seed_records_the_same_bytes_and_another_seed_others() {
     let first = record("first.csv", "7");
     assert!(first == record("again.csv", "7"));
     assert!(first != record("other.csv", "8"));
+}
+
+/// The name of a shipped scene is no file: what is called like it may be taught again.
+#[test]
+fn a_recording_called_like_its_scene_is_taught_twice() {
+    let folder = tempfile::tempdir().unwrap();
+    for _ in 0..2 {
+        let output = teachtree_in(folder.path(), &["teach", "stamp", "stamp", "-o", "stamp.csv"]);
+        assert!(output.status.success(), "{}", complained(&output));
+    }
 }
 
 /// When each primitive begins in a task, s.

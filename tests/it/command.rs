@@ -178,6 +178,16 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
         Commands::read(&value.to_string(), "commands.json").map(|_| ()).map_err(|error| error.to_string())
     };
     assert_eq!(changed(&|_| ()), Ok(()));
+    // Stamps of a recording may count from 1970.
+    let since_1970 = |task: &mut Value| {
+        for stamp in ["start_s", "end_s"] {
+            task[stamp] = (task[stamp].as_f64().unwrap() + 1.7e9).into();
+        }
+        for segment in task["segments"].as_array_mut().unwrap() {
+            segment["taught_start_s"] = (segment["taught_start_s"].as_f64().unwrap() + 1.7e9).into();
+        }
+    };
+    assert_eq!(changed(&since_1970), Ok(()));
     let check = |change: &dyn Fn(&mut Value), wanted: &[&str]| {
         let told = changed(change).unwrap_err();
         assert!(wanted.iter().all(|wanted| told.contains(wanted)), "{told}, wanted {wanted:?}");

@@ -1,7 +1,6 @@
 //! The value of an expression on every frame of a stretch.
 
 use std::ops::Range;
-use std::rc::Rc;
 
 /// What an expression is, frame by frame. Truth is 1.0 and 0.0, an object its number; a value that is no array has one slot.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,89 +116,52 @@ impl Column {
     }
 }
 
-/// A column that is only read any more: truth takes a bit a frame.
+/// A column of true and false that is only read any more, a bit a frame.
 #[derive(Clone, Debug)]
-pub enum Kept {
-    /// Numbers, as they are.
-    Numbers(Rc<Column>),
-    /// Truth, by slot, 64 frames a word.
-    Truths {
-        /// Whether it has a value per finger or contact.
-        is_array: bool,
-        /// The words of each slot.
-        slots: Vec<Vec<u64>>,
-    },
+pub struct Kept {
+    is_array: bool,
+    /// By slot, 64 frames a word.
+    slots: Vec<Vec<u64>>,
 }
 
 impl Kept {
     /// Keeps a column whose elements are true or false.
-    pub(super) fn truths(column: &Column) -> Self {
+    pub(super) fn of(column: &Column) -> Self {
         let word = |frames: &[f64]| frames.iter().rev().fold(0, |word, truth| word << 1 | u64::from(*truth > 0.5));
         let slots = column.slots.iter().map(|slot| slot.chunks(64).map(word).collect());
-        Self::Truths { is_array: column.is_array, slots: slots.collect() }
+        Self { is_array: column.is_array, slots: slots.collect() }
     }
 
     /// How many words of memory it takes.
     pub(super) fn words(&self) -> usize {
-        match self {
-            Self::Numbers(column) => column.slots.iter().map(Vec::len).sum(),
-            Self::Truths { slots, .. } => slots.iter().map(Vec::len).sum(),
-        }
+        self.slots.iter().map(Vec::len).sum()
     }
 
     /// Some of its frames, as a column.
     pub(super) fn part(&self, frames: &Range<usize>) -> Column {
-        match self {
-            Self::Numbers(column) => column.part(frames),
-            Self::Truths { is_array, slots } => {
-                let slot = |slot: usize| frames.clone().map(|frame| self.number(slot, frame)).collect();
-                Column::new(1, *is_array, (0..slots.len()).map(slot).collect())
-            }
-        }
+        let number = |slot: usize, frame: usize| if self.holds(slot, frame) { 1.0 } else { 0.0 };
+        let slot = |slot: usize| frames.clone().map(|frame| number(slot, frame)).collect();
+        Column::new(1, self.is_array, (0..self.slots.len()).map(slot).collect())
     }
 
     /// As [`Column::is_array`].
-    pub fn is_array(&self) -> bool {
-        match self {
-            Self::Numbers(column) => column.is_array,
-            Self::Truths { is_array, .. } => *is_array,
-        }
+    pub const fn is_array(&self) -> bool {
+        self.is_array
     }
 
-    /// As [`Column::slots`].
-    pub fn slots(&self) -> usize {
-        match self {
-            Self::Numbers(column) => column.slots(),
-            Self::Truths { slots, .. } => slots.len(),
-        }
-    }
-
-    /// As [`Column::number`].
-    pub fn number(&self, slot: usize, frame: usize) -> f64 {
-        match self {
-            Self::Numbers(column) => column.number(slot, frame),
-            Self::Truths { slots, .. } => {
-                let word = slots.get(slot).and_then(|words| words.get(frame / 64)).copied().unwrap_or(0);
-                if word >> (frame % 64) & 1 == 1 { 1.0 } else { 0.0 }
-            }
-        }
+    /// As [`Column::holds`].
+    pub fn holds(&self, slot: usize, frame: usize) -> bool {
+        let word = self.slots.get(slot).and_then(|words| words.get(frame / 64)).copied().unwrap_or(0);
+        word >> (frame % 64) & 1 == 1
     }
 
     /// The last frame before this one on which a slot is otherwise than `holds`.
     pub fn last_otherwise(&self, slot: usize, frame: usize, holds: bool) -> Option<usize> {
-        let Self::Truths { slots, .. } = self else {
-            return (0..frame).rev().find(|before| self.holds(slot, *before) != holds);
-        };
-        let words = slots.get(slot)?;
+        let words = self.slots.get(slot)?;
         let otherwise = |word: u64| if holds { !word } else { word };
         let before = |at: usize| if at == frame / 64 { (1 << (frame % 64)) - 1 } else { u64::MAX };
         let found = (0..=frame / 64).rev().filter_map(|at| Some((at, otherwise(*words.get(at)?) & before(at))));
         let (at, word) = { found }.find(|(_, word)| *word != 0)?;
         Some(at * 64 + 63 - word.leading_zeros() as usize)
-    }
-
-    /// As [`Column::holds`].
-    pub fn holds(&self, slot: usize, frame: usize) -> bool {
-        self.number(slot, frame) > 0.5
     }
 }

@@ -83,3 +83,24 @@ fn a_trusted_force_counts_although_it_is_constant() {
     assert_eq!(stuck(None), (true, 0.0));
     assert_eq!(stuck(Some(binding)), (false, 0.8));
 }
+
+/// Where a log is resampled, `bridge` alone says how long a hole may be; elsewhere a row that a logger lost is put back.
+#[test]
+fn what_a_resampled_log_does_not_bridge_stays_a_gap() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let stamps = (0..40).filter(|row| *row != 20).map(|row| f64::from(row) * 0.04);
+    let rows: String = stamps.map(|stamp| format!("{stamp:.2},{stamp:.2},0,0\n")).collect();
+    std::fs::write(path("log.csv"), format!("t,x,y,z\n{rows}")).unwrap();
+    let opened = |more: &str| {
+        let scene = "scene: {bodies: {box: {role: object}}}";
+        let text = format!("time: t [s]\n{more}\nchannels: {{box.position: '<xyz> [m]'}}\n{scene}\n");
+        std::fs::write(path("log.binding.yaml"), text).unwrap();
+        let binding = Some(path("log.binding.yaml"));
+        let opened = open(&OpenRequest { log: path("log.csv"), binding, scene: None }).unwrap();
+        (opened.recording.time.len(), opened.issues.iter().any(|issue| issue.kind == "missing_row"))
+    };
+    assert_eq!(opened(""), (40, true));
+    assert_eq!(opened("resample: 25 Hz\nbridge: 60 ms"), (39, false));
+    assert_eq!(opened("resample: 25 Hz\nbridge: 90 ms"), (40, false));
+}
