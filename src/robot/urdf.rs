@@ -40,11 +40,16 @@ pub(super) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     reader.robot(root)
 }
 
-/// Whether a body can have this inertia. Files round: a thousandth is let through.
-fn is_inertia(own: &Matrix3<f64>) -> bool {
+/// The inertia of a body that is as near to this one as many files are wrong: where one moment is more than the other two together, as in files of
+/// well-known hands, each is the mean of the three, as MuJoCo balances them. `None` when a moment is negative; files round, a thousandth is let through.
+fn balanced(own: Matrix3<f64>) -> Option<Matrix3<f64>> {
     let moments = own.symmetric_eigenvalues();
     let whole = moments.sum();
-    moments.iter().all(|moment| *moment >= -1e-3 * whole.abs() && *moment <= whole / 2.0 + 1e-3 * whole.abs())
+    if moments.iter().any(|moment| !(*moment >= -1e-3 * whole.abs())) {
+        return None;
+    }
+    let stands = moments.iter().all(|moment| *moment <= whole / 2.0 + 1e-3 * whole);
+    Some(if stands { own } else { Matrix3::identity() * (whole / 3.0) })
 }
 
 struct Reader<'a> {
@@ -271,10 +276,11 @@ impl<'a> Reader<'a> {
                 let of = |key: &str| self.number(node, key, 0.0);
                 let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
                 let own = Matrix3::new(of("ixx")?, xy, xz, xy, of("iyy")?, yz, xz, yz, of("izz")?);
-                if !is_inertia(&own) {
-                    let wanted = "wanted three moments of which none is negative or more than the other two together";
-                    return Err(self.error(node, format!("`{name}` has an inertia that no body has, {wanted}")));
-                }
+                let negative = || {
+                    let message = "has an inertia that no body has, wanted three moments of which none is negative";
+                    self.error(node, format!("`{name}` {message}"))
+                };
+                let own = balanced(own).ok_or_else(negative)?;
                 let turn = at.rotation.to_rotation_matrix();
                 turn * own * turn.transpose()
             }
