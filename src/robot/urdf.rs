@@ -45,7 +45,7 @@ pub(super) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
 fn balanced(own: Matrix3<f64>) -> Option<Matrix3<f64>> {
     let moments = own.symmetric_eigenvalues();
     let whole = moments.sum();
-    if moments.iter().any(|moment| !(*moment >= -1e-3 * whole.abs())) {
+    if !moments.iter().all(|moment| *moment >= -1e-3 * whole.abs()) {
         return None;
     }
     let stands = moments.iter().all(|moment| *moment <= whole / 2.0 + 1e-3 * whole);
