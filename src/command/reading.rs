@@ -6,8 +6,11 @@ use crate::base::hands::{Finger, Side};
 use crate::base::yaml;
 use std::collections::BTreeSet;
 
-/// No number of commands is larger: m, rad, N or s.
+/// No number of commands is larger: rad, N or s.
 const LARGEST: f64 = 1e4;
+/// Nothing is farther away, m: what is placed in the reference frame, and what is placed on or about an object.
+const FARTHEST_M: f64 = 100.0;
+const BESIDE_M: f64 = 10.0;
 /// How far numbers that were written with six decimals may be from a unit length.
 const ROUNDED: f64 = 1e-3;
 /// Times that are nearer than this are the same, s; a list may have so many samples more or fewer than its duration asks for.
@@ -33,7 +36,10 @@ impl Commands {
             return Err(InputError::new(file, message));
         }
         if !(1.0..=10_000.0).contains(&commands.rate_hz) {
-            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
+            return Err(InputError::new(
+                file,
+                format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz),
+            ));
         }
         for (number, task) in commands.tasks.iter().enumerate() {
             let place = format!("{file}, task {} ({})", number + 1, task.task);
@@ -84,7 +90,7 @@ impl Grasp {
         known_once(self.contacts.iter().map(|contact| contact.finger.as_str()))?;
         for Contact { finger, point, normal } in &self.contacts {
             let named = |message| format!("has a contact of {finger} that {message}");
-            finite(point).and_then(|()| unit("normal", normal)).map_err(named)?;
+            within(point, BESIDE_M).and_then(|()| unit("normal", normal)).map_err(named)?;
         }
         self.mapped.as_ref().map_or(Ok(()), MappedGrasp::check)
     }
@@ -129,14 +135,15 @@ impl Segment {
         for tip in &self.tips {
             same(format!("positions of {}", tip.finger), tip.position.len())?;
             same(format!("forces of {}", tip.finger), tip.force.len())?;
-            for values in tip.position.iter().chain(&tip.force) {
-                finite(values).map_err(|message| format!("has a sample of {} that {message}", tip.finger))?;
+            let places = tip.position.iter().map(|place| within(place, BESIDE_M));
+            for checked in places.chain(tip.force.iter().map(|force| finite(force))) {
+                checked.map_err(|message| format!("has a sample of {} that {message}", tip.finger))?;
             }
         }
         self.object.iter().try_for_each(pose).map_err(|message| format!("has a pose of the object that {message}"))?;
         self.hand
             .iter()
-            .try_for_each(|place| finite(place))
+            .try_for_each(|place| within(place, BESIDE_M))
             .map_err(|message| format!("has a place of the hand that {message}"))
     }
 }
@@ -152,7 +159,15 @@ fn stamps(values: &[f64]) -> Check {
 /// Numbers of the size that things have.
 fn finite(values: &[f64]) -> Check {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(format!("has the number {value}, wanted one of at most {LARGEST} in m, rad, N or s")),
+        Some(value) => Err(format!("has the number {value:e}, wanted one of at most {LARGEST} in rad, N or s")),
+        None => Ok(()),
+    }
+}
+
+/// A place no farther away than so many m.
+fn within(place: &[f64], most: f64) -> Check {
+    match place.iter().find(|value| value.is_nan() || value.abs() > most) {
+        Some(value) => Err(format!("has the number {value:e}, wanted one of at most {most} m")),
         None => Ok(()),
     }
 }
@@ -169,7 +184,7 @@ fn unit(what: &str, values: &[f64]) -> Check {
 
 /// x y z in m and a quaternion.
 fn pose(values: &[f64; 7]) -> Check {
-    finite(&values[..3])?;
+    within(&values[..3], FARTHEST_M)?;
     unit("quaternion", &values[3..])
 }
 

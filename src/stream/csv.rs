@@ -81,14 +81,35 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     Ok(scene)
 }
 
+/// No body begins farther away, m.
+const FARTHEST_M: f64 = 1e3;
+
 /// What a scene says that it cannot mean.
 pub(super) fn check_scene(scene: &Scene) -> Result<(), String> {
-    match scene.bodies.keys().find(|name| !names::is_body_name(name)) {
-        Some(name) => Err(format!(
+    if let Some(name) = scene.bodies.keys().find(|name| !names::is_body_name(name)) {
+        return Err(format!(
             "`{name}` cannot name a body: names have no blanks, commas or dots, and are not `left`, `right`, `both`, `contact`, `time`"
-        )),
-        None => Ok(()),
+        ));
     }
+    for (name, body) in &scene.bodies {
+        if let Some(far) = body.position.iter().find(|length| length.0.abs() > FARTHEST_M) {
+            return Err(format!("`bodies.{name}.position`: found {:e} m, wanted at most {FARTHEST_M} m", far.0));
+        }
+        for (socket, told) in &body.sockets {
+            let unknown = told.accepts.iter().flatten().find(|object| !scene.bodies.contains_key(*object));
+            if let Some(unknown) = unknown {
+                let place = format!("bodies.{name}.sockets.{socket}.accepts");
+                return Err(format!("`{place}`: found `{unknown}`, wanted the names of bodies of the scene"));
+            }
+        }
+    }
+    for (side, hand) in &scene.hands {
+        let twice = hand.fingers.iter().enumerate().find(|(at, finger)| hand.fingers[..*at].contains(finger));
+        if let Some((_, finger)) = twice {
+            return Err(format!("`hands.{side}.fingers`: found {finger} twice, wanted each finger once"));
+        }
+    }
+    Ok(())
 }
 
 /// Where the stamps of a table are.
