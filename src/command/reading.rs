@@ -36,10 +36,7 @@ impl Commands {
             return Err(InputError::new(file, message));
         }
         if !(1.0..=10_000.0).contains(&commands.rate_hz) {
-            return Err(InputError::new(
-                file,
-                format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz),
-            ));
+            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
         }
         for (number, task) in commands.tasks.iter().enumerate() {
             let place = format!("{file}, task {} ({})", number + 1, task.task);
