@@ -154,11 +154,8 @@ impl Executor {
 
     /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
     pub fn aim(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
-        let mut yielded = target.clone();
-        if let Some(jaws) = &self.hand.jaws {
-            self.yielding.apply(&mut yielded, jaws, exerted, STEP_S);
-        }
-        let target = &yielded;
+        let yielded = self.hand.jaws.as_ref().map(|jaws| self.yielding.apply(target, jaws, exerted, STEP_S));
+        let target = yielded.as_ref().unwrap_or(target);
         let before = self.before.replace(target.clone()).unwrap_or_else(|| target.clone());
         // The arm.
         let arm: Vec<(f64, f64)> = if self.hand.arm.is_empty() {

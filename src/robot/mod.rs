@@ -14,6 +14,7 @@ pub mod executor;
 pub mod file;
 mod firmness;
 pub mod grasp;
+mod grip;
 pub mod hand;
 pub mod jaws;
 mod limb;

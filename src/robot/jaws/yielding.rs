@@ -26,8 +26,8 @@ pub(crate) struct Yielding {
 }
 
 impl Yielding {
-    /// Shifts a target by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
-    pub(crate) fn apply(&mut self, target: &mut Target, jaws: &Jaws, exerted: &[Vector3<f64>], dt: f64) {
+    /// A target shifted by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
+    pub(crate) fn apply(&mut self, target: &Target, jaws: &Jaws, exerted: &[Vector3<f64>], dt: f64) -> Target {
         let gains = Gains::default();
         let stiffness = 2.0 * gains.stiffness / (1.0 + gains.force_feedback);
         let asked: Vector3<f64> = target.tips.iter().map(|(.., force)| force).sum();
@@ -42,9 +42,11 @@ impl Yielding {
             self.shift = shift * (MOST_M / shift.norm().max(1e-9)).min(1.0);
         }
         let by = Translation3::from(self.shift);
-        target.palm = by * target.palm;
-        for (_, tip, _) in &mut target.tips {
+        let mut shifted = target.clone();
+        shifted.palm = by * target.palm;
+        for (_, tip, _) in &mut shifted.tips {
             *tip = by * *tip;
         }
+        shifted
     }
 }

@@ -6,8 +6,8 @@ use serde_json::Value;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Body;
 use teachtree::base::yaml;
-use teachtree::robot::REACHED_M;
-use teachtree::robot::grasp::{Contact, Failure, Mapper, Wanted};
+use teachtree::robot::grasp::{Contact, Failure, Grasp, Mapper, Wanted};
+use teachtree::robot::{HandModel, REACHED_M, Robot};
 
 fn body(shape: &str) -> Body {
     yaml::read(&format!("{{role: object, mass: 50 g, parts: [{{{shape}}}]}}"), "shape").unwrap()
@@ -40,6 +40,24 @@ fn the_measure_is_best_near_80_mm_and_ends_near_160_mm() {
     assert!(measure(190.0).is_err(), "wider than the hand opens");
 }
 
+/// How far each fingertip ball is from touching its contact, m: by the kinematics of the whole robot, not those of the search.
+pub fn tips_off_contacts(
+    robot: &Robot,
+    hand: &HandModel,
+    grasp: &Grasp,
+    q: &[f64],
+    contacts: &[Contact],
+) -> Vec<(Finger, f64)> {
+    let poses = robot.forward(q);
+    let object_from_root = grasp.object_from_palm * poses[hand.palm].inverse();
+    let off = |contact: &Contact| {
+        let finger = hand.finger(contact.finger).unwrap();
+        let tip = object_from_root * poses[finger.tip_link] * finger.tip_in_link;
+        (contact.finger, (tip - contact.point - contact.normal * finger.radius).norm())
+    };
+    contacts.iter().map(off).collect()
+}
+
 #[test]
 fn every_condition_of_a_grasp_holds() {
     let robot = shipped("gifu_hand_iii_right");
@@ -50,14 +68,8 @@ fn every_condition_of_a_grasp_holds() {
     let grasp = mapper.map(&wanted).unwrap();
     let mut q = vec![0.0; robot.dofs.len()];
     grasp.set(hand, &mut q);
-    let poses = robot.forward(&q);
-    let object_from_root = grasp.object_from_palm * poses[hand.palm].inverse();
-    for contact in &contacts {
-        // By the kinematics of the whole robot, not those of the search.
-        let finger = hand.finger(contact.finger).unwrap();
-        let tip = object_from_root * poses[finger.tip_link] * finger.tip_in_link;
-        let wanted = contact.point + contact.normal * finger.radius;
-        assert!((tip - wanted).norm() < 2.0 * REACHED_M, "{}: {tip} and {wanted}", contact.finger);
+    for (finger, off) in tips_off_contacts(&robot, hand, &grasp, &q, &contacts) {
+        assert!(off < 2.0 * REACHED_M, "{finger} is {off} m off its contact");
     }
     for (value, dof) in q.iter().zip(&robot.dofs) {
         assert!((dof.range[0]..=dof.range[1]).contains(value), "{} {value}", dof.name);

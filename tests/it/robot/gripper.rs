@@ -1,5 +1,6 @@
 //! Grippers: what they are, how far they open, what they take hold of, and what is refused.
 
+use super::grasping::tips_off_contacts;
 use super::kinematics::shipped;
 use crate::program::{complained, teachtree};
 use nalgebra::{Point3, Vector3};
@@ -137,12 +138,8 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
         assert!((grasp.opening.unwrap() - 0.050).abs() < 1e-9);
         let mut q = vec![0.0; robot.dofs.len()];
         grasp.set(hand, &mut q);
-        let poses = robot.forward(&q);
-        let object_from_root = grasp.object_from_palm * poses[hand.palm].inverse();
-        for contact in &contacts {
-            let finger = hand.finger(contact.finger).unwrap();
-            let tip = object_from_root * poses[finger.tip_link] * finger.tip_in_link;
-            assert!((tip - contact.point - contact.normal * finger.radius).norm() < 1e-9, "{}", contact.finger);
+        for (finger, off) in tips_off_contacts(&robot, hand, &grasp, &q, &contacts) {
+            assert!(off < 1e-9, "{finger} is {off} m off its contact");
         }
         // Upright above the table.
         let up = -(grasp.object_from_palm.rotation * hand.jaws.as_ref().unwrap().middle.coords).normalize();
