@@ -1,5 +1,6 @@
 //! `teachtree teach`: an operator script in a scene, recorded; one person, or many side by side.
 
+use super::command::open_robot;
 use super::progress::Progress;
 use super::{Failure, output};
 use crate::base::error::InputError;
@@ -39,6 +40,9 @@ pub struct Args {
     /// How much people vary: 0 is a machine, 1 what the operator says
     #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
     noise: f64,
+    /// The robot that is taught, by name or a robot file: the person's virtual hands become as large as its hands
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<String>,
 }
 
 /// Runs `teach`.
@@ -47,10 +51,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.noise != 1.0 {
         operator.variation = operator.variation.scaled(args.noise);
     }
+    let mut inputs = vec![PathBuf::from(&args.scene), PathBuf::from(&args.operator)];
+    if let Some(robot) = &args.robot {
+        let (robot, parts) = open_robot(robot)?;
+        inputs.extend(parts);
+        operator = operator.with_hands(robot.hands_scale());
+    }
     if let Some((first, last)) = args.seeds {
         return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
     }
-    output::may_record(&args.out, &[Path::new(&args.scene), Path::new(&args.operator)])?;
+    output::may_record(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
     let recording = teach(&scene, &operator, args.seed)?;
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();

@@ -15,6 +15,9 @@ use std::collections::BTreeSet;
 pub const MAX_DOFS: usize = 8;
 /// A point is reached when it is missed by less than this, m.
 pub const REACHED_M: f64 = 1e-6;
+/// Length of a person's thumb and fingers, m (PAPER.md 9.3, base set).
+const THUMB_M: f64 = 0.118;
+const FINGER_M: f64 = 0.110;
 /// Iterations of the least squares, from each start, and their damping, m.
 const ITERATIONS: usize = 60;
 const DAMPED_M: f64 = 2e-3;
@@ -159,6 +162,16 @@ impl HandModel {
         let (thumb, other) = (thumb?, other?);
         let tip = |finger: &FingerModel| finger.posture(&finger.angles(q)).tip;
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
+    }
+
+    /// How large it is beside a person's hand: the mean of its fingers' lengths over those of PAPER.md 9.3 (scale 1.0). A gripper is not like a hand, and 1.
+    pub fn scale(&self) -> f64 {
+        if self.jaws.is_some() {
+            return 1.0;
+        }
+        let over =
+            |finger: &FingerModel| finger.length / if finger.finger == Finger::Thumb { THUMB_M } else { FINGER_M };
+        self.fingers.iter().map(over).sum::<f64>() / self.fingers.len() as f64
     }
 
     /// The finger of this name.

@@ -133,6 +133,12 @@ impl Joint {
 }
 
 impl Robot {
+    /// How large its hands are beside a person's, the mean of them: see [`HandModel::scale`]; 1 without hands.
+    pub fn hands_scale(&self) -> f64 {
+        let sum: f64 = self.hands.values().map(HandModel::scale).sum();
+        if self.hands.is_empty() { 1.0 } else { sum / self.hands.len() as f64 }
+    }
+
     /// The poses of all links, `root_from_link`, at these values of the degrees of freedom.
     pub fn forward(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(self.links.len());

@@ -2,6 +2,7 @@
 
 mod bodies;
 mod demonstration;
+mod scaling;
 mod scripts;
 mod support;
 mod touch;

@@ -13,6 +13,18 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 const PALM_ABOVE_M: f64 = 0.100;
 /// What a hand takes a body to weigh of which it knows nothing, N.
 const LEAST_WEIGHT_N: f64 = 1e-3;
+/// Fingers are on one side of an object whose normals are nearer to each other than this cosine; on a flat face they are the same. A point that is
+/// moved along a face or a round side stays on it while the surface is as near as this, m, and has turned less than this cosine.
+const ONE_SIDE: f64 = 0.25;
+const FLAT: f64 = 0.999;
+const ON_FACE_M: f64 = 1e-4;
+const ON_ROUND_M: f64 = 4e-3;
+const TURNED: f64 = 0.85;
+/// So many distances are tried of fingers that would leave the face.
+const SPREADS: u32 = 20;
+
+/// A point of a surface and the unit normal out of it.
+type Contact = (Point3<f64>, Vector3<f64>);
 
 /// A grip of one hand.
 #[derive(Clone)]
@@ -22,10 +34,12 @@ pub(super) struct Held {
     /// Weight of the object, N, as a hand knows it that has lifted it before.
     pub(super) weight: f64,
     pub(super) palm_in_object: Isometry3<f64>,
+    /// How large the hand is over the person's.
+    scale: f64,
     /// How the object was turned at the start, for a round one.
     round: Option<UnitQuaternion<f64>>,
     /// For each finger of the hand: contact point and unit normal out of the object, palm frame; `None` for a finger that is not used.
-    pub(super) contacts: Vec<Option<(Point3<f64>, Vector3<f64>)>>,
+    pub(super) contacts: Vec<Option<Contact>>,
     /// The normal force to keep on either side, N; `None` while nothing is held.
     pub(super) squeeze: Option<f64>,
 }
@@ -55,20 +69,28 @@ impl Held {
         if grip.contacts.is_empty() {
             return Err(refused(format!("uses the grip `{name}`, which has no contacts")));
         }
+        let scale = operator.hands_scale;
         let points = grip.contacts.values().map(vector);
         let middle = points.sum::<Vector3<f64>>() / grip.contacts.len() as f64;
         let palm = grip.palm.as_ref().map_or(middle + Vector3::z() * PALM_ABOVE_M, vector);
-        let palm_in_object = Isometry3::from_parts(palm.into(), UnitQuaternion::identity());
-        let contacts = hand.fingers.iter().map(|finger| {
-            let (point, normal) = world.surface(object, vector(grip.contacts.get(finger)?).into())?;
-            Some((palm_in_object.inverse_transform_point(&point), palm_in_object.inverse_transform_vector(&normal)))
-        });
+        let palm_in_object =
+            Isometry3::from_parts((middle + (palm - middle) * scale).into(), UnitQuaternion::identity());
+        let mut contacts: Vec<Option<Contact>> = hand
+            .fingers
+            .iter()
+            .map(|finger| world.surface(object, vector(grip.contacts.get(finger)?).into()))
+            .collect();
+        spread(&mut contacts, scale, |point| world.surface(object, point));
+        let in_palm = |(point, normal): Contact| {
+            (palm_in_object.inverse_transform_point(&point), palm_in_object.inverse_transform_vector(&normal))
+        };
+        let contacts = contacts.into_iter().map(|contact| contact.map(in_palm)).collect();
         let gravity = Vector3::from(scene.gravity.map(|part| part.0)).norm();
         let mass = scene.bodies.get_index(object).and_then(|(_, body)| body.mass).map_or(0.0, |mass| mass.0);
         let weight = (mass * gravity).max(LEAST_WEIGHT_N);
         let start = scene.bodies.get_index(object).and_then(|(_, body)| isometry([0.0; 3], body.rotation).ok());
         let round = start.filter(|_| grip.round).map(|start| start.rotation);
-        Ok(Self { object, weight, palm_in_object, round, contacts: contacts.collect(), squeeze: None })
+        Ok(Self { object, weight, palm_in_object, scale, round, contacts, squeeze: None })
     }
 
     /// Where the palm is at this grip now, reference frame.
@@ -83,7 +105,7 @@ impl Held {
         let tips = hand.fingers.iter().zip(&self.contacts);
         tips.map(|(&finger, contact)| match contact {
             Some((point, normal)) => point + normal * (hand.tip_radius.0 + distance),
-            None => tucked(finger, side),
+            None => tucked(finger, side) * self.scale,
         })
         .collect()
     }
@@ -101,6 +123,28 @@ impl Held {
             .zip(&self.contacts)
             .any(|(&finger, contact)| finger == Finger::Thumb && contact.is_some());
         thumb && self.used() > 1
+    }
+}
+
+/// Moves the fingers that are on one face of an object apart, `scale` times as far from their middle as they were, or as far as the face goes.
+fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<f64>) -> Option<Contact>) {
+    let were: Vec<(usize, Contact)> =
+        contacts.iter().enumerate().filter_map(|(finger, contact)| Some((finger, (*contact)?))).collect();
+    for &(finger, (point, normal)) in &were {
+        let face = were.iter().filter(|(_, (_, other))| other.dot(&normal) > ONE_SIDE);
+        let middle =
+            face.clone().map(|(_, (point, _))| point.coords).sum::<Vector3<f64>>() / face.clone().count() as f64;
+        let flat = face.clone().all(|(_, (_, other))| other.dot(&normal) > FLAT);
+        let off = if flat { ON_FACE_M } else { ON_ROUND_M };
+        // All fingers of a face are moved by the same scale: that of the one that comes to its edge first.
+        let moved = |(point, normal): &Contact, scale: f64| {
+            let wanted = Point3::from(middle + (point.coords - middle) * scale);
+            surface(wanted).filter(|(on, out)| (on - wanted).norm() < off && out.dot(normal) > TURNED)
+        };
+        let fits = |scale: &f64| face.clone().all(|(_, contact)| moved(contact, *scale).is_some());
+        let tried = (0..=SPREADS).map(|left| 1.0 + (scale - 1.0) * (f64::from(left) / f64::from(SPREADS)));
+        let scale = tried.rev().find(fits).unwrap_or(1.0);
+        contacts[finger] = moved(&(point, normal), scale).or(Some((point, normal)));
     }
 }
 

@@ -146,7 +146,7 @@ impl<'a> Performer<'a> {
             motion: Motion::Still(0.0),
             since: 0.0,
             palm: Isometry3::identity(),
-            tips: hand.fingers.iter().map(|&finger| tucked(finger, side)).collect(),
+            tips: hand.fingers.iter().map(|&finger| tucked(finger, side) * operator.hands_scale).collect(),
             glide: Glide::default(),
             grip,
             came: Vector3::zeros(),

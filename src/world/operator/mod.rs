@@ -50,6 +50,9 @@ pub struct Operator {
     /// What is recorded, and how exactly.
     #[serde(default)]
     pub measured: Measured,
+    /// How large the virtual hands are over the person's: see [`Self::with_hands`].
+    #[serde(skip, default = "as_large")]
+    pub hands_scale: f64,
     /// The grips by name.
     pub grips: IndexMap<String, Grip>,
     /// What each hand does. Hands run side by side.
@@ -101,4 +104,15 @@ impl Operator {
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         yaml::read(text, file)
     }
+
+    /// The same person with virtual hands that are `scale` times as large as their own, 0.5 to 2: what a robot with other hands is taught with
+    /// (chapter, section 2.6). Fingertips stand farther from the palm, and farther apart where they are on one face of an object; they stay on it.
+    #[must_use]
+    pub fn with_hands(self, scale: f64) -> Self {
+        Self { hands_scale: scale.clamp(0.5, 2.0), ..self }
+    }
+}
+
+fn as_large() -> f64 {
+    1.0
 }

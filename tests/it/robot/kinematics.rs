@@ -61,6 +61,14 @@ fn a_straight_hand_is_as_long_as_its_links() {
 }
 
 #[test]
+fn hands_are_as_large_as_they_are_beside_a_persons() {
+    // PAPER.md 9.3: the shipped hand is 1.15 times the base set.
+    assert!((shipped("both_hands").hands_scale() - 1.15).abs() < 1e-9);
+    assert_eq!(shipped("parallel_jaw").hands_scale(), 1.0);
+    assert_eq!(shipped("arm_6dof").hands_scale(), 1.0);
+}
+
+#[test]
 fn the_left_hand_is_the_mirror_image_of_the_right_one() {
     let (one, other) = (shipped("gifu_hand_iii_right"), shipped("gifu_hand_iii_left"));
     let mirror = |point: Point3<f64>| Point3::new(point.x, -point.y, point.z);
