@@ -93,18 +93,20 @@ fn take_over(mut before: Task, task: &mut Task) {
     task.start_s = before.start_s;
 }
 
-/// A way to a touch that was taken over from a try which is left out leads to where the object is by then.
+/// A way to a touch that was taken over from a try which is left out leads to where the object is by then, and is gone just before: the other hand may
+/// have brought it there meanwhile.
 pub(super) fn lead_to_the_touch(task: &mut Task) {
     for at in 1..task.segments.len() {
         let (ways, touch) = task.segments.split_at_mut(at);
         let (Some(last), touch) = (ways.last(), &touch[0]) else { continue };
-        let follows = touch.taught_start_s - (last.taught_start_s + last.duration_s) < NEXT_S;
+        let later_s = touch.taught_start_s - (last.taught_start_s + last.duration_s);
         let (Some(from), Some(to)) = (last.object.last(), touch.object.first()) else { continue };
-        if last.touching || !touch.touching || follows {
+        if last.touching || !touch.touching || later_s < NEXT_S {
             continue;
         }
         let moved = isometry(to) * isometry(from).inverse();
         for segment in ways.iter_mut().rev().take_while(|segment| !segment.touching) {
+            segment.taught_start_s += later_s;
             for object in &mut segment.object {
                 *object = seven(&(moved * isometry(object)));
             }

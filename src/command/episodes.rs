@@ -16,6 +16,9 @@ const PAUSE_S: f64 = 0.3;
 const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
+/// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
+const COMES_OFF_S: f64 = 0.5;
+const BRUSH_S: f64 = 0.35;
 
 /// A try that counts.
 pub(super) struct Episode {
@@ -53,6 +56,15 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     }
     let mut left_out = Vec::new();
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
+    // The last of the brushes may be what a push begins with.
+    let brushes = |one: &[&Segment]| brushes(one, series);
+    tries.dedup_by(|next, one| {
+        let joined = !brushes(one) && comes_off(one, next);
+        if joined {
+            one.append(next);
+        }
+        joined
+    });
     let count = tries.len();
     // Who tries again on the spot has come on the way of the try before.
     let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| segment.primitive != "Move");
@@ -71,10 +83,11 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         let alone = touches.iter().all(|primitive| *primitive == "Grasp");
         let only_grasped = alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series);
         let dropped = touches.last() == Some(&"Translate") && number + 1 < count;
+        let brushed = on_the_spot[number] && brushes(&segments);
         if touches.is_empty() && number + 1 == count && !kept.is_empty() {
             // Going away after the last release.
             kept.push(segments);
-        } else if only_grasped || dropped {
+        } else if only_grasped || dropped || brushed {
             let why = match (touches.is_empty(), dropped) {
                 (true, _) => "aborted approach",
                 (_, true) => "dropped",
@@ -96,11 +109,40 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     }
     let mut episodes = Vec::new();
     for segments in kept {
-        let pieces = segments.iter().filter_map(|segment| piece(segment, series, waits, &mut left_out));
-        episodes.push(Episode { pieces: pieces.collect() });
+        let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
+        for (number, segment) in segments.iter().enumerate() {
+            let Some(mut piece) = piece(segment, series, waits, &mut left_out) else { continue };
+            // Between two pushes that are one, the fingers stay at the object.
+            if let Some(pushing) = pieces.last().filter(|_| piece.primitive == "Release" && number + 1 < segments.len())
+            {
+                piece.primitive = pushing.primitive.clone();
+            }
+            pieces.push(piece);
+        }
+        episodes.push(Episode { pieces });
     }
     episodes.retain(|episode| !episode.pieces.is_empty());
     (episodes, left_out)
+}
+
+fn pushes(segment: &Segment) -> bool {
+    matches!(segment.primitive.as_str(), "Push" | "Trace")
+}
+
+/// Whether a try is a push that is over at once and moves nothing.
+fn brushes(one: &[&Segment], series: &Series) -> bool {
+    let touches: Vec<&Segment> =
+        one.iter().filter(|segment| !is_free(&segment.primitive) && segment.primitive != "Release").copied().collect();
+    let lasts: f64 = touches.iter().map(|segment| segment.end_s - segment.start_s).sum();
+    let pushes_only = !touches.is_empty() && touches.iter().all(|segment| pushes(segment));
+    pushes_only && lasts < BRUSH_S && stays(&touches, series)
+}
+
+/// Whether the hand came off for a moment as it pushed, and goes on with the next try.
+fn comes_off(one: &[&Segment], next: &[&Segment]) -> bool {
+    let [.., before, release] = one else { return false };
+    let briefly = release.primitive == "Release" && release.end_s - release.start_s < COMES_OFF_S;
+    briefly && pushes(before) && next.first().is_some_and(|segment| pushes(segment))
 }
 
 /// Whether the object does not move in these segments as they touch it.

@@ -373,6 +373,29 @@ fn what_was_lost_as_it_was_lifted_is_lifted_once() {
     }
 }
 
+/// This person's left hand comes off the box three times, for a third of a second, while both push it: to the robot that is one push, by the same fingers.
+#[test]
+fn who_comes_off_for_a_moment_pushes_on() {
+    let commands = commanded("push_together", "34");
+    let task = commands.tasks.iter().find(|task| task.track == "left").unwrap();
+    assert_eq!(task.grasps.len(), 1);
+    let mut primitives: Vec<&str> = task.segments.iter().map(|segment| segment.primitive.as_str()).collect();
+    primitives.dedup();
+    assert_eq!(primitives, ["Move", "Approach", "Push", "Trace", "Release"]);
+}
+
+/// This person's right hand brushes the box, and takes part when the left one has pushed it by 86 mm: it is not in the way until then.
+#[test]
+fn a_brush_is_left_out_and_its_way_gone_later() {
+    let commands = commanded("push_together", "11");
+    let task = commands.tasks.iter().find(|task| task.track == "right").unwrap();
+    assert!(task.left_out.iter().any(|left| left.why == "failed try" && left.primitives == ["Push", "Release"]));
+    let touch = task.segments.iter().position(|segment| segment.touching).unwrap();
+    let (way, touch) = (&task.segments[touch - 1], &task.segments[touch]);
+    assert_eq!((way.primitive.as_str(), touch.primitive.as_str()), ("Approach", "Push"));
+    assert!((way.taught_start_s + way.duration_s - touch.taught_start_s).abs() < 0.02);
+}
+
 /// This hand stays about for six seconds after it has let go: a finger that held as long as the others takes part all the same.
 #[test]
 fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
