@@ -74,7 +74,7 @@ impl Held {
         let middle = points.sum::<Vector3<f64>>() / grip.contacts.len() as f64;
         let palm = grip.palm.as_ref().map_or(middle + Vector3::z() * PALM_ABOVE_M, vector);
         let palm_in_object =
-            Isometry3::from_parts((middle + (palm - middle) * scale).into(), UnitQuaternion::identity());
+            Isometry3::from_parts((palm + (palm - middle) * (scale - 1.0)).into(), UnitQuaternion::identity());
         let mut contacts: Vec<Option<Contact>> = hand
             .fingers
             .iter()
@@ -128,6 +128,9 @@ impl Held {
 
 /// Moves the fingers that are on one face of an object apart, `scale` times as far from their middle as they were, or as far as the face goes.
 fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<f64>) -> Option<Contact>) {
+    if scale == 1.0 {
+        return;
+    }
     let were: Vec<(usize, Contact)> =
         contacts.iter().enumerate().filter_map(|(finger, contact)| Some((finger, (*contact)?))).collect();
     for &(finger, (point, normal)) in &were {
@@ -138,7 +141,7 @@ fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<
         let off = if flat { ON_FACE_M } else { ON_ROUND_M };
         // All fingers of a face are moved by the same scale: that of the one that comes to its edge first.
         let moved = |(point, normal): &Contact, scale: f64| {
-            let wanted = Point3::from(middle + (point.coords - middle) * scale);
+            let wanted = point + (point.coords - middle) * (scale - 1.0);
             surface(wanted).filter(|(on, out)| (on - wanted).norm() < off && out.dot(normal) > TURNED)
         };
         let fits = |scale: &f64| face.clone().all(|(_, contact)| moved(contact, *scale).is_some());
