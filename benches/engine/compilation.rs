@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::open::open;
 use teachtree::engine::plan::Plan;
+use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{self, Request};
 use teachtree::stream::frames::{HandLayout, Layout};
@@ -40,7 +41,7 @@ pub fn section() {
     let graph = lower(&rules);
     figure("of that: read and checked", milliseconds(ROUNDS, || drop(load(Path::new(SHIPPED)))), "ms", Wanted::Nothing);
     figure("of that: lowered", milliseconds(ROUNDS, || drop(lower(&rules))), "ms", Wanted::Nothing);
-    let opened = milliseconds(ROUNDS, || drop(open(&graph, &layout())));
+    let opened = milliseconds(ROUNDS, || drop(open(&graph, &layout(), Width::Wide)));
     figure("of that: opened for two hands", opened, "ms", Wanted::Nothing);
 
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -53,7 +54,7 @@ pub fn section() {
         let read = start.elapsed().as_secs_f64();
         let graph = lower(&rules);
         let lowered = start.elapsed().as_secs_f64();
-        let plan = open(&graph, &layout()).expect("1 kHz suits the rules");
+        let plan = open(&graph, &layout(), Width::Wide).expect("1 kHz suits the rules");
         let opened = start.elapsed().as_secs_f64();
         figure("read and checked", read, "s", Wanted::Nothing);
         figure("lowered", lowered - read, "s", Wanted::Nothing);
@@ -121,7 +122,7 @@ fn load(main: &Path) -> language::Rules {
 }
 
 fn compiled(main: &Path) -> Plan {
-    open(&lower(&load(main)), &layout()).expect("1 kHz suits the rules")
+    open(&lower(&load(main)), &layout(), Width::Wide).expect("1 kHz suits the rules")
 }
 
 /// Two hands with five fingers each and six bodies to touch, at 1 kHz.

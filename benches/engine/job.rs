@@ -8,7 +8,8 @@ use by_hand::{LABELS, Runs};
 use std::collections::BTreeMap;
 use std::hint::black_box;
 use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::evaluator::evaluate;
+use teachtree::engine::evaluator::evaluate_in;
+use teachtree::engine::width::Real;
 use teachtree::graph::{Graph, lower};
 use teachtree::language;
 use teachtree::language::rules::Rules;
@@ -34,8 +35,8 @@ pub fn section() {
         by_hand::in_rows(&rows),
         by_hand::in_blocks(&columns),
         by_hand::in_blocks(&narrow),
-        by_rules(&graph, &frames_wide),
-        by_rules(&graph, &frames_narrow),
+        by_rules::<f64>(&graph, &frames_wide),
+        by_rules::<f32>(&graph, &frames_narrow),
     ];
     let differing: usize = others.iter().map(|runs| differing(runs, &truth)).sum();
     figure("frames labelled otherwise than by the row loop", differing as f64, "", Wanted::AtMost(0.0));
@@ -47,8 +48,8 @@ pub fn section() {
             Contestant::new("row loop, f32", || drop(black_box(by_hand::in_rows(&rows)))),
             Contestant::new("expert, f64", || drop(black_box(by_hand::in_blocks(&columns)))),
             Contestant::new("expert, f32", || drop(black_box(by_hand::in_blocks(&narrow)))),
-            Contestant::new("rules, f64", || drop(black_box(by_rules(&graph, &frames_wide)))),
-            Contestant::new("rules, f32", || drop(black_box(by_rules(&graph, &frames_narrow)))),
+            Contestant::new("rules, f64", || drop(black_box(by_rules::<f64>(&graph, &frames_wide)))),
+            Contestant::new("rules, f32", || drop(black_box(by_rules::<f32>(&graph, &frames_narrow)))),
         ],
     )
     .into_iter()
@@ -71,9 +72,9 @@ pub fn differing(runs: &Runs, truth: &Runs) -> usize {
     runs.len().abs_diff(truth.len()) + runs.iter().zip(&truth).filter(|(found, wanted)| found != wanted).count()
 }
 
-/// The leaves of the right hand, as positions in a list of names.
-pub fn runs_by_rules(graph: &Graph, frames: &Frames, names: &[&str]) -> Runs {
-    let leaves = evaluate(graph, frames).expect("the rate suits the rules");
+/// The leaves of the right hand by rules in numbers of a width, as positions in a list of names.
+pub fn runs_by_rules<R: Real>(graph: &Graph, frames: &Frames, names: &[&str]) -> Runs {
+    let leaves = evaluate_in::<R>(graph, frames, usize::MAX).expect("the rate suits the rules");
     let hand = leaves.iter().flat_map(|leaves| &leaves.hands[&Side::Right]);
     hand.map(|run| {
         let name = run.label.map_or("", |label| graph.label_name(label));
@@ -83,8 +84,8 @@ pub fn runs_by_rules(graph: &Graph, frames: &Frames, names: &[&str]) -> Runs {
     .collect()
 }
 
-fn by_rules(graph: &Graph, frames: &Frames) -> Runs {
-    runs_by_rules(graph, frames, &LABELS)
+fn by_rules<R: Real>(graph: &Graph, frames: &Frames) -> Runs {
+    runs_by_rules::<R>(graph, frames, &LABELS)
 }
 
 /// The job's columns under the names that rules know.

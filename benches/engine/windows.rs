@@ -55,7 +55,10 @@ impl Job {
         let loaded = language::load_text("windows.rules", rules);
         let rules = loaded.rules.unwrap_or_else(|| panic!("{:#?}", loaded.diagnostics));
         let frames = job::frames(&rules, columns);
-        Self { evaluator: Evaluator::new(&lower(&rules), &frames.layout).expect("1 kHz suits the rules"), frames }
+        Self {
+            evaluator: Evaluator::<f64>::new(&lower(&rules), &frames.layout).expect("1 kHz suits the rules"),
+            frames,
+        }
     }
 
     /// How many runs of leaves there are.

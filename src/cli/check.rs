@@ -6,6 +6,7 @@ use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::engine::open::open;
+use crate::engine::width::Width;
 use crate::graph::lower;
 use crate::language::{self, Request, Rules, codes};
 use crate::stream::frames::{HandLayout, Layout};
@@ -171,7 +172,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     let _ = writeln!(out, "at 1 kHz with five fingers a hand and six bodies to touch:");
     for (name, sides) in [("one hand", &[Side::Right][..]), ("two hands", &Side::BOTH[..])] {
         let layout = usual_layout(sides);
-        let cost = open(&graph, &layout)?.cost();
+        let cost = open(&graph, &layout, Width::Wide)?.cost();
         let look_ahead = f64::from(cost.look_ahead_frames) / layout.rate_hz * 1e3;
         let _ = writeln!(
             out,

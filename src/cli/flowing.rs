@@ -80,7 +80,7 @@ impl Running {
         let Part { frames, core, ends, .. } = part;
         let evaluator = match &mut self.evaluator {
             Some(evaluator) => evaluator,
-            none => none.insert(Evaluator::new(&self.graph, &frames.layout)?),
+            none => none.insert(Evaluator::<f64>::new(&self.graph, &frames.layout)?),
         };
         for (key, column) in &frames.columns {
             if self.kept.contains(&key.channel) {

@@ -3,6 +3,7 @@
 //! Bits beyond the end of a block are garbage: whoever looks at single bits masks them away ([`frames_of`]).
 //! A *restart* bit makes its frame the first one: what came before is forgotten.
 
+use super::width::{Reads, Real};
 use crate::stream::frames::Values;
 
 /// The most frames that are evaluated at once.
@@ -230,25 +231,25 @@ fn up_to(bits: &[u64], end: usize) -> u64 {
 
 /// A delay line of numbers: what goes in comes out `frames` frames later, 0 before.
 #[derive(Clone, Debug)]
-pub struct NumberDelay {
-    ring: Vec<f64>,
+pub struct NumberDelay<R> {
+    ring: Vec<R>,
     at: usize,
 }
 
-impl NumberDelay {
+impl<R: Real> NumberDelay<R> {
     /// A line of this many frames, at least 1.
     pub fn new(frames: usize) -> Self {
-        Self { ring: vec![0.0; frames], at: 0 }
+        Self { ring: vec![R::ZERO; frames], at: 0 }
     }
 
     /// Forgets everything.
     pub fn clear(&mut self) {
-        self.ring.fill(0.0);
+        self.ring.fill(R::ZERO);
         self.at = 0;
     }
 
     /// Moves a block through.
-    pub fn run(&mut self, numbers: Values<'_>, out: &mut [f64]) {
+    pub fn run(&mut self, numbers: Values<'_>, out: &mut [R]) {
         let (frames, len) = (self.ring.len(), numbers.len());
         let mut done = 0;
         while done < len {
@@ -276,13 +277,15 @@ impl NumberDelay {
 }
 
 /// Some numbers from a frame on.
-fn copy(numbers: Values<'_>, from: usize, to: &mut [f64]) {
+fn copy<R: Real>(numbers: Values<'_>, from: usize, to: &mut [R]) {
     match numbers {
-        Values::Wide(numbers) => to.copy_from_slice(&numbers[from..from + to.len()]),
-        Values::Narrow(numbers) => {
-            for (to, number) in to.iter_mut().zip(&numbers[from..]) {
-                *to = f64::from(*number);
-            }
-        }
+        Values::Wide(numbers) => read(&numbers[from..], to),
+        Values::Narrow(numbers) => read(&numbers[from..], to),
+    }
+}
+
+fn read<R: Real, T: Reads>(numbers: &[T], to: &mut [R]) {
+    for (to, number) in to.iter_mut().zip(numbers) {
+        *to = number.read();
     }
 }

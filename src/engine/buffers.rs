@@ -3,11 +3,12 @@
 
 use super::bits::BLOCK;
 use super::plan::{Condition, Number, NumberId, Plan, Step};
+use super::width::Real;
 
 /// The buffers of a plan, a block long each.
 #[derive(Clone, Debug)]
-pub struct Buffers {
-    buffers: Vec<Vec<f64>>,
+pub struct Buffers<R> {
+    buffers: Vec<Vec<R>>,
     /// The buffer of each number.
     place: Vec<u32>,
 }
@@ -27,7 +28,7 @@ fn columns_read(plan: &Plan, step: Step) -> Vec<NumberId> {
     read
 }
 
-impl Buffers {
+impl<R: Real> Buffers<R> {
     /// Room for the numbers of a plan; constants are filled in.
     pub fn new(plan: &Plan) -> Self {
         let mut last_read = vec![None; plan.numbers.len()];
@@ -36,7 +37,7 @@ impl Buffers {
                 last_read[id.index()] = Some(at);
             }
         }
-        let mut buffers: Vec<Vec<f64>> = Vec::new();
+        let mut buffers: Vec<Vec<R>> = Vec::new();
         let (mut place, mut free) = (vec![0; plan.numbers.len()], Vec::new());
         for (at, step) in plan.steps.iter().enumerate() {
             if let Step::Number(id) = step {
@@ -44,7 +45,7 @@ impl Buffers {
                     Number::Input(_) => continue,
                     // Rules have many thresholds, and hardly one is read as a column.
                     Number::Constant(_) if last_read[id.index()].is_none() => continue,
-                    Number::Constant(number) => Some(number.get()),
+                    Number::Constant(number) => Some(R::of(number.get())),
                     _ => None,
                 };
                 let reused = if constant.is_none() { free.pop() } else { None };
@@ -66,19 +67,19 @@ impl Buffers {
 
     /// The first `len` values of a number.
     #[inline(always)]
-    pub fn get(&self, id: NumberId, len: usize) -> &[f64] {
+    pub fn get(&self, id: NumberId, len: usize) -> &[R] {
         &self.buffers[self.place[id.index()] as usize][..len]
     }
 
     /// A number's buffer, to be written while others are read.
     #[inline(always)]
-    pub fn take(&mut self, id: NumberId) -> Vec<f64> {
+    pub fn take(&mut self, id: NumberId) -> Vec<R> {
         std::mem::take(&mut self.buffers[self.place[id.index()] as usize])
     }
 
     /// The buffer that was taken.
     #[inline(always)]
-    pub fn put_back(&mut self, id: NumberId, buffer: Vec<f64>) {
+    pub fn put_back(&mut self, id: NumberId, buffer: Vec<R>) {
         self.buffers[self.place[id.index()] as usize] = buffer;
     }
 }

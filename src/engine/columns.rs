@@ -3,28 +3,30 @@
 use super::bits::{BLOCK, BitDelay, Bits, Held, NumberDelay, WORDS, flip_flop, frames_of, get, shifted, words};
 use super::buffers::Buffers;
 use super::kernels::{
-    Of, Several, Sum, add, at_least, compare, dot, squared_distance, squares, stands_still, with_slices, write,
+    Of, Several, Sum, add, at_least, compare, compare_both, dot, squared_distance, squares, stands_still, with_slices,
+    write,
 };
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
+use super::width::Real;
 use crate::language::rules::{Arithmetic, Comparison};
 use crate::stream::frames::Values;
 use pulp::{Arch, NullaryFnOnce};
 
 /// The columns of one block and the memory between blocks. Allocates when it is made and never again.
 #[derive(Clone, Debug)]
-pub struct Columns {
-    numbers: Buffers,
+pub struct Columns<R: Real> {
+    numbers: Buffers<R>,
     conditions: Vec<Bits>,
-    number_memory: Vec<NumberMemory>,
+    number_memory: Vec<NumberMemory<R>>,
     condition_memory: Vec<ConditionMemory>,
     fresh: bool,
 }
 
 #[derive(Clone, Debug)]
-enum NumberMemory {
+enum NumberMemory<R> {
     None,
-    Rate { past: NumberDelay, age: u32 },
-    Delay(NumberDelay),
+    Rate { past: NumberDelay<R>, age: u32 },
+    Delay(NumberDelay<R>),
 }
 
 #[derive(Clone, Debug)]
@@ -67,7 +69,7 @@ impl<'a> Block<'a> {
 
 static ZEROS: [f64; BLOCK] = [0.0; BLOCK];
 
-impl Columns {
+impl<R: Real> Columns<R> {
     /// Room for the columns of a plan.
     pub fn new(plan: &Plan) -> Self {
         let number_memory = plan.numbers.iter().map(|(number, _)| match number {
@@ -144,20 +146,23 @@ impl Columns {
         let memory = &mut self.number_memory[id.index()];
         match number {
             Number::Input(_) | Number::Constant(_) => {}
-            Number::Negate(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| -a), out)),
-            Number::Abs(a) => with_slices!([a = arg(a);] write(Of((a,), |a: f64| a.abs()), out)),
+            Number::Negate(a) => with_slices!([a = arg(a);] write(Of((a,), |a: R| -a), out)),
+            Number::Abs(a) => with_slices!([a = arg(a);] write(Of((a,), |a: R| a.abs()), out)),
             Number::Arithmetic(operation, a, b) => match (plan.constant(*a), plan.constant(*b)) {
-                (None, Some(b)) => with_slices!([a = arg(a);] match operation {
-                    Arithmetic::Add => write(Of((a,), |a: f64| a + b), out),
-                    Arithmetic::Subtract => write(Of((a,), |a: f64| a - b), out),
-                    Arithmetic::Multiply => write(Of((a,), |a: f64| a * b), out),
-                    Arithmetic::Divide => write(Of((a,), |a: f64| a / b), out),
-                }),
+                (None, Some(b)) => {
+                    let b = R::of(b);
+                    with_slices!([a = arg(a);] match operation {
+                    Arithmetic::Add => write(Of((a,), |a: R| a + b), out),
+                    Arithmetic::Subtract => write(Of((a,), |a: R| a - b), out),
+                    Arithmetic::Multiply => write(Of((a,), |a: R| a * b), out),
+                    Arithmetic::Divide => write(Of((a,), |a: R| a / b), out),
+                    })
+                }
                 _ => with_slices!([a = arg(a); b = arg(b);] match operation {
-                    Arithmetic::Add => write(Of((a, b), |a: f64, b: f64| a + b), out),
-                    Arithmetic::Subtract => write(Of((a, b), |a: f64, b: f64| a - b), out),
-                    Arithmetic::Multiply => write(Of((a, b), |a: f64, b: f64| a * b), out),
-                    Arithmetic::Divide => write(Of((a, b), |a: f64, b: f64| a / b), out),
+                    Arithmetic::Add => write(Of((a, b), |a: R, b: R| a + b), out),
+                    Arithmetic::Subtract => write(Of((a, b), |a: R, b: R| a - b), out),
+                    Arithmetic::Multiply => write(Of((a, b), |a: R, b: R| a * b), out),
+                    Arithmetic::Divide => write(Of((a, b), |a: R, b: R| a / b), out),
                 }),
             },
             Number::Sum(all) => sum(all, arg, out),
@@ -165,31 +170,31 @@ impl Columns {
                 with_slices!([a = each a.each_ref().map(arg); b = each b.each_ref().map(arg);] write(dot(a, b), out));
             }
             Number::LessProduct(a, b, c) => with_slices!([a = arg(a); b = arg(b); c = arg(c);]
-                write(Of((a, b, c), |a: f64, b: f64, c: f64| a - b * c), out)),
+                write(Of((a, b, c), |a: R, b: R, c: R| a - b * c), out)),
             Number::Norm(Vector { of, minus: None }) => with_slices!([of = each of.each_ref().map(arg);]
-                write(Of((squares(of),), f64::sqrt), out)),
+                write(Of((squares(of),), R::sqrt), out)),
             Number::Norm(Vector { of, minus: Some(minus) }) => {
                 with_slices!([of = each of.each_ref().map(arg); minus = each minus.each_ref().map(arg);]
-                    write(Of((squared_distance(of, minus),), f64::sqrt), out));
+                    write(Of((squared_distance(of, minus),), R::sqrt), out));
             }
             Number::Min(a, b) => {
-                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: f64, b: f64| a.min(b)), out));
+                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: R, b: R| a.min(b)), out));
             }
             Number::Max(a, b) => {
-                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: f64, b: f64| a.max(b)), out));
+                with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: R, b: R| a.max(b)), out));
             }
             Number::Count(bits) => {
-                out.fill(0.0);
+                out.fill(R::ZERO);
                 for bits in bits {
                     let bits = &self.conditions[bits.index()];
                     for (at, out) in out.iter_mut().enumerate() {
-                        *out += if get(bits, at) { 1.0 } else { 0.0 };
+                        *out = *out + R::of(if get(bits, at) { 1.0 } else { 0.0 });
                     }
                 }
             }
             Number::Rate { number, frames, restart } => {
                 let NumberMemory::Rate { past, age } = memory else { return };
-                let (now, per_second) = (arg(number), plan.layout.rate_hz / f64::from(*frames));
+                let (now, per_second) = (arg(number), R::of(plan.layout.rate_hz / f64::from(*frames)));
                 let before = match plan.numbers[number.index()].0 {
                     Number::Input(column) if *age >= *frames => block.earlier(column, *frames as usize),
                     _ => None,
@@ -202,7 +207,7 @@ impl Columns {
                     Some(before) => {
                         past.pass(now);
                         with_slices!([now = now; before = before;]
-                            write(Of((now, before), |now: f64, before: f64| (now - before) * per_second), out));
+                            write(Of((now, before), |now: R, before: R| (now - before) * per_second), out));
                     }
                     None => {
                         past.run(now, out);
@@ -210,7 +215,7 @@ impl Columns {
                             if restart.is_some_and(|bits| get(bits, at)) {
                                 *age = 0;
                             }
-                            *out = if *age >= *frames { (now - *out) * per_second } else { 0.0 };
+                            *out = if *age >= *frames { (R::of(now) - *out) * per_second } else { R::ZERO };
                             *age = (*age + 1).min(*frames);
                         }
                     }
@@ -234,7 +239,7 @@ impl Columns {
         let memory = &mut self.condition_memory[id.index()];
         match &plan.conditions[id.index()].0 {
             Condition::Input(column) => with_slices!([column = block.column(*column);]
-                compare(Comparison::Greater, column, 0.5, len, out)),
+                compare(Comparison::Greater, column, R::of(0.5), len, out)),
             Condition::Constant(value) => out.fill(if *value { u64::MAX } else { 0 }),
             Condition::Inside => out.fill(if block.inside { u64::MAX } else { 0 }),
             Condition::First => {
@@ -259,17 +264,16 @@ impl Columns {
                 let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
                 match (plan.constant(*a), plan.constant(*b)) {
                     (Some(a), Some(b)) => out.fill(if comparison.holds(a, b) { u64::MAX } else { 0 }),
-                    (None, Some(b)) => with_slices!([a = arg(a);] compare(*comparison, a, b, len, out)),
-                    (Some(a), None) => with_slices!([b = arg(b);] compare(comparison.swapped(), b, a, len, out)),
-                    (None, None) => with_slices!([a = arg(a); b = arg(b);] {
-                        let holds = Of((a, b), |a: f64, b: f64| f64::from(u8::from(comparison.holds(a, b))));
-                        compare(Comparison::Greater, holds, 0.5, len, out);
-                    }),
+                    (None, Some(b)) => with_slices!([a = arg(a);] compare(*comparison, a, R::of(b), len, out)),
+                    (Some(a), None) => with_slices!([b = arg(b);] compare(comparison.swapped(), b, R::of(a), len, out)),
+                    (None, None) => {
+                        with_slices!([a = arg(a); b = arg(b);] compare_both::<R>(*comparison, a, b, len, out))
+                    }
                 }
             }
             Condition::Length(comparison, Vector { of, minus }, threshold) => {
                 let arg = |id: &NumberId| number_column(plan, &self.numbers, *id, block);
-                let (of, threshold) = (of.each_ref().map(arg), threshold.get());
+                let (of, threshold) = (of.each_ref().map(arg), R::of(threshold.get()));
                 match minus {
                     None => with_slices!([of = each of;] compare(*comparison, squares(of), threshold, len, out)),
                     Some(minus) => with_slices!([of = each of; minus = each minus.each_ref().map(arg);]
@@ -335,13 +339,13 @@ impl Columns {
 }
 
 /// All steps of a plan over one block.
-struct Steps<'a, 'b> {
-    columns: &'a mut Columns,
+struct Steps<'a, 'b, R: Real> {
+    columns: &'a mut Columns<R>,
     plan: &'a Plan,
     block: &'a Block<'b>,
 }
 
-impl NullaryFnOnce for Steps<'_, '_> {
+impl<R: Real> NullaryFnOnce for Steps<'_, '_, R> {
     type Output = ();
 
     #[inline(always)]
@@ -357,10 +361,10 @@ impl NullaryFnOnce for Steps<'_, '_> {
 }
 
 #[inline(always)]
-fn number_column<'a>(plan: &Plan, numbers: &'a Buffers, id: NumberId, block: &Block<'a>) -> Values<'a> {
+fn number_column<'a, R: Real>(plan: &Plan, numbers: &'a Buffers<R>, id: NumberId, block: &Block<'a>) -> Values<'a> {
     match plan.numbers[id.index()].0 {
         Number::Input(column) => block.column(column),
-        _ => Values::Wide(numbers.get(id, block.len)),
+        _ => R::values(numbers.get(id, block.len)),
     }
 }
 
@@ -398,7 +402,7 @@ fn fold<'a>(
 
 /// The sum of some columns, from the first to the last: in one go for the fingers of a hand.
 #[inline(always)]
-fn sum<'a>(all: &[NumberId], arg: impl Fn(&NumberId) -> Values<'a> + Copy, out: &mut [f64]) {
+fn sum<'a, R: Real>(all: &[NumberId], arg: impl Fn(&NumberId) -> Values<'a> + Copy, out: &mut [R]) {
     let rest = match all {
         [] => return,
         [a, b, c, d, e, rest @ ..] => {

@@ -6,27 +6,28 @@ use super::machine::Machine;
 use super::open::open;
 use super::plan::Plan;
 use super::runs::{Leaves, Run, append};
+use super::width::Real;
 use crate::base::error::InputError;
 use crate::graph::Graph;
 use crate::stream::frames::{Frames, Layout, Values};
 
-/// A run in progress.
+/// A run in progress, in numbers of one [width](super::width).
 #[derive(Clone, Debug)]
-pub struct Evaluator {
+pub struct Evaluator<R: Real = f64> {
     plan: Plan,
-    columns: Columns,
+    columns: Columns<R>,
     machine: Machine,
     /// Frames taken in since the stretch began.
     taken: usize,
 }
 
-impl Evaluator {
+impl<R: Real> Evaluator<R> {
     /// Opens a graph for a log with these slots.
     ///
     /// # Errors
     /// When the rate cannot honour a duration of the rules.
     pub fn new(graph: &Graph, layout: &Layout) -> Result<Self, InputError> {
-        let plan = open(graph, layout)?;
+        let plan = open(graph, layout, R::WIDTH)?;
         Ok(Self { columns: Columns::new(&plan), machine: Machine::new(&plan), plan, taken: 0 })
     }
 
@@ -68,20 +69,20 @@ impl Evaluator {
     }
 }
 
-/// Evaluates a whole log, stretch by stretch.
+/// Evaluates a whole log, stretch by stretch, in 64 bits, whatever its columns have.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub fn evaluate(graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    evaluate_in_blocks(graph, frames, usize::MAX)
+    evaluate_in::<f64>(graph, frames, usize::MAX)
 }
 
-/// The same, pushing at most `block` frames at a time: the leaves do not depend on it.
+/// The same in numbers of a width, pushing at most `block` frames at a time: the leaves do not depend on that.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub fn evaluate_in_blocks(graph: &Graph, frames: &Frames, block: usize) -> Result<Vec<Leaves>, InputError> {
-    let mut evaluator = Evaluator::new(graph, &frames.layout)?;
+pub fn evaluate_in<R: Real>(graph: &Graph, frames: &Frames, block: usize) -> Result<Vec<Leaves>, InputError> {
+    let mut evaluator = Evaluator::<R>::new(graph, &frames.layout)?;
     let inputs = evaluator.plan().inputs.clone();
     let columns: Vec<Values<'_>> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
     let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();

@@ -5,6 +5,7 @@ use super::bits::get;
 use super::columns::Columns;
 use super::plan::{Memory, MemoryId, Plan};
 use super::runs::Run;
+use super::width::Real;
 use crate::graph::{Decision, Leaf, Target};
 use crate::language::rules::Label;
 
@@ -67,7 +68,14 @@ impl Machine {
 
     /// Runs the block that `columns` holds, but for its first `skip` frames, which lie before the machine's first one.
     /// Runs of leaves that end are given to `emit` with the position of their tree; frames are counted from the stretch's beginning.
-    pub fn run(&mut self, plan: &Plan, columns: &Columns, skip: usize, len: usize, emit: &mut impl FnMut(usize, Run)) {
+    pub fn run<R: Real>(
+        &mut self,
+        plan: &Plan,
+        columns: &Columns<R>,
+        skip: usize,
+        len: usize,
+        emit: &mut impl FnMut(usize, Run),
+    ) {
         if skip >= len {
             return;
         }

@@ -13,3 +13,4 @@ mod ranks;
 pub mod reference;
 pub mod runs;
 pub mod stepper;
+pub mod width;

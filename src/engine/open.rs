@@ -7,6 +7,7 @@ mod memory;
 mod operators;
 
 use super::plan::{BitId, Condition, Memory, MemoryId, Number, NumberId, OpenTree, Plan, Step};
+use super::width::Width;
 use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -22,13 +23,14 @@ const MAX_WINDOW: f64 = 4e6;
 /// The most memory from one frame to the next, in bytes.
 const MAX_STATE: usize = 256 << 20;
 
-/// Opens a graph for the slots of a log.
+/// Opens a graph for the slots of a log, and for numbers of a width.
 ///
 /// # Errors
 /// When the rate cannot honour a duration: shorter than one sample.
-pub fn open(graph: &Graph, layout: &Layout) -> Result<Plan, InputError> {
+pub fn open(graph: &Graph, layout: &Layout, width: Width) -> Result<Plan, InputError> {
     let mut opening = Opening {
         graph,
+        width,
         plan: Plan { layout: layout.clone(), ..Plan::default() },
         numbers: HashMap::new(),
         conditions: HashMap::new(),
@@ -90,6 +92,7 @@ impl Slots {
 
 struct Opening<'a> {
     graph: &'a Graph,
+    width: Width,
     plan: Plan,
     numbers: HashMap<Number, NumberId>,
     conditions: HashMap<Condition, BitId>,
@@ -175,7 +178,7 @@ impl<'a> Opening<'a> {
     }
 
     fn constant(&mut self, number: f64) -> NumberId {
-        self.number(Number::Constant(Exact::new(number)), 0)
+        self.number(Number::Constant(Exact::new(self.width.round(number))), 0)
     }
 
     fn input(&mut self, key: ColumnKey) -> u32 {

@@ -5,6 +5,7 @@
 
 use super::open::frames as samples;
 use super::runs::{Leaves, Run, append};
+use super::width::Width;
 use crate::base::channels::{Shape, reads_target};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -17,12 +18,20 @@ use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
-/// Evaluates a whole log, stretch by stretch.
+/// Evaluates a whole log, stretch by stretch, in 64 bits.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub fn evaluate(rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    frames.stretches.iter().map(|stretch| Reference::new(rules, frames, stretch.clone()).run()).collect()
+    evaluate_in(Width::Wide, rules, frames)
+}
+
+/// The same with every number rounded to a width.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub fn evaluate_in(width: Width, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
+    frames.stretches.iter().map(|stretch| Reference::new(width, rules, frames, stretch.clone()).run()).collect()
 }
 
 /// The value of an expression on a frame.
@@ -46,6 +55,7 @@ type Declared = (bool, u32, Option<Side>);
 type Known<Id, T> = HashMap<(Id, Option<Side>, usize), T>;
 
 struct Reference<'a> {
+    width: Width,
     rules: &'a Rules,
     frames: &'a Frames,
     stretch: Range<usize>,
@@ -59,9 +69,9 @@ struct Reference<'a> {
 }
 
 impl<'a> Reference<'a> {
-    fn new(rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
+    fn new(width: Width, rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
         let (signals, latches, targets) = (RefCell::default(), RefCell::default(), RefCell::default());
-        Self { rules, frames, stretch, leaves: HashMap::new(), signals, latches, targets }
+        Self { width, rules, frames, stretch, leaves: HashMap::new(), signals, latches, targets }
     }
 
     fn run(mut self) -> Outcome<Leaves> {
@@ -186,8 +196,8 @@ impl<'a> Reference<'a> {
         let arg = |expr: &Expr| self.value(expr, this, frame);
         Ok(match &expr.kind {
             ExprKind::Bool(bool) => Value::Bool(*bool),
-            ExprKind::Number(number) => Value::Number(*number),
-            ExprKind::Param(param) => Value::Number(self.rules.params[param.index()].value),
+            ExprKind::Number(number) => Value::Number(self.width.round(*number)),
+            ExprKind::Param(param) => Value::Number(self.width.round(self.rules.params[param.index()].value)),
             ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this), frame),
             ExprKind::Signal(signal, hand) => self.signal(*signal, side(*hand, this), frame)?,
             ExprKind::Latch(latch, hand) => Value::Bool(self.latch(*latch, side(*hand, this), frame)?),
@@ -217,7 +227,9 @@ impl<'a> Reference<'a> {
                 other => other.clone(),
             }),
             ExprKind::Negate(number) => each(&arg(number)?, &|number| numbers(number, |number| -number)),
-            ExprKind::Arithmetic(operation, a, b) => pairs(&arg(a)?, &arg(b)?, &|a, b| arithmetic(*operation, a, b)),
+            ExprKind::Arithmetic(operation, a, b) => {
+                pairs(&arg(a)?, &arg(b)?, &|a, b| self.width.arithmetic(*operation, a, b))
+            }
             ExprKind::Compare(comparison, a, b) if a.ty.shape == Shape::Object => pairs(&arg(a)?, &arg(b)?, &|a, b| {
                 let same = scalar(a) >= 0.0 && scalar(a).to_bits() == scalar(b).to_bits();
                 Value::Bool(same == (*comparison == Comparison::Equal))
@@ -230,7 +242,7 @@ impl<'a> Reference<'a> {
             ExprKind::Or(any) => self.fold(any, this, frame, false, |a, b| a || b)?,
             ExprKind::Call(function, args) => {
                 let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
-                call(*function, &args, expr)
+                self.width.call(*function, &args, expr)
             }
             ExprKind::Hysteresis { .. }
             | ExprKind::Window(..)
@@ -277,7 +289,7 @@ impl<'a> Reference<'a> {
                 let slot = u32::try_from(slot).unwrap_or(0);
                 let component = u32::try_from(component).unwrap_or(0);
                 let column = self.frames.column(ColumnKey { channel: channel.0, side, slot, component });
-                column.and_then(|column| column.get(frame)).unwrap_or(0.0)
+                self.width.round(column.and_then(|column| column.get(frame)).unwrap_or(0.0))
             };
             match spec.shape {
                 Shape::Bool => Value::Bool(component(0) > 0.5),
@@ -329,6 +341,7 @@ impl<'a> Reference<'a> {
                 let beginning = self.beginning(&[value], this, frame);
                 let now = self.value(value, this, frame)?;
                 let mut state = each(&now, &|_| Value::Bool(false));
+                let [on, off] = [on, off].map(|threshold| self.width.round(threshold.value));
                 for past in beginning..=frame {
                     let value = self.value(value, this, past)?;
                     let beyond =
@@ -336,7 +349,7 @@ impl<'a> Reference<'a> {
                     let back = |value: f64, threshold: f64| if *rising { value < threshold } else { value > threshold };
                     state = pairs(&state, &value, &|state, value| {
                         let value = scalar(value);
-                        Value::Bool(beyond(value, on.value) || truth(state) && !back(value, off.value))
+                        Value::Bool(beyond(value, on) || truth(state) && !back(value, off))
                     });
                 }
                 Ok(state)
@@ -369,10 +382,10 @@ impl<'a> Reference<'a> {
                 }
                 let then = self.value(number, this, frame - n)?;
                 #[allow(clippy::cast_precision_loss, reason = "a window of at most 1e9 frames")]
-                let per_second = rate / n as f64;
-                let difference = |now: &Value, then: &Value| arithmetic(Arithmetic::Subtract, now, then);
+                let per_second = self.width.round(rate / n as f64);
+                let difference = |now: &Value, then: &Value| self.width.arithmetic(Arithmetic::Subtract, now, then);
                 Ok(pairs(&now, &then, &|now, then| {
-                    arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
+                    self.width.arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
                 }))
             }
             ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
@@ -448,61 +461,65 @@ fn numbers(value: &Value, f: impl Fn(f64) -> f64) -> Value {
     }
 }
 
-fn arithmetic(operation: Arithmetic, a: &Value, b: &Value) -> Value {
-    let f = |a: f64, b: f64| operation.apply(a, b);
-    match (a, b) {
-        (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
-        (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
-        (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
-        (a, b) => Value::Number(f(scalar(a), scalar(b))),
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).reduce(|sum, product| sum + product).unwrap_or(0.0)
-}
-
-fn norm(vector: &[f64]) -> f64 {
-    dot(vector, vector).sqrt()
-}
-
-fn sum(slots: &[Value], shape: Shape) -> Value {
-    let mut slots = slots.iter().cloned();
-    let first = slots.next().unwrap_or_else(|| nothing(shape));
-    slots.fold(first, |sum, slot| arithmetic(Arithmetic::Add, &sum, &slot))
-}
-
-fn call(function: Function, args: &[Value], expr: &Expr) -> Value {
-    let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
-    let nowhere = Value::Number(0.0);
-    let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
-    let bools = || slots(0).iter().map(truth);
-    match function {
-        Function::Abs => each(first, &|number| numbers(number, f64::abs)),
-        Function::Norm => each(first, &|value| Value::Number(norm(vector(value)))),
-        Function::Dot => pairs(first, second, &|a, b| Value::Number(dot(vector(a), vector(b)))),
-        Function::Tangential => pairs(first, second, &|v, n| {
-            let along = Value::Number(dot(vector(v), vector(n)));
-            arithmetic(Arithmetic::Subtract, v, &arithmetic(Arithmetic::Multiply, n, &along))
-        }),
-        Function::Sum => sum(slots(0), expr.ty.shape),
-        Function::Mean => {
-            #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
-            let count = slots(0).len().max(1) as f64;
-            arithmetic(Arithmetic::Divide, &sum(slots(0), expr.ty.shape), &Value::Number(count))
+/// Arithmetic, each operation rounded.
+impl Width {
+    fn arithmetic(self, operation: Arithmetic, a: &Value, b: &Value) -> Value {
+        let f = |a: f64, b: f64| self.round(operation.apply(a, b));
+        match (a, b) {
+            (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
+            (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
+            (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
+            (a, b) => Value::Number(f(scalar(a), scalar(b))),
         }
-        Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
-        Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
-        Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
-        Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
-        Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
-        Function::Any => Value::Bool(bools().any(|bool| bool)),
-        Function::All => Value::Bool(bools().all(|bool| bool)),
-        Function::SqueezeOf => {
-            let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
-            let norms: Vec<Value> = forces.iter().map(|force| Value::Number(norm(vector(force)))).collect();
-            let (norms, total) = (sum(&norms, Shape::Scalar), sum(&forces, Shape::Vec3));
-            Value::Number((scalar(&norms) - norm(vector(&total))) / 2.0)
+    }
+
+    fn dot(self, a: &[f64], b: &[f64]) -> f64 {
+        let products = a.iter().zip(b).map(|(a, b)| self.round(a * b));
+        products.reduce(|sum, product| self.round(sum + product)).unwrap_or(0.0)
+    }
+
+    fn norm(self, vector: &[f64]) -> f64 {
+        self.round(self.dot(vector, vector).sqrt())
+    }
+
+    fn sum(self, slots: &[Value], shape: Shape) -> Value {
+        let mut slots = slots.iter().cloned();
+        let first = slots.next().unwrap_or_else(|| nothing(shape));
+        slots.fold(first, |sum, slot| self.arithmetic(Arithmetic::Add, &sum, &slot))
+    }
+
+    fn call(self, function: Function, args: &[Value], expr: &Expr) -> Value {
+        let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
+        let nowhere = Value::Number(0.0);
+        let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
+        let bools = || slots(0).iter().map(truth);
+        match function {
+            Function::Abs => each(first, &|number| numbers(number, f64::abs)),
+            Function::Norm => each(first, &|value| Value::Number(self.norm(vector(value)))),
+            Function::Dot => pairs(first, second, &|a, b| Value::Number(self.dot(vector(a), vector(b)))),
+            Function::Tangential => pairs(first, second, &|v, n| {
+                let along = Value::Number(self.dot(vector(v), vector(n)));
+                self.arithmetic(Arithmetic::Subtract, v, &self.arithmetic(Arithmetic::Multiply, n, &along))
+            }),
+            Function::Sum => self.sum(slots(0), expr.ty.shape),
+            Function::Mean => {
+                #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
+                let count = slots(0).len().max(1) as f64;
+                self.arithmetic(Arithmetic::Divide, &self.sum(slots(0), expr.ty.shape), &Value::Number(count))
+            }
+            Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
+            Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
+            Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
+            Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
+            Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
+            Function::Any => Value::Bool(bools().any(|bool| bool)),
+            Function::All => Value::Bool(bools().all(|bool| bool)),
+            Function::SqueezeOf => {
+                let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
+                let norms: Vec<Value> = forces.iter().map(|force| Value::Number(self.norm(vector(force)))).collect();
+                let (norms, total) = (self.sum(&norms, Shape::Scalar), self.sum(&forces, Shape::Vec3));
+                Value::Number(self.round(self.round(scalar(&norms) - self.norm(vector(&total))) / 2.0))
+            }
         }
     }
 }

@@ -11,6 +11,7 @@ use super::machine::Machine;
 use super::open::open;
 use super::plan::Plan;
 use super::runs::Run;
+use super::width::Width;
 use crate::base::error::InputError;
 use crate::graph::Graph;
 use crate::stream::frames::Layout;
@@ -42,7 +43,7 @@ impl Stepper {
     /// # Errors
     /// When the rate cannot honour a duration of the rules.
     pub fn new(graph: &Graph, layout: &Layout) -> Result<Self, InputError> {
-        let plan = open(graph, layout)?;
+        let plan = open(graph, layout, Width::Wide)?;
         let ranks = super::ranks::Ranks::of(&plan);
         let mut stepper = Self {
             ranks: (0..=ranks.highest())

@@ -47,7 +47,8 @@ pub struct ColumnKey {
 
 /// A column: a number per frame.
 ///
-/// Numbers that a sensor gives in 32 bits may be kept in 32 bits, in half the memory; they mean the same, and all arithmetic is done in 64.
+/// Numbers that a sensor gives in 32 bits may be kept in 32 bits, in half the memory; in how many bits is worked with them is another matter
+/// ([`crate::engine::width`]).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Column {
     /// In 64 bits.

@@ -5,11 +5,13 @@ pub mod random;
 use proptest::prelude::*;
 use std::ops::Range;
 use teachtree::analysis::channels;
+use teachtree::base::channels::Shape;
 use teachtree::base::hands::Side;
-use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in_blocks};
+use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in};
 use teachtree::engine::reference;
 use teachtree::engine::runs::{Leaves, Run, append};
 use teachtree::engine::stepper::Stepper;
+use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{Request, load, load_text};
 use teachtree::stream;
@@ -30,7 +32,27 @@ proptest! {
         prop_assert_eq!(&whole, &expected);
         let stepped = stepped(&graph, &frames);
         prop_assert_eq!(&stepped, &expected);
-        let blocks = evaluate_in_blocks(&graph, &frames, block).unwrap();
+        let blocks = evaluate_in::<f64>(&graph, &frames, block).unwrap();
+        prop_assert_eq!(&blocks, &expected);
+    }
+
+    /// In 32 bits as well, on numbers that need rounding.
+    #[test]
+    fn compiled_equals_reference_in_32_bits(seed in any::<u64>(), depth in 1_u32..5, block in 1_usize..80) {
+        let (rules, mut frames) = random::case(seed, depth);
+        for (key, column) in &mut frames.columns {
+            if matches!(frames.channels[key.channel as usize].shape, Shape::Scalar | Shape::Vec3) {
+                *column = match &*column {
+                    Column::Wide(values) => values.iter().map(|value| value * 0.3).collect::<Vec<f64>>().into(),
+                    Column::Narrow(values) => values.iter().map(|value| value * 0.3).collect::<Vec<f32>>().into(),
+                };
+            }
+        }
+        let expected = reference::evaluate_in(Width::Narrow, &rules, &frames).unwrap();
+        let graph = lower(&rules);
+        let whole = evaluate_in::<f32>(&graph, &frames, usize::MAX).unwrap();
+        prop_assert_eq!(&whole, &expected);
+        let blocks = evaluate_in::<f32>(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
 }
@@ -52,7 +74,7 @@ fn blocks_of_a_long_log_join() {
         frames.stretches = std::iter::once(0..frames.len).collect();
         let graph = lower(&rules);
         let whole = evaluate(&graph, &frames).unwrap();
-        assert_eq!(whole, evaluate_in_blocks(&graph, &frames, 700).unwrap(), "seed {seed}");
+        assert_eq!(whole, evaluate_in::<f64>(&graph, &frames, 700).unwrap(), "seed {seed}");
         assert_eq!(whole, stepped(&graph, &frames), "seed {seed}");
     }
 }
@@ -127,7 +149,7 @@ fn thresholds_take_no_columns() {
     let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
     let graph = lower(&rules);
     let mut evaluator = None;
-    let asked = allocation_counter::measure(|| evaluator = Some(Evaluator::new(&graph, &layout).unwrap()));
+    let asked = allocation_counter::measure(|| evaluator = Some(Evaluator::<f64>::new(&graph, &layout).unwrap()));
     assert!(evaluator.unwrap().plan().conditions.len() >= 4000);
     // The bits of a block are half a kilobyte a condition; a column is 32 kB.
     assert!(asked.bytes_max < 4000 * 4096, "{} bytes", asked.bytes_max);
@@ -142,7 +164,8 @@ fn random_cases_are_worth_testing() {
         let (rules, frames) = random::case(seed, 3);
         let leaves = evaluate(&lower(&rules), &frames).unwrap();
         changes += leaves.iter().flat_map(|leaves| leaves.hands.values()).map(|runs| runs.len() - 1).sum::<usize>();
-        windows += teachtree::engine::open::open(&lower(&rules), &frames.layout).unwrap().cost().state_bytes;
+        windows +=
+            teachtree::engine::open::open(&lower(&rules), &frames.layout, Width::Wide).unwrap().cost().state_bytes;
     }
     assert!(changes > 1000, "the leaves change only {changes} times");
     assert!(windows > 10_000, "the cases have only {windows} bytes of memory");

@@ -6,6 +6,7 @@ use std::fmt::Write;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::open::open;
 use teachtree::engine::plan::Plan;
+use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower, text};
 use teachtree::language::{Request, load, load_text};
 use teachtree::stream::frames::{HandLayout, Layout};
@@ -73,7 +74,7 @@ fn equal_conditions_are_shared() {
 fn open_for_a_hand(graph: &Graph) -> Result<Plan, String> {
     let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
     let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
-    open(graph, &layout).map_err(|error| error.to_string())
+    open(graph, &layout, Width::Wide).map_err(|error| error.to_string())
 }
 
 /// A chain of declarations is as long as its author likes: nothing recurses along it, and nothing walks it again for each of its members.
