@@ -12,4 +12,5 @@ pub mod quantity;
 pub mod recording;
 pub mod scene;
 pub mod units;
+pub mod shown;
 pub mod yaml;

@@ -2,6 +2,7 @@
 //! not of the types that read them.
 
 use super::error::InputError;
+use super::shown::Shown;
 use indexmap::IndexMap;
 use serde::de::{DeserializeOwned, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
@@ -13,6 +14,8 @@ use std::marker::PhantomData;
 pub const MAX_BYTES: usize = 1 << 20;
 /// How deep lists `[…]` and mappings `{…}` may stand in each other: the YAML crate takes the square of the depth.
 pub const MAX_DEPTH: usize = 64;
+/// A number with more digits than this is shown with an exponent.
+const LONG: usize = 17;
 
 /// Reads a YAML text; `file` is its name in errors. Unknown keys are refused by the types (`deny_unknown_fields`).
 ///
@@ -155,7 +158,15 @@ fn found_words(found: &str) -> String {
     }
     let quoted =
         ["string ", "integer ", "floating point ", "boolean "].iter().find_map(|kind| found.strip_prefix(kind));
-    quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", value.trim_matches(['"', '`'])))
+    quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", short(value.trim_matches(['"', '`']))))
+}
+
+/// A number without its hundreds of digits; any other text as it is.
+fn short(value: &str) -> String {
+    match value.parse::<f64>() {
+        Ok(number) if number.is_finite() && value.len() > LONG => Shown(number).to_string(),
+        _ => value.into(),
+    }
 }
 
 /// What serde expected, by the names of its types.
