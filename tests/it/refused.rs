@@ -25,6 +25,25 @@ fn refused(args: &[&str]) -> String {
     told
 }
 
+/// A JSON file that is empty or was cut has no column to look at.
+#[test]
+fn json_that_ends_too_early_is_told_without_a_column() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, wanted) in [
+        ("", "commands.json: the file is empty"),
+        (" \n", "commands.json: the file is empty"),
+        ("{\"schema\": \"teachtree.commands/1\",\n \"tasks\": [", "commands.json:2: ends in the middle of a list"),
+        ("{\"schema\":\n", "commands.json:2: ends in the middle: a value is missing"),
+        ("{\"schema\": 5}", "commands.json:1:12: found `5`, wanted a text"),
+        ("{\"schema\" 5}", "commands.json:1:11: no JSON here, wanted `:`"),
+    ] {
+        let commands = file(&folder, "commands.json", text);
+        let told = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains("help: commands are the JSON file that `teachtree command` writes"), "{told}");
+    }
+}
+
 /// Numbers that only a slip of the finger makes are shown as they were meant, not with hundreds of digits.
 #[test]
 fn huge_and_tiny_numbers_are_told_in_short() {

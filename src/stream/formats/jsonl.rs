@@ -7,6 +7,7 @@ use super::json;
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::base::error::InputError;
+use crate::base::json::told;
 use crate::base::scene::Scene;
 use serde_json::Value;
 use std::io::{BufRead, Read};
@@ -110,12 +111,9 @@ impl<R: BufRead> Lines<R> {
                         .error("found no object, wanted one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
                 }
                 Err(error) => {
-                    let text = error.to_string();
-                    let what = text.split(" at line ").next().unwrap_or_default();
-                    let what = what.replace("EOF while parsing", "the line ends within");
                     let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };
                     let place = format!("{} row {}{letter}", self.file, self.row);
-                    Err(InputError::new(place, format!("found no JSON object: {what}")))
+                    Err(InputError::new(place, format!("found no JSON object: {}", told(&error))))
                 }
             };
         }
