@@ -4,7 +4,7 @@
 use super::error::InputError;
 use super::shown::Shown;
 use indexmap::IndexMap;
-use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 use std::hash::Hash;
@@ -79,11 +79,68 @@ where
     let mut map = IndexMap::with_capacity(entries.len());
     for (key, value) in entries {
         if map.contains_key(&key) {
-            return Err(serde::de::Error::custom(format!("`{key}` is there twice")));
+            return Err(D::Error::custom(format!("`{key}` is there twice")));
         }
         map.insert(key, value);
     }
     Ok(map)
+}
+
+/// Where the value at these keys stands, one below the other, an item of a list by its number from 0: `file:line:column`; of keys that are not there
+/// those above count.
+pub fn place(text: &str, file: &str, keys: &[&str]) -> String {
+    let found = serde_yaml::Deserializer::from_str(text).next().and_then(|value| Down(keys).deserialize(value).err());
+    match found.and_then(|stopped| stopped.location()) {
+        Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
+        None => file.into(),
+    }
+}
+
+/// An error whose place is keys with dots between them, `bodies.cube.mass`, at its place in the text that they stand in.
+pub fn located(error: InputError, text: &str, file: &str) -> InputError {
+    let keys: Vec<&str> = error.place.split('.').collect();
+    InputError { place: place(text, file, &keys), message: format!("{}: {}", error.place, error.message), ..error }
+}
+
+/// Goes down these keys and stops there with an error: the crate says where it is when it is stopped.
+struct Down<'k>(&'k [&'k str]);
+
+impl<'de> DeserializeSeed<'de> for Down<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<(), D::Error> {
+        from.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Down<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        while let (Some((key, below)), Some(found)) = (self.0.split_first(), map.next_key::<String>()?) {
+            if found == *key {
+                return map.next_value_seed(Down(below));
+            }
+            map.next_value::<IgnoredAny>()?;
+        }
+        Err(Error::custom("here"))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
+        if let Some((wanted, below)) = self.0.split_first()
+            && let Ok(wanted) = wanted.parse::<usize>()
+        {
+            for _ in 0..wanted {
+                items.next_element::<IgnoredAny>()?;
+            }
+            items.next_element_seed(Down(below))?;
+        }
+        Err(Error::custom("here"))
+    }
 }
 
 /// Writes a value as YAML.

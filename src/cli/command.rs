@@ -2,7 +2,7 @@
 
 use super::analyze::analyse;
 use super::rules::{RuleArgs, load};
-use super::source::SourceArgs;
+use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -84,11 +84,7 @@ pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
 
 /// The scene of this name, or in this file.
 pub fn open_scene(name: &str) -> Result<Scene, InputError> {
-    if name.ends_with(".yaml") || name.ends_with(".yml") {
-        stream::csv::read_scene(Path::new(name))
-    } else {
-        crate::world::scene(name)
-    }
+    if is_yaml(name) { stream::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
 }
 
 /// What is commanded, for people.

@@ -2,6 +2,7 @@
 
 use super::command::{open_robot, open_scene};
 use super::progress::Progress;
+use super::source::in_scene;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -64,8 +65,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::No);
     }
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose();
-    let joints = joints.map_err(|error| in_file(&file, error))?;
-    let performed = perform(&commands, &robot, &scene).map_err(|error| in_file(&file, error))?;
+    let in_its_file = |error| in_scene(&args.scene, in_file(&file, error));
+    let joints = joints.map_err(in_its_file)?;
+    let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
     let Performance { recording, outcomes, nearest, trace } = performed;
     formats::write(&recording, &args.out)?;
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {

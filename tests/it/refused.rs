@@ -25,6 +25,76 @@ fn refused(args: &[&str]) -> String {
     told
 }
 
+/// What is no thing on a table is told at its line, by whoever simulates the scene.
+#[test]
+fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, sound) = (folder.path().join("log.csv"), shipped("scenes/peg_in_hole.yaml"));
+    for (from, to, wanted) in [
+        (
+            "[15 mm, 80 mm]",
+            "[1e-9 mm, 80 mm]",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a radius of 1e-12 m, wanted 0.1 mm to 10 m",
+        ),
+        (
+            "[15 mm, 80 mm]",
+            "[15 mm, 1e300 m]",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a height of 1e300 m, wanted 0.1 mm to 10 m",
+        ),
+        (
+            "{box: [30 mm, 40 mm, 40 mm], at: [21.5668 mm, 21.",
+            "{box: [30 mm, 11 m, 40 mm], at: [21.5668 mm, 21.",
+            "scene.yaml:16:5: bodies.holder.parts.1: has an edge of 11 m",
+        ),
+        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, wanted 0.1 g to 1000 kg"),
+        ("mass: 40 g, ", "", "scene.yaml:5:8: bodies.peg: is an object without mass, wanted one such as `mass: 50 g`"),
+        (
+            "mass: 40 g, friction: 0.2",
+            "mass: 40 g, friction: 55",
+            "scene.yaml:5:45: bodies.peg.friction: found 55, wanted 0 to 10",
+        ),
+        (
+            "position: [-90 mm",
+            "position: [-1e300 m",
+            "scene.yaml:5:60: bodies.peg.position: found -1e300 m, wanted at most 1000 m",
+        ),
+        (
+            "tip_radius: 10 mm",
+            "tip_radius: 10 m",
+            "scene.yaml:24:56: hands.right.tip_radius: found 10 m, wanted 0.1 mm to 100 mm",
+        ),
+    ] {
+        let scene = file(&folder, "scene.yaml", &sound.replacen(from, to, 1));
+        let told = refused(&["teach", &scene, "peg_in_hole", "-o", out.to_str().unwrap()]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(!out.exists());
+    }
+}
+
+/// A scene inside a binding is looked at as one in a file is, and told of at its line in the binding.
+#[test]
+fn a_scene_in_a_binding_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene: String = shipped("tests/fixtures/logs/box.yaml").lines().map(|line| format!("  {line}\n")).collect();
+    for (from, to, wanted) in [
+        ("[thumb, index]", "[thumb, thumb]", "b.yaml:7:22: scene.hands.right.fingers: found thumb twice"),
+        (
+            "[0 m, 0 m, -10 mm]",
+            "[0 m, 1e9 m, 0 m]",
+            "b.yaml:5:37: scene.bodies.base.position: found 1000000000 m, wanted at most 1000 m",
+        ),
+        ("mass: 50 g", "mass: 0 g", "b.yaml:4:11: scene.bodies.cube: found 0 kg, wanted a mass (kg) above 0"),
+    ] {
+        let text = format!("scene:\n{scene}");
+        assert!(text.contains(from));
+        let binding = file(&folder, "b.yaml", &text.replacen(from, to, 1));
+        let told = refused(&["analyze", LOG, "--binding", &binding]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+    }
+    let binding = file(&folder, "b.yaml", &format!("scene:\n{scene}"));
+    assert!(teachtree(&["analyze", LOG, "--binding", &binding]).status.success());
+}
+
 /// A JSON file that is empty or was cut has no column to look at.
 #[test]
 fn json_that_ends_too_early_is_told_without_a_column() {

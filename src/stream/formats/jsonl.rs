@@ -120,8 +120,9 @@ impl<R: BufRead> Lines<R> {
     }
 
     fn scene(&self, scene: Value) -> Result<Line, InputError> {
-        let scene: Scene = serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {error}")))?;
-        check_scene(&scene).map_err(|message| self.error(message))?;
+        let scene: Scene =
+            serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {}", told(&error))))?;
+        check_scene(&scene).map_err(|error| self.error(format!("scene.{}: {}", error.place, error.message)))?;
         Ok(Line::Scene(Box::new(scene)))
     }
 }

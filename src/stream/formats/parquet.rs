@@ -56,7 +56,7 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     if let Some(text) = scene {
         let place = format!("{name} metadata {SCENE}");
         let scene = yaml::read(&text, &place)?;
-        check_scene(&scene).map_err(|message| InputError::new(place, message))?;
+        check_scene(&scene).map_err(|error| yaml::located(error, &text, &place))?;
         source.scene = Some(scene);
     }
     if let Some(text) = events {
