@@ -1,6 +1,7 @@
 //! Bad input on the command line: one message with the place, what was found, what was wanted and what to do; exit status 2, and nothing is written.
 
 use crate::program::{complained, said, teachtree};
+use serde_json::Value;
 use std::path::Path;
 
 const LOG: &str = "tests/fixtures/logs/whole.csv";
@@ -112,6 +113,55 @@ fn json_that_ends_too_early_is_told_without_a_column() {
         assert!(told.contains(wanted), "{told}, wanted {wanted}");
         assert!(told.contains("help: commands are the JSON file that `teachtree command` writes"), "{told}");
     }
+}
+
+/// Integers in nanoseconds, microseconds and milliseconds are told apart, and the advice does.
+#[test]
+fn stamps_in_another_unit_are_told_with_the_unit_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = shipped(LOG);
+    let stamped = |heading: &str, per_s: f64, from: f64| {
+        let rows = log.lines().skip(1).map(|line| {
+            let (time, rest) = line.split_once(',').unwrap();
+            format!("{:.0},{rest}\n", from + time.parse::<f64>().unwrap() * per_s)
+        });
+        log.lines().take(1).map(|line| line.replace("time [s]", heading) + "\n").chain(rows).collect::<String>()
+    };
+    for (unit, per_s) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+        for from in [0.0, 1.7e9 * per_s] {
+            let path = file(&folder, "log.csv", &stamped("time", per_s, from));
+            let told = refused(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
+            assert!(told.contains(&format!("if the stamps are in {unit}, say `time [{unit}]`")), "{told}");
+            let path = file(&folder, "log.csv", &stamped(&format!("time [{unit}]"), per_s, from));
+            let output = teachtree(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
+            assert!(output.status.success(), "{unit}: {}", complained(&output));
+        }
+    }
+}
+
+/// What the message about a gap says closes it.
+#[test]
+fn the_advice_about_a_gap_bridges_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let gap = "tests/fixtures/logs/gap.csv";
+    let gaps = |more: &[&str]| {
+        let output = teachtree(
+            &[&["analyze", gap, "--scene", "tests/fixtures/logs/box.yaml", "--format", "json"], more].concat(),
+        );
+        let told: Value = serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", complained(&output)));
+        let issues = told["issues"].as_array().unwrap().clone();
+        let of_gaps = issues.into_iter().filter(|issue| issue["kind"] == "gap");
+        of_gaps.map(|issue| issue["message"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let told = gaps(&[]);
+    assert_eq!(told.len(), 1, "{told:?}");
+    let settings: Vec<&str> = told[0].split('`').skip(1).step_by(2).collect();
+    assert!(
+        matches!(settings[..], [resample, bridge] if resample.starts_with("resample: ") && bridge.starts_with("bridge: ")),
+        "{told:?}"
+    );
+    let binding = file(&folder, "bridge.yaml", &(settings.join("\n") + "\n"));
+    assert_eq!(gaps(&["--binding", &binding]), Vec::<String>::new());
 }
 
 /// Numbers that only a slip of the finger makes are shown as they were meant, not with hundreds of digits.
