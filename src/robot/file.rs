@@ -32,6 +32,8 @@ pub const MAX_LINKS: usize = 256;
 pub(super) const MAX_SOLIDS: usize = 64;
 /// The largest robot file that is read, bytes.
 pub const MAX_BYTES: u64 = 4 << 20;
+/// No fingertip presses harder, N. Ours: strong grippers for the table reach it, hands have a tenth of it.
+const MAX_FORCE_N: f64 = 200.0;
 /// Assemblies stand at most this deep in each other.
 const MAX_DEPTH: usize = 4;
 
@@ -396,8 +398,12 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
                 format!("has a tip of radius {} m, wanted 0.1 mm to 100 mm", Shown(file.radius.0)),
             ));
         }
-        if !(file.force.0 > 0.0 && file.force.0 <= 1000.0) {
-            return Err(refuse(name, format!("presses with {} N at most, wanted more than 0", file.force.0)));
+        if !(file.force.0 > 0.0 && file.force.0 <= MAX_FORCE_N) {
+            let found = Shown(file.force.0);
+            return Err(refuse(
+                name,
+                format!("has a force of {found} N, wanted more than 0 and at most {MAX_FORCE_N} N"),
+            ));
         }
         let pad = Unit::try_new(Vector3::from(file.pad), 1e-6)
             .ok_or_else(|| refuse(name, "has a `pad` without direction".into()))?;
