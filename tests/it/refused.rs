@@ -186,3 +186,26 @@ fn huge_and_tiny_numbers_are_told_in_short() {
         assert!(told.contains(wanted), "{told}, wanted {wanted}");
     }
 }
+
+/// Commands of which one grasp cannot be taken are written, said to be, and refused by `simulate`.
+#[test]
+fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
+    assert!(teachtree(&["teach", "pick_and_follow", "pick_and_follow", "-o", &log]).status.success());
+    let made = teachtree(&["command", &log, "--robot", "arm_with_gripper", "-o", &commands]);
+    assert_eq!(made.status.code(), Some(1), "{}{}", said(&made), complained(&made));
+    let told = said(&made);
+    assert!(told.contains("no grasp, ") && told.contains("written: "), "{told}");
+    assert!(told.ends_with("the rest is sound, but `simulate` refuses it\n"), "{told}");
+    let written: Value = serde_json::from_str(&std::fs::read_to_string(&commands).unwrap()).unwrap();
+    assert!(!written["tasks"][0]["segments"].as_array().unwrap().is_empty());
+    let simulated =
+        teachtree(&["simulate", &commands, "--robot", "arm_with_gripper", "--scene", "pick_and_follow", "-o", &out]);
+    assert_eq!(simulated.status.code(), Some(1), "{}", complained(&simulated));
+    assert!(!Path::new(&out).exists());
+    let help = said(&teachtree(&["command", "--help"]));
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("`simulate` refuses such commands"), "{help}");
+}
