@@ -128,7 +128,15 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     for it in &came.outcomes {
                         let (off, turned) = (it.off * 1e3, it.turned.to_degrees());
                         let searched = it.searched.map_or_else(String::new, |searched| format!(", {searched}"));
-                        eprintln!("{scene} {seed}: {} {} is {off:.1} mm, {turned:.1}° off{searched}", it.side, it.task);
+                        match it.fell_s {
+                            Some(fell_s) => {
+                                eprintln!("{scene} {seed}: {} {} fell off after {fell_s:.1} s", it.side, it.task)
+                            }
+                            None => eprintln!(
+                                "{scene} {seed}: {} {} is {off:.1} mm, {turned:.1}° off{searched}",
+                                it.side, it.task
+                            ),
+                        }
                     }
                     failed.push(seed.to_string());
                 }

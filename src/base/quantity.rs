@@ -1,5 +1,6 @@
 //! Numbers with a unit as they stand in YAML files: `120 mm`, `50 g`, `0.4`.
 
+use super::shown::Shown;
 use super::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer};
 
@@ -121,7 +122,9 @@ fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Re
     // What was read is in SI by now, whatever unit it was written in.
     let unit = T::DIMENSION.si_unit();
     let blank = if unit.is_empty() { "" } else { " " };
-    outside.map_or(Ok(read), |number| Err(format!("found {number}{blank}{unit}, wanted {} {wanted}", T::DIMENSION)))
+    outside.map_or(Ok(read), |number| {
+        Err(format!("found {}{blank}{unit}, wanted {} {wanted}", Shown(number), T::DIMENSION))
+    })
 }
 
 /// Reads a direction or a rotation: numbers not all of which are zero.
@@ -155,7 +158,8 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> f
                 parse(text, Quantity::<M, K, S, R>::DIMENSION).map(Quantity).map_err(E::custom)
             }
             fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Self::Value, E> {
-                self.visit_str(&number.to_string())
+                // With an exponent: in full it may have hundreds of digits, which an error would quote.
+                self.visit_str(&format!("{number:e}"))
             }
             fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Self::Value, E> {
                 self.visit_str(&number.to_string())

@@ -2,8 +2,9 @@
 //! not of the types that read them.
 
 use super::error::InputError;
+use super::shown::Shown;
 use indexmap::IndexMap;
-use serde::de::{DeserializeOwned, MapAccess, Visitor};
+use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 use std::hash::Hash;
@@ -13,6 +14,8 @@ use std::marker::PhantomData;
 pub const MAX_BYTES: usize = 1 << 20;
 /// How deep lists `[…]` and mappings `{…}` may stand in each other: the YAML crate takes the square of the depth.
 pub const MAX_DEPTH: usize = 64;
+/// A number with more digits than this is shown with an exponent.
+const LONG: usize = 17;
 
 /// Reads a YAML text; `file` is its name in errors. Unknown keys are refused by the types (`deny_unknown_fields`).
 ///
@@ -76,11 +79,68 @@ where
     let mut map = IndexMap::with_capacity(entries.len());
     for (key, value) in entries {
         if map.contains_key(&key) {
-            return Err(serde::de::Error::custom(format!("`{key}` is there twice")));
+            return Err(D::Error::custom(format!("`{key}` is there twice")));
         }
         map.insert(key, value);
     }
     Ok(map)
+}
+
+/// Where the value at these keys stands, one below the other, an item of a list by its number from 0: `file:line:column`; of keys that are not there
+/// those above count.
+pub fn place(text: &str, file: &str, keys: &[&str]) -> String {
+    let found = serde_yaml::Deserializer::from_str(text).next().and_then(|value| Down(keys).deserialize(value).err());
+    match found.and_then(|stopped| stopped.location()) {
+        Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
+        None => file.into(),
+    }
+}
+
+/// An error whose place is keys with dots between them, `bodies.cube.mass`, at its place in the text that they stand in.
+pub fn located(error: InputError, text: &str, file: &str) -> InputError {
+    let keys: Vec<&str> = error.place.split('.').collect();
+    InputError { place: place(text, file, &keys), message: format!("{}: {}", error.place, error.message), ..error }
+}
+
+/// Goes down these keys and stops there with an error: the crate says where it is when it is stopped.
+struct Down<'k>(&'k [&'k str]);
+
+impl<'de> DeserializeSeed<'de> for Down<'_> {
+    type Value = ();
+
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<(), D::Error> {
+        from.deserialize_any(self)
+    }
+}
+
+impl<'de> Visitor<'de> for Down<'_> {
+    type Value = ();
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a key")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
+        while let (Some((key, below)), Some(found)) = (self.0.split_first(), map.next_key::<String>()?) {
+            if found == *key {
+                return map.next_value_seed(Down(below));
+            }
+            map.next_value::<IgnoredAny>()?;
+        }
+        Err(Error::custom("here"))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
+        if let Some((wanted, below)) = self.0.split_first()
+            && let Ok(wanted) = wanted.parse::<usize>()
+        {
+            for _ in 0..wanted {
+                items.next_element::<IgnoredAny>()?;
+            }
+            items.next_element_seed(Down(below))?;
+        }
+        Err(Error::custom("here"))
+    }
 }
 
 /// Writes a value as YAML.
@@ -155,7 +215,15 @@ fn found_words(found: &str) -> String {
     }
     let quoted =
         ["string ", "integer ", "floating point ", "boolean "].iter().find_map(|kind| found.strip_prefix(kind));
-    quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", value.trim_matches(['"', '`'])))
+    quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", short(value.trim_matches(['"', '`']))))
+}
+
+/// A number without its hundreds of digits; any other text as it is.
+fn short(value: &str) -> String {
+    match value.parse::<f64>() {
+        Ok(number) if number.is_finite() && value.len() > LONG => Shown(number).to_string(),
+        _ => value.into(),
+    }
 }
 
 /// What serde expected, by the names of its types.

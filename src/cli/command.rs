@@ -2,7 +2,7 @@
 
 use super::analyze::analyse;
 use super::rules::{RuleArgs, load};
-use super::source::SourceArgs;
+use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -18,7 +18,9 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   teachtree command demonstration.csv --robot both_hands -o commands.json
-  teachtree command demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv")]
+  teachtree command demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv
+
+A grasp that the robot's hand cannot take is told, and the commands are written all the same: ways, forces and the other grasps are sound. Exit status 1 then, and where no task was found; `simulate` refuses such commands.")]
 pub struct Args {
     /// A recording of any format
     #[arg(value_name = "LOG")]
@@ -69,6 +71,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&summary(&commands))?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
+    if infeasible {
+        output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
+    }
     if infeasible || commands.tasks.is_empty() { Err(Failure::No) } else { Ok(()) }
 }
 
@@ -84,11 +89,7 @@ pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
 
 /// The scene of this name, or in this file.
 pub fn open_scene(name: &str) -> Result<Scene, InputError> {
-    if name.ends_with(".yaml") || name.ends_with(".yml") {
-        stream::csv::read_scene(Path::new(name))
-    } else {
-        crate::world::scene(name)
-    }
+    if is_yaml(name) { stream::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
 }
 
 /// What is commanded, for people.

@@ -2,9 +2,11 @@
 
 use super::command::{open_robot, open_scene};
 use super::progress::Progress;
+use super::source::in_scene;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
+use crate::base::shown::Shown;
 use crate::command::Commands;
 use crate::report;
 use crate::robot::Robot;
@@ -64,8 +66,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::No);
     }
     let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose();
-    let joints = joints.map_err(|error| in_file(&file, error))?;
-    let performed = perform(&commands, &robot, &scene).map_err(|error| in_file(&file, error))?;
+    let in_its_file = |error| in_scene(&args.scene, in_file(&file, error));
+    let joints = joints.map_err(in_its_file)?;
+    let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
     let Performance { recording, outcomes, nearest, trace } = performed;
     formats::write(&recording, &args.out)?;
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
@@ -134,15 +137,17 @@ pub fn told(outcomes: &[Outcome]) -> String {
     let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
     for outcome in outcomes {
         let hand = if both { format!("{} ", outcome.side) } else { String::new() };
-        let _ = writeln!(
-            text,
-            "{} {hand}{}: `{}` is {:.1} mm and {:.1} degrees from where the person left it",
-            if outcome.done { "done    " } else { "not done" },
-            outcome.task,
-            outcome.object,
-            outcome.off * 1e3,
-            outcome.turned.to_degrees()
-        );
+        let verdict = if outcome.done { "done    " } else { "not done" };
+        let _ = write!(text, "{verdict} {hand}{}: `{}` ", outcome.task, outcome.object);
+        let _ = match outcome.fell_s {
+            Some(fell_s) => writeln!(text, "fell off after {fell_s:.1} s"),
+            None => writeln!(
+                text,
+                "is {:.1} mm and {:.1} degrees from where the person left it",
+                Shown(outcome.off * 1e3),
+                outcome.turned.to_degrees()
+            ),
+        };
         let _ = writeln!(
             text,
             "         palm within {:.1} mm of its way, forces {:.2} N off on average, {:.2} N at most",

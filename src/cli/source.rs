@@ -1,6 +1,8 @@
 //! How a log is read: the options that commands on logs have in common.
 
-use crate::stream::OpenRequest;
+use crate::base::error::InputError;
+use crate::base::yaml;
+use crate::stream::{OpenRequest, text};
 use std::path::{Path, PathBuf};
 
 /// Options that say how a log is read.
@@ -18,6 +20,20 @@ impl SourceArgs {
     /// What to open.
     pub fn request(&self, log: &Path) -> OpenRequest {
         OpenRequest { log: log.into(), binding: self.binding.clone(), scene: self.scene.clone() }
+    }
+}
+
+/// Whether a name is a path to a YAML file rather than the name of something shipped.
+pub fn is_yaml(name: &str) -> bool {
+    Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
+}
+
+/// An error about a scene of this name, or in this file, at its line there: where no file is known its place is keys, `bodies.cube.mass`.
+pub fn in_scene(name: &str, error: InputError) -> InputError {
+    let of_scene = ["bodies", "hands"].contains(&error.place.split('.').next().unwrap_or_default());
+    match text::read(Path::new(name), yaml::MAX_BYTES as u64) {
+        Ok(text) if of_scene && is_yaml(name) => yaml::located(error, &text, name),
+        _ => error,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::command::open_robot;
 use super::progress::Progress;
+use super::source::{in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::{Event, Recording};
@@ -57,11 +58,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         inputs.extend(parts);
         operator = operator.with_hands(robot.hands_scale());
     }
+    let in_its_file = |failure: Failure| match failure {
+        Failure::Input(error) => in_scene(&args.scene, error).into(),
+        other => other,
+    };
     if let Some((first, last)) = args.seeds {
-        return many(&scene, &operator, stem(&args.operator), first..=last, &args.out);
+        return many(&scene, &operator, stem(&args.operator), first..=last, &args.out).map_err(in_its_file);
     }
     output::may_record(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
-    let recording = teach(&scene, &operator, args.seed)?;
+    let recording = teach(&scene, &operator, args.seed).map_err(in_its_file)?;
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
     let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
@@ -150,7 +155,7 @@ fn losses(recording: &Recording) -> impl Iterator<Item = &Event> {
 
 /// The scene and the operator of these names, or in these files.
 fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
-    let scene = if is_file(scene) { csv::read_scene(Path::new(scene))? } else { world::scene(scene)? };
+    let scene = if is_yaml(scene) { csv::read_scene(Path::new(scene))? } else { world::scene(scene)? };
     let operator = match read(operator)? {
         Some(text) => Operator::read(&text, operator)?,
         None => world::operator(operator)?,
@@ -160,15 +165,10 @@ fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
 
 /// The text of a file; `None` for what is no path but the name of something shipped.
 fn read(name: &str) -> Result<Option<String>, InputError> {
-    if !is_file(name) {
+    if !is_yaml(name) {
         return Ok(None);
     }
     text::read(Path::new(name), yaml::MAX_BYTES as u64).map(Some)
-}
-
-/// Whether a name is a path rather than the name of something shipped.
-fn is_file(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
 }
 
 /// What recordings of an operator are called: `scenes/push.operator.yaml` is `push`.

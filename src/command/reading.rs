@@ -1,13 +1,18 @@
 //! Reading commands strictly: whatever a person or a program has changed in them is either still sound or refused, with its place.
 
-use super::form::{Commands, Contact, Grasp, MappedGrasp, SCHEMA, Segment, Task};
+use super::form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
-use crate::base::yaml;
+use crate::base::json;
+use crate::base::shown::Shown;
 use std::collections::BTreeSet;
 
 /// No number of commands is larger: rad, N or s.
 const LARGEST: f64 = 1e4;
+/// No number that is only told is larger: jerks are hundreds and thousands of m/s^3.
+const LARGEST_TOLD: f64 = 1e9;
+/// No stamp is later, s: 3000 years.
+const LATEST_S: f64 = 1e11;
 /// Nothing is farther away, m: what is placed in the reference frame, and what is placed on or about an object.
 const FARTHEST_M: f64 = 100.0;
 const BESIDE_M: f64 = 10.0;
@@ -16,6 +21,8 @@ const ROUNDED: f64 = 1e-3;
 /// Times that are nearer than this are the same, s; a list may have so many samples more or fewer than its duration asks for.
 const SAME_S: f64 = 2e-3;
 const SPARE_SAMPLES: f64 = 2.0;
+/// A task may end this much later than the last of it, s.
+const LINGERS_S: f64 = 1.0;
 
 impl Commands {
     /// Reads them; `file` is the name in errors.
@@ -24,19 +31,17 @@ impl Commands {
     /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, names of no hand
     /// and no finger, lists that are too long or too short for their duration.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let commands: Self = serde_json::from_str(text).map_err(|error| {
-            let place = format!("{file}:{}:{}", error.line(), error.column());
-            let message = error.to_string();
-            let wanted = "commands are the JSON file that `teachtree command` writes";
-            let message = message.split(" at line ").next().unwrap_or(&message);
-            InputError::new(place, yaml::in_plain_words(message)).help(wanted)
-        })?;
+        let wanted = "commands are the JSON file that `teachtree command` writes";
+        let commands: Self = json::read(text, file).map_err(|error| error.help(wanted))?;
         if commands.schema != SCHEMA {
             let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);
             return Err(InputError::new(file, message));
         }
         if !(1.0..=10_000.0).contains(&commands.rate_hz) {
-            return Err(InputError::new(file, format!("has {} samples a second, wanted 1 to 10000", commands.rate_hz)));
+            return Err(InputError::new(
+                file,
+                format!("has {} samples a second, wanted 1 to 10000", Shown(commands.rate_hz)),
+            ));
         }
         for (number, task) in commands.tasks.iter().enumerate() {
             let place = format!("{file}, task {} ({})", number + 1, task.task);
@@ -56,7 +61,7 @@ impl Task {
         }
         stamps(&[self.start_s, self.end_s])?;
         if self.end_s < self.start_s {
-            return Err(format!("ends at {} s, before it begins at {} s", self.end_s, self.start_s));
+            return Err(format!("ends at {} s, before it begins at {} s", Shown(self.end_s), Shown(self.start_s)));
         }
         if let Some(into) = &self.into {
             pose(&into.pose).map_err(|message| format!("goes into `{}`, which {message}", into.body))?;
@@ -64,16 +69,47 @@ impl Task {
         for (number, grasp) in self.grasps.iter().enumerate() {
             grasp.check().map_err(|message| format!("grasp {} {message}", number + 1))?;
         }
-        let mut ended_s = 0.0;
+        let (mut ended_s, mut taught_s) = (0.0, self.start_s);
         for (number, segment) in self.segments.iter().enumerate() {
             let named = |message| format!("segment {} ({}) {message}", number + 1, segment.primitive);
             segment.check(rate_hz, self.grasps.len()).map_err(named)?;
             if segment.start_s < ended_s - SAME_S {
-                let begins =
-                    format!("begins at {} s, before the one ahead of it ends, at {ended_s:.3} s", segment.start_s);
-                return Err(named(begins));
+                let begins = format!("begins at {} s, before", Shown(segment.start_s));
+                return Err(named(format!("{begins} the one ahead of it ends, at {:.3} s", Shown(ended_s))));
             }
             ended_s = segment.start_s + segment.duration_s;
+            if segment.taught_start_s < taught_s - SAME_S {
+                let taught = format!("was taught from {} s on, wanted", Shown(segment.taught_start_s));
+                return Err(named(format!("{taught} {} s or later, when what is ahead of it began", Shown(taught_s))));
+            }
+            taught_s = segment.taught_start_s;
+        }
+        let left_out = |(number, left): (usize, &LeftOut)| {
+            left.check().map_err(|message| format!("what is left out, {}, {message}", number + 1))
+        };
+        self.left_out.iter().enumerate().try_for_each(left_out)?;
+        self.agrees()
+    }
+
+    /// Whether it ends when its last segment does, or what is left out after that: by these times tasks of two hands are done at the same time or one
+    /// after the other.
+    fn agrees(&self) -> Check {
+        let Some(last) = self.segments.last() else { return Ok(()) };
+        let left_out = self.left_out.iter().map(|left| left.end_s);
+        let (from, to) = (last.taught_start_s, left_out.fold(last.taught_start_s + last.duration_s, f64::max));
+        if (from - SAME_S..=to + LINGERS_S).contains(&self.end_s) {
+            return Ok(());
+        }
+        let (found, from, to) = (Shown(self.end_s), Shown(from), Shown(to));
+        Err(format!("ends at {found} s, but the last of it was taught from {from:.3} s to {to:.3} s"))
+    }
+}
+
+impl LeftOut {
+    fn check(&self) -> Check {
+        stamps(&[self.start_s, self.end_s])?;
+        if self.end_s < self.start_s {
+            return Err(format!("ends at {} s, before it begins at {} s", Shown(self.end_s), Shown(self.start_s)));
         }
         Ok(())
     }
@@ -97,6 +133,12 @@ impl MappedGrasp {
     fn check(&self) -> Check {
         pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
         known_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
+        let measures = [self.measure, self.copied_measure.unwrap_or_default()];
+        informs(&measures).map_err(|message| format!("has a measure that {message}"))?;
+        for MappedFinger { finger, manipulability, freedom, pad_angle_deg } in &self.fingers {
+            informs(&[*manipulability, *freedom, *pad_angle_deg])
+                .map_err(|message| format!("has a share of {finger} that {message}"))?;
+        }
         for (joint, value) in &self.joints {
             finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
         }
@@ -109,7 +151,7 @@ impl Segment {
         finite(&[self.start_s, self.duration_s])?;
         stamps(&[self.taught_start_s])?;
         if self.duration_s < 0.0 {
-            return Err(format!("takes {} s, wanted none or more", self.duration_s));
+            return Err(format!("takes {} s, wanted none or more", Shown(self.duration_s)));
         }
         if let Some(grasp) = self.grasp.filter(|grasp| *grasp >= grasps) {
             return Err(format!("has the grasp {grasp}, but the task has {grasps}, counted from 0"));
@@ -117,7 +159,7 @@ impl Segment {
         let count = self.object.len();
         let wanted = self.duration_s * rate_hz;
         if count == 0 || (count as f64 - 1.0 - wanted).abs() > SPARE_SAMPLES {
-            let much = format!("{} s at {rate_hz} samples a second", self.duration_s);
+            let much = format!("{} s at {rate_hz} samples a second", Shown(self.duration_s));
             return Err(format!("has {count} poses of the object, wanted {:.0}: {much}", wanted + 1.0));
         }
         let same = |what: String, found: usize| {
@@ -141,14 +183,31 @@ impl Segment {
         self.hand
             .iter()
             .try_for_each(|place| within(place, BESIDE_M))
-            .map_err(|message| format!("has a place of the hand that {message}"))
+            .map_err(|message| format!("has a place of the hand that {message}"))?;
+        self.quality.check().map_err(|message| format!("has a `quality` that {message}"))
+    }
+}
+
+impl Quality {
+    fn check(&self) -> Check {
+        let Self { jerk_before, jerk_after, position_deviation, contact_deviation, force_deviation, into_cone: _ } =
+            self;
+        informs(&[*jerk_before, *jerk_after, *position_deviation, *contact_deviation, *force_deviation])
     }
 }
 
 /// Times of the recording, which may count from 1970.
 fn stamps(values: &[f64]) -> Check {
-    match values.iter().find(|value| !value.is_finite()) {
-        Some(value) => Err(format!("has the time {value}, wanted a number of s")),
+    match values.iter().find(|value| value.is_nan() || value.abs() > LATEST_S) {
+        Some(value) => Err(format!("has the time {} s, wanted at most {LATEST_S:e} s", Shown(*value))),
+        None => Ok(()),
+    }
+}
+
+/// What is told to people only, and is never below zero.
+fn informs(values: &[f64]) -> Check {
+    match values.iter().find(|value| !(0.0..=LARGEST_TOLD).contains(*value)) {
+        Some(value) => Err(format!("has the number {}, wanted 0 to {LARGEST_TOLD:e}", Shown(*value))),
         None => Ok(()),
     }
 }

@@ -11,6 +11,7 @@ use super::width::Width;
 use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::shown::Shown;
 use crate::graph::{Decision, Exact, Graph, Op, Test, Tree, ValueId};
 use crate::language::rules::{Function, Hand, LatchId, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
@@ -412,7 +413,9 @@ pub fn frames(duration_s: f64, rate_hz: f64) -> Result<u32, InputError> {
     }
     if samples > MAX_WINDOW {
         let message = format!(
-            "a duration of {duration_s} s is {samples:.0} samples at {rate_hz:.1} Hz, at most {MAX_WINDOW:.0} are counted"
+            "a duration of {} s is {:.0} samples at {rate_hz:.1} Hz, at most {MAX_WINDOW:.0} are counted",
+            Shown(duration_s),
+            Shown(samples)
         );
         return Err(InputError::new("rules", message));
     }

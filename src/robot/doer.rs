@@ -86,6 +86,9 @@ impl Doer {
     ) -> Result<Plan<'t>, InputError> {
         let object = &tasks[number].object;
         let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
+        if let Some(into) = tasks[number].into.as_ref().filter(|into| place(&into.body).is_none()) {
+            return Err(at_task(tasks, number, format!("goes into `{}`, which is no body of the scene", into.body)));
+        }
         let found = found(tasks, stage, number, &place(object).ok_or_else(lacks)?);
         let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.taught_radius);
         plan.map_err(|message| at_task(tasks, number, message))

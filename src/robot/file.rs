@@ -16,6 +16,7 @@ use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::{Force, Length, Mass};
+use crate::base::shown::Shown;
 use crate::base::yaml::{self, Entries};
 use assembly::assembly;
 use indexmap::IndexMap;
@@ -31,6 +32,8 @@ pub const MAX_LINKS: usize = 256;
 pub(super) const MAX_SOLIDS: usize = 64;
 /// The largest robot file that is read, bytes.
 pub const MAX_BYTES: u64 = 4 << 20;
+/// No fingertip presses harder, N. Ours: strong grippers for the table reach it, hands have a tenth of it.
+const MAX_FORCE_N: f64 = 200.0;
 /// Assemblies stand at most this deep in each other.
 const MAX_DEPTH: usize = 4;
 
@@ -300,13 +303,13 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
         return Err(refuse("has an empty `source`, wanted where its numbers come from, such as `ours`".into()));
     }
     if !(0.0..=1e3).contains(&link.mass.0) {
-        return Err(refuse(format!("has a mass of {} kg, wanted 0 to 1000 kg", link.mass.0)));
+        return Err(refuse(format!("has a mass of {} kg, wanted 0 to 1000 kg", Shown(link.mass.0))));
     }
     let size = |size: Length| {
         if size.0 > 0.0 && size.0 <= 10.0 {
             Ok(size.0)
         } else {
-            Err(refuse(format!("has a part of {} m, wanted more than 0 and at most 10 m", size.0)))
+            Err(refuse(format!("has a part of {} m, wanted more than 0 and at most 10 m", Shown(size.0))))
         }
     };
     let mut solids = Vec::new();
@@ -390,10 +393,17 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
             return Err(refuse(name, "is no finger".into()));
         }
         if !(1e-4..=0.1).contains(&file.radius.0) {
-            return Err(refuse(name, format!("has a tip of radius {} m, wanted 0.1 mm to 100 mm", file.radius.0)));
+            return Err(refuse(
+                name,
+                format!("has a tip of radius {} m, wanted 0.1 mm to 100 mm", Shown(file.radius.0)),
+            ));
         }
-        if !(file.force.0 > 0.0 && file.force.0 <= 1000.0) {
-            return Err(refuse(name, format!("presses with {} N at most, wanted more than 0", file.force.0)));
+        if !(file.force.0 > 0.0 && file.force.0 <= MAX_FORCE_N) {
+            let found = Shown(file.force.0);
+            return Err(refuse(
+                name,
+                format!("has a force of {found} N, wanted more than 0 and at most {MAX_FORCE_N} N"),
+            ));
         }
         let pad = Unit::try_new(Vector3::from(file.pad), 1e-6)
             .ok_or_else(|| refuse(name, "has a `pad` without direction".into()))?;

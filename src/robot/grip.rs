@@ -4,6 +4,7 @@ use super::hand::{Angles, HandModel};
 use super::mapping::from_seven;
 use super::tree::Robot;
 use crate::base::hands::Finger;
+use crate::base::shown::Shown;
 use crate::command::Grasp;
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -37,8 +38,9 @@ impl Grip {
             let [low, high] = dof.range;
             if !(low - ROUNDED..=high + ROUNDED).contains(value) {
                 return Err(format!(
-                    "has a grasp with the joint `{}` at {value}, wanted {low:.3} to {high:.3}",
-                    dof.name
+                    "has a grasp with the joint `{}` at {}, wanted {low:.3} to {high:.3}",
+                    dof.name,
+                    Shown(*value)
                 ));
             }
         }

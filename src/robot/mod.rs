@@ -11,6 +11,7 @@ mod curves;
 mod doer;
 pub mod dynamics;
 pub mod executor;
+mod falls;
 pub mod file;
 mod firmness;
 pub mod grasp;

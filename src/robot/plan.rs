@@ -13,6 +13,7 @@ use super::hand::{Angles, FingerModel, HandModel};
 use super::mapping::from_seven;
 use super::tree::Robot;
 use crate::base::hands::Finger;
+use crate::base::shown::Shown;
 use crate::command::{Segment, Task};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
@@ -255,7 +256,7 @@ impl<'a> Plan<'a> {
         if duration <= LONGEST_S {
             Ok(plan)
         } else {
-            Err(format!("takes {duration:.0} s, wanted at most {LONGEST_S} s"))
+            Err(format!("takes {:.0} s, wanted at most {LONGEST_S} s", Shown(duration)))
         }
     }
 

@@ -7,6 +7,7 @@
 use super::clock::Pace;
 use super::doer::{Doer, Place};
 use super::executor::Executor;
+use super::falls::Falls;
 use super::firmness::Firmness;
 use super::log::Log;
 use super::mapping::from_seven;
@@ -63,6 +64,8 @@ pub struct Outcome {
     pub forces: Forces,
     /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
     pub searched: Option<Searched>,
+    /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
+    pub fell_s: Option<f64>,
     /// Whether the object is where the person left it.
     pub done: bool,
 }
@@ -97,7 +100,7 @@ struct Tally {
     profile: Profile,
 }
 
-/// Simulates commands in a scene.
+/// Simulates commands in a scene. What has fallen off is not waited for: the tasks about it end, and with the last of them the recording.
 ///
 /// # Errors
 /// Commands of a hand that the robot does not have, grasps that could not be mapped, poses out of the arm's reach.
@@ -152,11 +155,16 @@ pub fn simulate_seeing(
     let mut searches: Vec<Searching> = tasks.iter().map(|task| Searching::new(task, &scene)).collect();
     let mut elapsed = 0_usize;
     let mut nearest = None;
+    let mut falls = Falls::new(&scene, &gravity);
+    let body_of = |number: usize| scene.bodies.get_index_of(&tasks[number].object).unwrap_or_default();
+    let lost = |falls: &Falls, number: &usize| falls.fell_s(body_of(*number)).is_some();
     let stages = stages(tasks);
     let lasts = |stage: &[usize]| stage.iter().map(|number| tasks[*number].duration_s()).fold(0.0, f64::max);
     let whole: f64 = stages.iter().map(|stage| lasts(stage)).sum::<f64>().max(1e-3);
     let mut done_s = 0.0;
-    for numbers in &stages {
+    for together in &stages {
+        let numbers: Vec<usize> = together.iter().copied().filter(|number| !lost(&falls, number)).collect();
+        let numbers = numbers.as_slice();
         let (stage, from_s) = plan(tasks, numbers, &mut performers, &executors, &|object| seen(&world, object))?;
         let begins_s = stage.begins_s(&from_s);
         for performer in &mut performers {
@@ -166,7 +174,9 @@ pub fn simulate_seeing(
         let mut tallies: Vec<Tally> = tasks.iter().map(tally).collect();
         let steps = ((stage.clock.duration() - begins_s) / STEP_S).round() as usize;
         let (mut step, mut pace) = (0, Pace::default());
-        while step <= steps + SETTLING + (pace.waited_s() / STEP_S) as usize {
+        while step <= steps + SETTLING + (pace.waited_s() / STEP_S) as usize
+            && !numbers.iter().all(|number| lost(&falls, number))
+        {
             let time = begins_s + (step as f64 * STEP_S - pace.waited_s());
             let now: Vec<Option<(usize, &Plan<'_>, f64)>> =
                 from_s.iter().enumerate().map(|(place, from_s)| stage.at(place, time, *from_s)).collect();
@@ -178,6 +188,9 @@ pub fn simulate_seeing(
             for (place, (performer, now)) in performers.iter_mut().zip(&now).enumerate() {
                 let Some((number, plan, own)) = now else { continue };
                 performer.target = plan.at(*own);
+                if lost(&falls, number) {
+                    continue;
+                }
                 // What two hands push neither of them goes about: it would turn away before the other one.
                 let alike = |other: &usize| tasks[*other].object == tasks[*number].object;
                 let alone = |other: &usize| tasks[*other].track == tasks[*number].track;
@@ -198,14 +211,14 @@ pub fn simulate_seeing(
                 .iter()
                 .zip(&now)
                 .map(|(performer, now)| {
-                    now.filter(|_| holds(&performer.target) || performer.target.pushed)
+                    now.filter(|(number, ..)| !lost(&falls, number))
+                        .filter(|_| holds(&performer.target) || performer.target.pushed)
                         .map(|(number, ..)| tasks[number].object.as_str())
                 })
                 .collect();
             for (place, (performer, runs)) in performers.iter_mut().zip(&mut executors).enumerate() {
-                if let Some((number, ..)) = now[place] {
-                    let object = tasks[number].object.as_str();
-                    let body = scene.bodies.get_index_of(object).unwrap_or_default();
+                if let Some((number, ..)) = now[place].filter(|(number, ..)| !lost(&falls, number)) {
+                    let (object, body) = (tasks[number].object.as_str(), body_of(number));
                     let shared = held.iter().enumerate().any(|(other, held)| other != place && *held == Some(object));
                     let pose = sight * world.observation().bodies[body].pose;
                     performer.righting.apply(&mut performer.target, &pose, shared, STEP_S);
@@ -216,12 +229,13 @@ pub fn simulate_seeing(
             }
             world.step_moved(&mut executors);
             let seen = world.observation();
+            falls.look(seen, elapsed as f64 * STEP_S);
             if step.is_multiple_of(RECORDED) {
                 log.record(seen);
             }
             for (place, (performer, runs)) in performers.iter().zip(&executors).enumerate() {
                 let Some((number, plan, own)) = now[place] else { continue };
-                let body = scene.bodies.get_index_of(&tasks[number].object).unwrap_or_default();
+                let body = body_of(number);
                 tallies[number].note(performer, runs, seen, place, body);
                 if step.is_multiple_of(TRACED) {
                     trace.moments.push(Moment {
@@ -242,23 +256,20 @@ pub fn simulate_seeing(
             step += 1;
             pace.go_on(waits, STEP_S);
             if step.is_multiple_of(500) {
-                progress(((done_s + (step as f64 * STEP_S).min(lasts(numbers))) / whole).min(1.0));
+                progress(((done_s + (step as f64 * STEP_S).min(lasts(together))) / whole).min(1.0));
             }
         }
-        done_s += lasts(numbers);
-        for &number in numbers {
-            let end = stage.taught_end(tasks, &tasks[number].object);
-            let Some(by) = performers.iter().find(|performer| performer.doer.side.name() == tasks[number].track) else {
+        done_s += lasts(together);
+        // Those whose object is lost already are told of too.
+        for &number in together {
+            let task = &tasks[number];
+            let Some(by) = performers.iter().find(|performer| performer.doer.side.name() == task.track) else {
                 continue;
             };
-            outcomes[number] = Some(tallies[number].judge(
-                &tasks[number],
-                by,
-                searches[number].searched(),
-                &end,
-                &scene,
-                world.observation(),
-            ));
+            let end = stage.taught_end(tasks, &task.object);
+            let (searched, fell_s) = (searches[number].searched(), falls.fell_s(body_of(number)));
+            let judged = tallies[number].judge(task, by, searched, &end, &scene, world.observation());
+            outcomes[number] = Some(Outcome { fell_s, done: judged.done && fell_s.is_none(), ..judged });
         }
     }
     let outcomes = outcomes.into_iter().flatten().collect();
@@ -379,6 +390,7 @@ impl Tally {
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
             forces: self.profile.judge(&by.doer.hand),
             searched,
+            fell_s: None,
             done: off <= WITHIN_M && turned <= WITHIN_RAD,
         }
     }

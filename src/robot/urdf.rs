@@ -6,6 +6,7 @@
 use super::file::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S, inertia_of};
 use super::tree::{Dof, Joint, Kind, Link, Robot, Solid};
 use crate::base::error::InputError;
+use crate::base::shown::Shown;
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -180,7 +181,11 @@ impl<'a> Reader<'a> {
             let of = |key: &str, or: f64| limit.map_or(Ok(or), |limit| self.number(limit, key, or));
             let range = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
             if range[0] >= range[1] {
-                let message = format!("`{name}` goes from {} to {}, wanted the smaller end first", range[0], range[1]);
+                let message = format!(
+                    "`{name}` goes from {} to {}, wanted the smaller end first",
+                    Shown(range[0]),
+                    Shown(range[1])
+                );
                 return Err(self.error(*node, message));
             }
             let some = |value: f64, or: f64| if value > 0.0 { value } else { or };
@@ -268,7 +273,9 @@ impl<'a> Reader<'a> {
         let at = self.origin(inertial)?;
         link.mass = children(inertial, "mass").next().map_or(Ok(0.0), |mass| self.number(mass, "value", 0.0))?;
         if !(0.0..=1e3).contains(&link.mass) {
-            return Err(self.error(inertial, format!("`{name}` has a mass of {} kg, wanted 0 to 1000 kg", link.mass)));
+            return Err(
+                self.error(inertial, format!("`{name}` has a mass of {} kg, wanted 0 to 1000 kg", Shown(link.mass)))
+            );
         }
         link.centre = at * Point3::origin();
         link.inertia = match children(inertial, "inertia").next() {

@@ -11,6 +11,7 @@ use crate::base::error::InputError;
 use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::Scene;
+use crate::base::shown::Shown;
 use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
 use crate::stream::text;
@@ -77,36 +78,41 @@ pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let name = path.display().to_string();
     let text = text::read(path, yaml::MAX_BYTES as u64)?;
     let scene: Scene = yaml::read(&text, &name)?;
-    check_scene(&scene).map_err(|message| InputError::new(&name, message))?;
+    check_scene(&scene).map_err(|error| yaml::located(error, &text, &name))?;
     Ok(scene)
 }
 
 /// No body begins farther away, m.
 const FARTHEST_M: f64 = 1e3;
 
-/// What a scene says that it cannot mean.
-pub(super) fn check_scene(scene: &Scene) -> Result<(), String> {
+/// What a scene says that it cannot mean, at its keys, `bodies.cube.position`: [`yaml::located`] makes a place in a file of them.
+pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
     if let Some(name) = scene.bodies.keys().find(|name| !names::is_body_name(name)) {
-        return Err(format!(
-            "`{name}` cannot name a body: names have no blanks, commas or dots, and are not `left`, `right`, `both`, `contact`, `time`"
+        return Err(InputError::new(
+            "bodies",
+            format!(
+                "`{name}` cannot name a body: names have no blanks, commas or dots, and are not `left`, `right`, `both`, `contact`, `time`"
+            ),
         ));
     }
     for (name, body) in &scene.bodies {
         if let Some(far) = body.position.iter().find(|length| length.0.abs() > FARTHEST_M) {
-            return Err(format!("`bodies.{name}.position`: found {:e} m, wanted at most {FARTHEST_M} m", far.0));
+            let message = format!("found {} m, wanted at most {FARTHEST_M} m", Shown(far.0));
+            return Err(InputError::new(format!("bodies.{name}.position"), message));
         }
         for (socket, told) in &body.sockets {
             let unknown = told.accepts.iter().flatten().find(|object| !scene.bodies.contains_key(*object));
             if let Some(unknown) = unknown {
-                let place = format!("bodies.{name}.sockets.{socket}.accepts");
-                return Err(format!("`{place}`: found `{unknown}`, wanted the names of bodies of the scene"));
+                let message = format!("found `{unknown}`, wanted the names of bodies of the scene");
+                return Err(InputError::new(format!("bodies.{name}.sockets.{socket}.accepts"), message));
             }
         }
     }
     for (side, hand) in &scene.hands {
         let twice = hand.fingers.iter().enumerate().find(|(at, finger)| hand.fingers[..*at].contains(finger));
         if let Some((_, finger)) = twice {
-            return Err(format!("`hands.{side}.fingers`: found {finger} twice, wanted each finger once"));
+            let message = format!("found {finger} twice, wanted each finger once");
+            return Err(InputError::new(format!("hands.{side}.fingers"), message));
         }
     }
     Ok(())

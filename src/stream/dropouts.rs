@@ -9,6 +9,7 @@ use super::names;
 use super::timebase::usual_step;
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
+use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -42,7 +43,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
             && let Some(row) = values.iter().position(|value| !value.is_nan() && *value != 0.0 && *value != 1.0)
         {
             let [value, at_s] = [values.get(row), time.get(row)].map(|it| it.copied().unwrap_or_default());
-            let message = format!("found {value} at {at_s} s, wanted 0 or 1");
+            let message = format!("found {} at {} s, wanted 0 or 1", Shown(value), Shown(at_s));
             return Err(InputError::new(format!("channel {name}"), message));
         }
     }

@@ -10,6 +10,7 @@
 
 use super::names;
 use crate::base::error::InputError;
+use crate::base::shown::Shown;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -225,7 +226,10 @@ fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (u64, String)> {
         present.retain(|interval| interval.end_s > start_s);
         while let Some(next) = coming.next_if(|next| next.start_s <= start_s) {
             if present.len() == MAX_AT_ONCE {
-                return Err((next.row, format!("more than {MAX_AT_ONCE} labels for one time, at {start_s} s")));
+                return Err((
+                    next.row,
+                    format!("more than {MAX_AT_ONCE} labels for one time, at {} s", Shown(start_s)),
+                ));
             }
             present.push(next);
         }

@@ -9,6 +9,7 @@ use super::names;
 use crate::base::error::InputError;
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
+use crate::base::shown::Shown;
 
 /// The most columns that a sheet may have.
 pub const MAX_COLUMNS: usize = 10_000;
@@ -351,7 +352,7 @@ impl Stamps {
     pub fn push(&mut self, seconds: f64, row: u64) -> Result<bool, String> {
         if let Some(last) = self.last() {
             if seconds < last {
-                return Err(format!("time runs backwards: {seconds} s after {last} s"));
+                return Err(format!("time runs backwards: {} s after {} s", Shown(seconds), Shown(last)));
             }
             if seconds <= last {
                 self.row_time.push(last);

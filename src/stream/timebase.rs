@@ -6,6 +6,7 @@
 
 use super::frames::Issue;
 use crate::base::error::InputError;
+use crate::base::shown::Shown;
 use std::ops::Range;
 
 /// A step this many times the usual one is a gap: at least one sample is missing.
@@ -19,6 +20,12 @@ pub const ODD_SHARE: f64 = 0.01;
 pub(super) const MANY_GAPS: usize = 10;
 /// The shortest and the longest step that is believed, s.
 const STEPS: Range<f64> = 1e-4..1.0;
+
+/// Units of stamps that are not in s, with how many s they are, and the step of a usual log, s.
+const UNITS: [(&str, f64); 3] = [("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9)];
+const USUAL_S: f64 = 0.01;
+/// A gap that is longer is not worth bridging, s: what is made up in it would pass for what was done.
+const BRIDGED_S: f64 = 1.0;
 
 /// Which rows become frames.
 #[derive(Clone, Debug, PartialEq)]
@@ -55,9 +62,10 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             // Rows that were left out for another reason have an issue of their own.
             if next - row == 1 {
                 let message = format!(
-                    "no samples for {} ms, the usual step is {} ms; everything restarts after the gap",
-                    ms(to - from),
-                    ms(step)
+                    "no samples for {} ms, the usual step is {} ms; everything restarts after the gap{}",
+                    Shown(ms(to - from)),
+                    ms(step),
+                    advice(to - from, step)
                 );
                 gaps.push(Issue { kind: "gap".into(), start_s: from, end_s: to, channel: String::new(), message });
             }
@@ -73,9 +81,10 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
     if gaps.len() >= MANY_GAPS && gaps.len() as f64 > ODD_SHARE * steps as f64 {
         let first_s = gaps.first().map_or(0.0, |gap| gap.start_s);
         let message = format!(
-            "the rate changes: {} of {steps} steps are longer than {GAP_STEPS} times the usual {} ms, first at {first_s} s",
+            "the rate changes: {} of {steps} steps are longer than {GAP_STEPS} times the usual {} ms, first at {} s",
             gaps.len(),
-            ms(step)
+            ms(step),
+            Shown(first_s)
         );
         let mean_hz = (1.0 / step).round().max(1.0);
         return Err(InputError::new("the log", message).help(format!(
@@ -95,8 +104,11 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
         if share > ODD_SHARE {
             let steps = odd.iter().map(|(from, to)| to - from).sum::<f64>() + even_time;
             let mean_hz = ((odd.len() + even_steps) as f64 / steps).round().max(1.0);
-            return Err(InputError::new("the log", format!("the sampling is uneven: {found}, first at {start_s} s"))
-                .help(format!("give a binding with `resample: {mean_hz} Hz`")));
+            return Err(InputError::new(
+                "the log",
+                format!("the sampling is uneven: {found}, first at {} s", Shown(*start_s)),
+            )
+            .help(format!("give a binding with `resample: {mean_hz} Hz`")));
         }
         issues.push(Issue {
             kind: "uneven_step".into(),
@@ -110,6 +122,15 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
     // Stamps are rounded when they are written: 0.0333, 0.0667. A millihertz more or less is not measured.
     let rate_hz = if mean < 1.0 { (1000.0 / mean).round() / 1000.0 } else { 1.0 / mean };
     Ok(Timebase { rate_hz, rows, stretches })
+}
+
+/// What a binding would have to say so that a gap is bridged.
+fn advice(gap: f64, step: f64) -> String {
+    if gap > BRIDGED_S {
+        return String::new();
+    }
+    let (rate, bridge) = ((1.0 / step).round().max(1.0), (gap * 1e3).floor() + 1.0);
+    format!("; a binding with `resample: {rate} Hz` and `bridge: {bridge} ms` bridges it")
 }
 
 /// The median step, s.
@@ -134,20 +155,39 @@ pub fn usual_step(time: &[f64]) -> Result<f64, InputError> {
 /// When there are fewer than two rows, or the step is so short or so long that the stamps must be in another unit.
 pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
     let step = usual_step(time)?;
-    let (found, unit) = if step > STEPS.end * (1.0 - 1e-6) {
-        (format!("{} s", ms(step) / 1e3), "ms")
-    } else if step > 0.0 && step < STEPS.start * (1.0 - 1e-6) {
-        (format!("{} ms", ms(step)), "s")
-    } else {
+    if step <= 0.0 || (STEPS.start * (1.0 - 1e-6)..=STEPS.end * (1.0 - 1e-6)).contains(&step) {
         return Ok(step);
+    }
+    let long = step > STEPS.start;
+    // Below a nanosecond nothing would be left of it.
+    let found = if long {
+        format!("{} s", Shown(ms(step) / 1e3))
+    } else if ms(step) > 0.0 {
+        format!("{} ms", ms(step))
+    } else {
+        format!("{:.0e} ms", step * 1e3)
     };
     let message = format!(
         "there is one row every {found}, wanted at least {} ms and less than {} ms",
         ms(STEPS.start),
         ms(STEPS.end)
     );
-    let help = format!("if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding");
-    Err(InputError::new("the log", message).help(help))
+    // Of the units that would do, the one by which the log is nearest to 100 Hz: 16 666 667 is in ns, not in us.
+    let in_it = |per: f64| if long { step * per } else { step / per };
+    let unusual = |per: f64| (in_it(per) / USUAL_S).ln().abs();
+    let units = UNITS.into_iter().filter(|(_, per)| STEPS.contains(&in_it(*per)));
+    let error = InputError::new("the log", message);
+    let Some((unit, _)) = units.min_by(|(_, a), (_, b)| unusual(*a).total_cmp(&unusual(*b))) else {
+        return Err(error);
+    };
+    let help = if long {
+        format!(
+            "if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding; without a unit they are in s"
+        )
+    } else {
+        format!("if the stamps are in s and the header or a binding calls them {unit}, say `time [s]` there")
+    };
+    Err(error.help(help))
 }
 
 /// Checks that time is finite and rises from row to row.
@@ -158,7 +198,7 @@ fn rising(time: &[f64]) -> Result<(), InputError> {
     match time.iter().zip(time.iter().skip(1)).position(|(from, to)| to <= from) {
         Some(row) => Err(InputError::new(
             "the log",
-            format!("time does not rise from sample {} to the next, at {} s", row + 1, at(time, row)),
+            format!("time does not rise from sample {} to the next, at {} s", row + 1, Shown(at(time, row))),
         )),
         None => Ok(()),
     }

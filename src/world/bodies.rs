@@ -10,6 +10,7 @@ use super::moving::Moving;
 use super::shapes::{Room, Solid, isometry};
 use crate::base::error::InputError;
 use crate::base::scene::{Role, Scene};
+use crate::base::shown::Shown;
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::mass_properties::MassProperties;
 use rapier3d::dynamics::{FrictionModel, RigidBodyBuilder, RigidBodyHandle};
@@ -74,11 +75,11 @@ impl Bodies {
     /// The bodies of a scene at their starting poses.
     ///
     /// # Errors
-    /// A body that cannot be simulated: no shape, no mass, a size or number out of range.
+    /// A body that cannot be simulated: no shape, no mass, a size or number out of range; at its keys in the scene, `bodies.cube.mass`.
     pub(super) fn new(scene: &Scene) -> Result<Self, InputError> {
         if scene.bodies.len() > MAX_BODIES {
             let message = format!("has {} bodies, at most {MAX_BODIES} are simulated", scene.bodies.len());
-            return Err(InputError::new("scene", message));
+            return Err(InputError::new("bodies", message));
         }
         let mut physics = PhysicsWorld::new();
         // Point masses have no weight: weights are among the forces that we hand over.
@@ -106,20 +107,22 @@ impl Bodies {
             rooms: Vec::new(),
         };
         for (index, (name, body)) in scene.bodies.iter().enumerate() {
-            let refuse = |message: String| InputError::new(format!("body `{name}`"), message);
+            let refuse = |key: &str, message: String| InputError::new(format!("bodies.{name}{key}"), message);
             let solid = Solid::new(name, body)?;
-            let pose = isometry(body.position.map(|length| length.0), body.rotation).map_err(refuse)?;
+            let pose = isometry(body.position.map(|length| length.0), body.rotation);
+            let pose = pose.map_err(|message| refuse(".rotation", message))?;
             if !(0.0..=10.0).contains(&body.friction) {
-                return Err(refuse(format!("has friction {}, wanted 0 to 10", body.friction)));
+                return Err(refuse(".friction", format!("found {}, wanted 0 to 10", Shown(body.friction))));
             }
             let movable = body.role == Role::Object;
             let builder =
                 if movable { RigidBodyBuilder::dynamic().can_sleep(false) } else { RigidBodyBuilder::fixed() };
             let mut moving = None;
             let builder = if movable {
-                let mass = body.mass.map(|mass| mass.0).ok_or_else(|| refuse("is an object without mass".into()))?;
+                let lacks = || refuse("", "is an object without mass, wanted one such as `mass: 50 g`".into());
+                let mass = body.mass.map(|mass| mass.0).ok_or_else(lacks)?;
                 if !(1e-4..=1e3).contains(&mass) {
-                    return Err(refuse(format!("has a mass of {mass} kg, wanted 0.1 g to 1000 kg")));
+                    return Err(refuse(".mass", format!("found {} kg, wanted 0.1 g to 1000 kg", Shown(mass))));
                 }
                 let alone = mass_properties(&solid, mass / solid.volume());
                 let com = convert::our_point(alone.local_com);

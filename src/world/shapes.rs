@@ -3,12 +3,14 @@
 use super::convert;
 use crate::base::error::InputError;
 use crate::base::scene::{Body, Part, Shape};
+use crate::base::shown::Shown;
 use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
 use parry3d::query;
 use parry3d::shape::SharedShape;
+use std::ops::RangeInclusive;
 
-/// No edge, radius or height may be larger, m: a scene is something on a table.
-const MAX_SIZE_M: f64 = 100.0;
+/// No edge, radius or height may be smaller or larger, m: a scene is something on a table. Ours; contacts are good to micrometres.
+const SIZES_M: RangeInclusive<f64> = 1e-4..=10.0;
 /// No body may have more convex parts.
 const MAX_PARTS: usize = 256;
 
@@ -48,18 +50,20 @@ impl Solid {
     /// The solid of a body of the scene; `name` is its name in errors.
     ///
     /// # Errors
-    /// No part at all, too many, a size that is not positive, a rotation that is none.
+    /// No part at all, too many, a size that is none of a thing on a table, a rotation that is none.
     pub(super) fn new(name: &str, body: &Body) -> Result<Self, InputError> {
-        let place = || format!("body `{name}`");
         if body.parts.is_empty() {
-            return Err(InputError::new(place(), "has no parts, wanted at least one shape to simulate"));
+            let message = "has no parts, wanted at least one shape to simulate";
+            return Err(InputError::new(format!("bodies.{name}"), message));
         }
         if body.parts.len() > MAX_PARTS {
             let message = format!("has {} parts, at most {MAX_PARTS} are simulated", body.parts.len());
-            return Err(InputError::new(place(), message));
+            return Err(InputError::new(format!("bodies.{name}.parts"), message));
         }
-        let parts = body.parts.iter().map(SolidPart::new).collect::<Result<_, _>>();
-        let parts: Vec<SolidPart> = parts.map_err(|message| InputError::new(place(), message))?;
+        let part = |(number, part)| {
+            SolidPart::new(part).map_err(|message| InputError::new(format!("bodies.{name}.parts.{number}"), message))
+        };
+        let parts = body.parts.iter().enumerate().map(part).collect::<Result<Vec<SolidPart>, _>>()?;
         let rooms = parts.iter().map(|part| part.room);
         let room = rooms.reduce(|one, other| Room { low: one.low.inf(&other.low), high: one.high.sup(&other.high) });
         Ok(Self { room: room.unwrap_or(Room { low: Point3::origin(), high: Point3::origin() }), parts })
@@ -135,10 +139,10 @@ impl Solid {
 impl SolidPart {
     fn new(part: &Part) -> Result<Self, String> {
         let size = |what: &str, size: f64| {
-            if size > 0.0 && size <= MAX_SIZE_M {
+            if SIZES_M.contains(&size) {
                 Ok(size)
             } else {
-                Err(format!("has a part with {what} {size} m, wanted more than 0 and at most {MAX_SIZE_M} m"))
+                Err(format!("has {what} {} m, wanted 0.1 mm to 10 m", Shown(size)))
             }
         };
         let shape = match part.shape {
@@ -153,6 +157,9 @@ impl SolidPart {
             }
             Shape::Ball(radius) => SharedShape::ball(size("a radius of", radius.0)?),
         };
+        if let Some(far) = part.at.iter().find(|length| length.0.abs() > *SIZES_M.end()) {
+            return Err(format!("is {} m from the middle of its body, wanted at most 10 m", Shown(far.0)));
+        }
         let mut body_from_part = isometry(part.at.map(|length| length.0), part.turned)?;
         if matches!(part.shape, Shape::Cylinder(_)) {
             body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);

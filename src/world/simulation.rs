@@ -11,6 +11,7 @@ use super::touch::{Bristle, Overlap, Touch, TouchLaw};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Scene;
+use crate::base::shown::Shown;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// The step of the world, s.
@@ -206,24 +207,21 @@ impl World {
     /// The world of a scene before its first step: bodies at their starting poses. The fingertips start at their first targets.
     ///
     /// # Errors
-    /// A body or hand of the scene that cannot be simulated.
+    /// A body or hand of the scene that cannot be simulated, at its keys in the scene, `bodies.cube.mass`.
     pub fn new(scene: &Scene, fingertips: Fingertips) -> Result<Self, InputError> {
         let bodies = Bodies::new(scene)?;
         let mut hands = Vec::new();
         let mut tips = Vec::new();
         let mut tip_radius = Vec::new();
         for (&side, hand) in &scene.hands {
-            let refuse = |message: String| InputError::new(format!("{side} hand"), message);
+            let refuse = |key: &str, message: String| InputError::new(format!("hands.{side}.{key}"), message);
             if hand.fingers.contains(&Finger::Palm) {
-                return Err(refuse(
-                    "has `palm` among its fingers, wanted fingertips only: a palm is not simulated".into(),
-                ));
+                let message = "found `palm`, wanted fingertips only: a palm is not simulated";
+                return Err(refuse("fingers", message.into()));
             }
             if !(1e-4..=0.1).contains(&hand.tip_radius.0) {
-                return Err(refuse(format!(
-                    "has fingertips of radius {} m, wanted 0.1 mm to 100 mm",
-                    hand.tip_radius.0
-                )));
+                let found = Shown(hand.tip_radius.0);
+                return Err(refuse("tip_radius", format!("found {found} m, wanted 0.1 mm to 100 mm")));
             }
             let tip = |&finger| TipState {
                 finger,

@@ -194,6 +194,26 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     };
     check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
     check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
+    check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, wanted at most 1e11 s"]);
+    check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was taught from"]);
+    check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was taught from"]);
+    check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, wanted 0.5 s or later"]);
+    check(
+        &|task| task["segments"][2]["taught_start_s"] = 0.1.into(),
+        &["segment 3", "was taught from 0.1 s on, wanted", "s or later, when what is ahead of it began"],
+    );
+    check(
+        &|task| task["segments"][1]["quality"]["jerk_after"] = 1e300.into(),
+        &["segment 2", "has a `quality` that has the number 1e300, wanted 0 to 1e9"],
+    );
+    check(
+        &|task| task["grasps"][0]["mapped"]["measure"] = (-1.0).into(),
+        &["has a measure", "the number -1, wanted 0 to"],
+    );
+    let share = |task: &mut Value| task["grasps"][0]["mapped"]["fingers"][0]["freedom"] = 1e300.into();
+    check(&share, &["a share of thumb", "the number 1e300"]);
+    let backwards = serde_json::json!([{"primitives": ["Move"], "start_s": 2.0, "end_s": 1.0, "why": "pause"}]);
+    check(&|task| task["left_out"] = backwards.clone(), &["what is left out, 1, ends at 1 s, before it begins at 2 s"]);
     check(&|task| task["segments"][1]["duration_s"] = (-1.0).into(), &["segment 2", "takes -1 s"]);
     check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the one ahead of it ends"]);
     check(
@@ -231,6 +251,10 @@ fn commands_of_another_robot_are_refused() {
     let mut other = commands.clone();
     other.robot = Some("a robot of mine".into());
     assert!(told(&other).contains("are for the robot `a robot of mine`, this one is `both hands`"), "{}", told(&other));
+    let mut elsewhere = commands.clone();
+    elsewhere.tasks[0].into =
+        Some(teachtree::command::Into { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
+    assert!(told(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", told(&elsewhere));
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();
     mapped.joints.insert("right_hand/index_2".into(), 9.0);

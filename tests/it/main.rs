@@ -37,6 +37,8 @@ mod prove;
 mod recognition;
 #[cfg(feature = "world")]
 mod recordings;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod refused;
 mod report;
 #[cfg(feature = "world")]
 mod robot;

@@ -1,6 +1,7 @@
 //! Tests of `robot`: files, kinematics against finite differences and round trips.
 
 mod clock;
+mod falls;
 mod files;
 mod grasping;
 mod gripper;

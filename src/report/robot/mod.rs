@@ -31,14 +31,17 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
     for (number, (task, outcome)) in commands.tasks.iter().zip(outcomes).enumerate() {
         let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
         let verdict = if outcome.done { "done" } else { "not done" };
+        let (off, turned) = (decimals(outcome.off * 1e3, 1), decimals(outcome.turned.to_degrees(), 1));
+        let ended = outcome.fell_s.map_or_else(
+            || format!("{off} mm and {turned}° from where the person left it"),
+            |fell_s| format!("Fell off after {} s", decimals(fell_s, 1)),
+        );
         page.push_str(&format!(
-            "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{} mm and {}° from where the person left it; palm within {} mm of its way, \
+            "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{ended}; palm within {} mm of its way, \
              forces {} N off on average, {} N at most, {} their profile.{}</p>\n",
             if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
             escape(&task.task),
             escape(&task.object),
-            decimals(outcome.off * 1e3, 1),
-            decimals(outcome.turned.to_degrees(), 1),
             decimals(outcome.palm_error * 1e3, 1),
             decimals(outcome.force_error, 2),
             decimals(outcome.largest_force, 2),

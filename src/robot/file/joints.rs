@@ -4,6 +4,7 @@ use super::super::tree::{Dof, Joint, Kind};
 use super::{Places, SPEEDS_UP_S, no_turn};
 use crate::base::error::InputError;
 use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
+use crate::base::shown::Shown;
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::f64::consts::TAU;
@@ -96,12 +97,13 @@ pub(super) fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Resul
             let unit = if joint.range.is_some() { "rad" } else { "m" };
             return Err(refuse(format!(
                 "goes from {} to {} {unit}, wanted the smaller end first, within {largest:.4} {unit}",
-                range[0], range[1]
+                Shown(range[0]),
+                Shown(range[1])
             )));
         }
         let positive = |what: &str, value: Option<f64>| match value {
             Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
-            Some(value) => Err(refuse(format!("has the {what} {value}, wanted more than 0"))),
+            Some(value) => Err(refuse(format!("has the {what} {}, wanted more than 0 and at most 1e5", Shown(value)))),
             None => Err(refuse(format!("has no `{what}`"))),
         };
         let (torque_word, speed_word) =
@@ -120,7 +122,7 @@ pub(super) fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Resul
             [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
         {
             if !(0.0..=1e4).contains(&value) {
-                return Err(refuse(format!("has the {what} {value}, wanted 0 or more")));
+                return Err(refuse(format!("has the {what} {}, wanted 0 to 1e4", Shown(value))));
             }
         }
         let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);

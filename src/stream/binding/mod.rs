@@ -15,6 +15,7 @@ use super::csv::check_scene;
 use crate::base::error::InputError;
 use crate::base::quantity::{Frequency, Mass, Time};
 use crate::base::scene::Scene;
+use crate::base::shown::Shown;
 use crate::base::yaml;
 use crate::stream::text;
 use indexmap::IndexMap;
@@ -149,7 +150,7 @@ impl BindingFile {
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);
             if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
-                let message = format!("found {rate} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz");
+                let message = format!("found {} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz", Shown(rate));
                 return Err(file.error(key, message));
             }
         }
@@ -161,7 +162,10 @@ impl BindingFile {
             return Err(file.error("bridge", "found a negative time".into()));
         }
         if let Some(scene) = &file.binding.scene {
-            check_scene(scene).map_err(|message| file.error("bodies", message))?;
+            check_scene(scene).map_err(|error| {
+                let place = format!("scene.{}", error.place);
+                yaml::located(InputError { place, ..error }, &file.text, &file.name)
+            })?;
         }
         Ok(file)
     }

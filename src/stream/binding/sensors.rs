@@ -5,6 +5,7 @@ use crate::base::error::InputError;
 use crate::base::geometry::unit;
 use crate::base::quantity::Mass;
 use crate::base::recording::{Column, Recording};
+use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::stream::names;
 use crate::stream::table::{placed, union};
@@ -164,9 +165,10 @@ fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError>
                 .filter(|value| !value.is_nan())
                 .collect();
             if rest.is_empty() {
-                return Err(
-                    file.error("tare", format!("`{channel}` has no sample from {} s to {} s", tare.from.0, tare.to.0))
-                );
+                return Err(file.error(
+                    "tare",
+                    format!("`{channel}` has no sample from {} s to {} s", Shown(tare.from.0), Shown(tare.to.0)),
+                ));
             }
             let mean = rest.iter().sum::<f64>() / rest.len() as f64;
             variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;

@@ -5,6 +5,8 @@
 use super::super::names;
 use super::super::sheet::Memory;
 use super::rosmsg::{Failure, MAX_ARRAY};
+#[cfg(feature = "mcap")]
+use crate::base::json::told;
 use serde_json::Value;
 
 /// The deepest nesting that is spread into names.
@@ -16,7 +18,8 @@ const MAX_DEPTH: usize = 16;
 /// When it is no JSON object.
 #[cfg(feature = "mcap")]
 pub fn message(text: &[u8], row: &mut Memory) -> Result<Option<i64>, Failure> {
-    let value: Value = serde_json::from_slice(text).map_err(|error| format!("found no JSON object: {error}"))?;
+    let value: Value =
+        serde_json::from_slice(text).map_err(|error| format!("found no JSON object: {}", told(&error)))?;
     let Value::Object(_) = value else {
         return Err("found no JSON object".to_string().into());
     };

@@ -7,6 +7,7 @@ use super::json;
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::base::error::InputError;
+use crate::base::json::told;
 use crate::base::scene::Scene;
 use serde_json::Value;
 use std::io::{BufRead, Read};
@@ -110,20 +111,18 @@ impl<R: BufRead> Lines<R> {
                         .error("found no object, wanted one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
                 }
                 Err(error) => {
-                    let text = error.to_string();
-                    let what = text.split(" at line ").next().unwrap_or_default();
-                    let what = what.replace("EOF while parsing", "the line ends within");
                     let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };
                     let place = format!("{} row {}{letter}", self.file, self.row);
-                    Err(InputError::new(place, format!("found no JSON object: {what}")))
+                    Err(InputError::new(place, format!("found no JSON object: {}", told(&error))))
                 }
             };
         }
     }
 
     fn scene(&self, scene: Value) -> Result<Line, InputError> {
-        let scene: Scene = serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {error}")))?;
-        check_scene(&scene).map_err(|message| self.error(message))?;
+        let scene: Scene =
+            serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {}", told(&error))))?;
+        check_scene(&scene).map_err(|error| self.error(format!("scene.{}: {}", error.place, error.message)))?;
         Ok(Line::Scene(Box::new(scene)))
     }
 }

@@ -7,6 +7,7 @@ use super::super::sheet::{Cells, Memory};
 use super::super::table::Source;
 use super::parquet;
 use crate::base::error::InputError;
+use crate::base::json;
 use crate::stream::text;
 use serde_json::Value;
 use std::fs::File;
@@ -61,12 +62,7 @@ impl Set {
         let path = info(folder);
         let place = path.display().to_string();
         let text = text::read(&path, MAX_INFO)?;
-        let info: Value = serde_json::from_str(&text).map_err(|error| {
-            InputError::new(
-                format!("{place}:{}:{}", error.line(), error.column()),
-                format!("cannot be read as JSON: {error}"),
-            )
-        })?;
+        let info: Value = json::read(&text, &place)?;
         let set = Self { folder: folder.to_path_buf(), place, info };
         let version = set.text("codebase_version")?;
         if !matches!(version.split('.').next(), Some("v2" | "v3")) {

@@ -14,7 +14,7 @@ use super::super::csv::check_scene;
 use super::super::sheet::{Cells, Memory, titled};
 use super::super::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_size};
 use crate::base::error::InputError;
-use crate::base::yaml;
+use crate::base::{json, yaml};
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
 use ::parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use ::parquet::data_type::{ByteArray, DataType};
@@ -56,12 +56,11 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     if let Some(text) = scene {
         let place = format!("{name} metadata {SCENE}");
         let scene = yaml::read(&text, &place)?;
-        check_scene(&scene).map_err(|message| InputError::new(place, message))?;
+        check_scene(&scene).map_err(|error| yaml::located(error, &text, &place))?;
         source.scene = Some(scene);
     }
     if let Some(text) = events {
-        let wrong = |error: serde_json::Error| InputError::new(format!("{name} metadata {EVENTS}"), error.to_string());
-        source.events = serde_json::from_str(&text).map_err(wrong)?;
+        source.events = json::read(&text, &format!("{name} metadata {EVENTS}"))?;
     }
     Ok(source)
 }

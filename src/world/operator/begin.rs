@@ -13,6 +13,7 @@ use super::together::MovingAlong;
 use super::variation::Variation;
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
+use crate::base::shown::Shown;
 use crate::world::sockets::{Place, places};
 use crate::world::{STEP_S, TouchLaw, World};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -382,7 +383,7 @@ fn positive(what: &str, value: f64, most: f64) -> Result<(), InputError> {
     if value > 0.0 && value <= most {
         return Ok(());
     }
-    Err(refused(format!("has {what} {value} (SI), wanted more than 0 and at most {most}")))
+    Err(refused(format!("has {what} {} (SI), wanted more than 0 and at most {most}", Shown(value))))
 }
 
 fn direction(what: &str, vector: [f64; 3]) -> Result<Vector3<f64>, InputError> {

@@ -1,0 +1,45 @@
+//! Reading JSON: errors at file, line and column, in words for people who know JSON and not the types that read it.
+
+use super::error::InputError;
+use super::yaml::in_plain_words;
+use serde::de::DeserializeOwned;
+
+/// Reads a JSON text; `file` is its name in errors.
+///
+/// # Errors
+/// What the text lacks, at its place: `file:line:column`, or the file alone where that says nothing.
+pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError> {
+    if text.trim().is_empty() {
+        return Err(InputError::new(file, "the file is empty"));
+    }
+    serde_json::from_str(text).map_err(|error| {
+        let told = told(&error);
+        InputError::new(place(&error, file), if error.is_syntax() { format!("no JSON here, {told}") } else { told })
+    })
+}
+
+/// What is wrong, without the place.
+pub fn told(error: &serde_json::Error) -> String {
+    let message = error.to_string();
+    let message = message.split(" at line ").next().unwrap_or(&message);
+    if let Some(within) = message.strip_prefix("EOF while parsing ") {
+        return match within {
+            "a value" => "ends in the middle: a value is missing".into(),
+            _ => format!("ends in the middle of {within}"),
+        };
+    }
+    match message.strip_prefix("expected ") {
+        Some("ident" | "value") => "wanted a value".into(),
+        Some(wanted) => format!("wanted {wanted}"),
+        None => in_plain_words(message),
+    }
+}
+
+/// Where: what is missing at the end of a text has a line and no column, what is wrong with a value that was read already has neither.
+fn place(error: &serde_json::Error, file: &str) -> String {
+    match (error.line(), error.column()) {
+        (0, _) => file.into(),
+        (line, column) if column == 0 || error.is_eof() => format!("{file}:{line}"),
+        (line, column) => format!("{file}:{line}:{column}"),
+    }
+}

@@ -1,0 +1,30 @@
+//! Numbers in messages: as people write them, and never hundreds of digits.
+
+use std::fmt;
+
+/// Larger than this, or smaller, a number is written with an exponent.
+const PLAIN: std::ops::Range<f64> = 1e-6..1e12;
+
+/// A number for a message: `0.4`, `1e300`, `-2.5e-9`, with an exponent to six digits. A precision holds as it does for numbers (`{:.1}`); then only
+/// large ones have an exponent.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown(pub f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(number) = self;
+        let size = number.abs();
+        let large = size.is_finite() && size >= PLAIN.end;
+        let small = size > 0.0 && size < PLAIN.start;
+        match f.precision() {
+            Some(places) if large => write!(f, "{number:.places$e}"),
+            Some(places) => write!(f, "{number:.places$}"),
+            None if large || small => {
+                let digits = format!("{number:.5e}");
+                let (mantissa, exponent) = digits.split_once('e').unwrap_or((&digits, "0"));
+                write!(f, "{}e{exponent}", mantissa.trim_end_matches('0').trim_end_matches('.'))
+            }
+            None => write!(f, "{number}"),
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Bad input on the command line: one message with the place, what was found, what was wanted and what to do; exit status 2, and nothing is written.
+
+use crate::program::{complained, said, teachtree};
+use serde_json::Value;
+use std::path::Path;
+
+const LOG: &str = "tests/fixtures/logs/whole.csv";
+
+fn shipped(file: &str) -> String {
+    std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+}
+
+/// A file of this text in a folder.
+fn file(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
+    let path = folder.path().join(name);
+    std::fs::write(&path, text).unwrap();
+    path.to_str().unwrap().to_string()
+}
+
+/// What is said when it refuses.
+fn refused(args: &[&str]) -> String {
+    let output = teachtree(args);
+    let told = complained(&output);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {}{told}", said(&output));
+    assert!(told.starts_with("error: ") && told.lines().all(|line| line.len() < 250), "{args:?}: {told}");
+    told
+}
+
+/// What is no thing on a table is told at its line, by whoever simulates the scene.
+#[test]
+fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let (out, sound) = (folder.path().join("log.csv"), shipped("scenes/peg_in_hole.yaml"));
+    for (from, to, wanted) in [
+        (
+            "[15 mm, 80 mm]",
+            "[1e-9 mm, 80 mm]",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a radius of 1e-12 m, wanted 0.1 mm to 10 m",
+        ),
+        (
+            "[15 mm, 80 mm]",
+            "[15 mm, 1e300 m]",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a height of 1e300 m, wanted 0.1 mm to 10 m",
+        ),
+        (
+            "{box: [30 mm, 40 mm, 40 mm], at: [21.5668 mm, 21.",
+            "{box: [30 mm, 11 m, 40 mm], at: [21.5668 mm, 21.",
+            "scene.yaml:16:5: bodies.holder.parts.1: has an edge of 11 m",
+        ),
+        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, wanted 0.1 g to 1000 kg"),
+        ("mass: 40 g, ", "", "scene.yaml:5:8: bodies.peg: is an object without mass, wanted one such as `mass: 50 g`"),
+        (
+            "mass: 40 g, friction: 0.2",
+            "mass: 40 g, friction: 55",
+            "scene.yaml:5:45: bodies.peg.friction: found 55, wanted 0 to 10",
+        ),
+        (
+            "position: [-90 mm",
+            "position: [-1e300 m",
+            "scene.yaml:5:60: bodies.peg.position: found -1e300 m, wanted at most 1000 m",
+        ),
+        (
+            "tip_radius: 10 mm",
+            "tip_radius: 10 m",
+            "scene.yaml:24:56: hands.right.tip_radius: found 10 m, wanted 0.1 mm to 100 mm",
+        ),
+    ] {
+        let scene = file(&folder, "scene.yaml", &sound.replacen(from, to, 1));
+        let told = refused(&["teach", &scene, "peg_in_hole", "-o", out.to_str().unwrap()]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(!out.exists());
+    }
+}
+
+/// A scene inside a binding is looked at as one in a file is, and told of at its line in the binding.
+#[test]
+fn a_scene_in_a_binding_is_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene: String = shipped("tests/fixtures/logs/box.yaml").lines().map(|line| format!("  {line}\n")).collect();
+    for (from, to, wanted) in [
+        ("[thumb, index]", "[thumb, thumb]", "b.yaml:7:22: scene.hands.right.fingers: found thumb twice"),
+        (
+            "[0 m, 0 m, -10 mm]",
+            "[0 m, 1e9 m, 0 m]",
+            "b.yaml:5:37: scene.bodies.base.position: found 1000000000 m, wanted at most 1000 m",
+        ),
+        ("mass: 50 g", "mass: 0 g", "b.yaml:4:11: scene.bodies.cube: found 0 kg, wanted a mass (kg) above 0"),
+    ] {
+        let text = format!("scene:\n{scene}");
+        assert!(text.contains(from));
+        let binding = file(&folder, "b.yaml", &text.replacen(from, to, 1));
+        let told = refused(&["analyze", LOG, "--binding", &binding]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+    }
+    let binding = file(&folder, "b.yaml", &format!("scene:\n{scene}"));
+    assert!(teachtree(&["analyze", LOG, "--binding", &binding]).status.success());
+}
+
+/// A JSON file that is empty or was cut has no column to look at.
+#[test]
+fn json_that_ends_too_early_is_told_without_a_column() {
+    let folder = tempfile::tempdir().unwrap();
+    for (text, wanted) in [
+        ("", "commands.json: the file is empty"),
+        (" \n", "commands.json: the file is empty"),
+        ("{\"schema\": \"teachtree.commands/1\",\n \"tasks\": [", "commands.json:2: ends in the middle of a list"),
+        ("{\"schema\":\n", "commands.json:2: ends in the middle: a value is missing"),
+        ("{\"schema\": 5}", "commands.json:1:12: found `5`, wanted a text"),
+        ("{\"schema\" 5}", "commands.json:1:11: no JSON here, wanted `:`"),
+    ] {
+        let commands = file(&folder, "commands.json", text);
+        let told = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains("help: commands are the JSON file that `teachtree command` writes"), "{told}");
+    }
+}
+
+/// Integers in nanoseconds, microseconds and milliseconds are told apart, and the advice does.
+#[test]
+fn stamps_in_another_unit_are_told_with_the_unit_that_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = shipped(LOG);
+    let stamped = |heading: &str, per_s: f64, from: f64| {
+        let rows = log.lines().skip(1).map(|line| {
+            let (time, rest) = line.split_once(',').unwrap();
+            format!("{:.0},{rest}\n", from + time.parse::<f64>().unwrap() * per_s)
+        });
+        log.lines().take(1).map(|line| line.replace("time [s]", heading) + "\n").chain(rows).collect::<String>()
+    };
+    for (unit, per_s) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
+        for from in [0.0, 1.7e9 * per_s] {
+            let path = file(&folder, "log.csv", &stamped("time", per_s, from));
+            let told = refused(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
+            assert!(told.contains(&format!("if the stamps are in {unit}, say `time [{unit}]`")), "{told}");
+            let path = file(&folder, "log.csv", &stamped(&format!("time [{unit}]"), per_s, from));
+            let output = teachtree(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
+            assert!(output.status.success(), "{unit}: {}", complained(&output));
+        }
+    }
+}
+
+/// What the message about a gap says closes it.
+#[test]
+fn the_advice_about_a_gap_bridges_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let gap = "tests/fixtures/logs/gap.csv";
+    let gaps = |more: &[&str]| {
+        let output = teachtree(
+            &[&["analyze", gap, "--scene", "tests/fixtures/logs/box.yaml", "--format", "json"], more].concat(),
+        );
+        let told: Value = serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", complained(&output)));
+        let issues = told["issues"].as_array().unwrap().clone();
+        let of_gaps = issues.into_iter().filter(|issue| issue["kind"] == "gap");
+        of_gaps.map(|issue| issue["message"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let told = gaps(&[]);
+    assert_eq!(told.len(), 1, "{told:?}");
+    let settings: Vec<&str> = told[0].split('`').skip(1).step_by(2).collect();
+    assert!(
+        matches!(settings[..], [resample, bridge] if resample.starts_with("resample: ") && bridge.starts_with("bridge: ")),
+        "{told:?}"
+    );
+    let binding = file(&folder, "bridge.yaml", &(settings.join("\n") + "\n"));
+    assert_eq!(gaps(&["--binding", &binding]), Vec::<String>::new());
+}
+
+/// Numbers that only a slip of the finger makes are shown as they were meant, not with hundreds of digits.
+#[test]
+fn huge_and_tiny_numbers_are_told_in_short() {
+    let folder = tempfile::tempdir().unwrap();
+    let commands = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 1e300, "scene": "", "tasks": []}"#;
+    let commands = file(&folder, "commands.json", commands);
+    let robot = shipped("robots/gifu_hand_iii_right.yaml");
+    let heavy = file(&folder, "heavy.yaml", &robot.replacen("mass: 550 g", "mass: 1e280 kg", 1));
+    let binding = file(&folder, "rate.yaml", "resample: 1e300 Hz\n");
+    let times = file(&folder, "times.csv", "time [s],cube.position.x [m]\n1e250,0\n-1e250,0\n");
+    let (out, scene) = (folder.path().join("out.csv"), "tests/fixtures/logs/box.yaml");
+    let out = out.to_str().unwrap();
+    for (args, wanted) in [
+        (&["simulate", &commands, "--scene", "slide", "-o", out][..], "has 1e300 samples a second"),
+        (&["command", LOG, "--scene", scene, "--robot", &heavy, "-o", out], "has a mass of 1e2"),
+        (&["analyze", LOG, "--scene", scene, "--binding", &binding], "found 1e300 Hz"),
+        (&["analyze", &times, "--scene", scene], "-1e250 s after 1e250 s"),
+    ] {
+        let told = refused(args);
+        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+    }
+}
+
+/// Commands of which one grasp cannot be taken are written, said to be, and refused by `simulate`.
+#[test]
+fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
+    assert!(teachtree(&["teach", "pick_and_follow", "pick_and_follow", "-o", &log]).status.success());
+    let made = teachtree(&["command", &log, "--robot", "arm_with_gripper", "-o", &commands]);
+    assert_eq!(made.status.code(), Some(1), "{}{}", said(&made), complained(&made));
+    let told = said(&made);
+    assert!(told.contains("no grasp, ") && told.contains("written: "), "{told}");
+    assert!(told.ends_with("the rest is sound, but `simulate` refuses it\n"), "{told}");
+    let written: Value = serde_json::from_str(&std::fs::read_to_string(&commands).unwrap()).unwrap();
+    assert!(!written["tasks"][0]["segments"].as_array().unwrap().is_empty());
+    let simulated =
+        teachtree(&["simulate", &commands, "--robot", "arm_with_gripper", "--scene", "pick_and_follow", "-o", &out]);
+    assert_eq!(simulated.status.code(), Some(1), "{}", complained(&simulated));
+    assert!(!Path::new(&out).exists());
+    let help = said(&teachtree(&["command", "--help"]));
+    let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(help.contains("`simulate` refuses such commands"), "{help}");
+}

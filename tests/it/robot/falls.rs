@@ -1,0 +1,55 @@
+//! What falls off a table: the robot does not go on with it, and what else there is to do is done.
+
+use crate::program::{all_said, teachtree};
+use teachtree::base::recording::Recording;
+use teachtree::stream::{self, OpenRequest};
+
+/// What a robot made of the person's demonstration in a shipped scene when in its own scene `from` is `to`: the exit status, what was said, the recording.
+fn performed(scene: &str, from: &str, to: &str) -> (Option<i32>, String, Recording) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands, own, out) = (path("log.csv"), path("commands.json"), path("own.yaml"), path("robot.csv"));
+    assert!(teachtree(&["teach", scene, scene, "-o", &log]).status.success());
+    assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
+    let text = std::fs::read_to_string(format!("{}/scenes/{scene}.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
+    assert!(text.contains(from), "{text}");
+    std::fs::write(&own, text.replace(from, to)).unwrap();
+    let page = path("robot.html");
+    let output = teachtree(&["simulate", &commands, "--scene", &own, "-o", &out, "--report", &page]);
+    let told = all_said(&output);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("<p>Fell off after "), "{told}");
+    let opened = stream::open(&OpenRequest { log: out.into(), ..OpenRequest::default() }).unwrap();
+    (output.status.code(), told, opened.recording)
+}
+
+const BASE: &str = "position: [0 mm, 0 mm, -10 mm], parts: [{box: [640 mm, 600 mm, 20 mm]}]";
+
+/// The table ends in the middle of the push. What falls with it, and is in no task, ends nothing.
+#[test]
+fn what_is_pushed_off_the_table_ends_the_simulation() {
+    let short = "position: [0 mm, -150 mm, -10 mm], parts: [{box: [640 mm, 300 mm, 20 mm]}]";
+    let (status, told, recording) = performed("push", BASE, short);
+    assert_eq!(status, Some(1), "{told}");
+    let fell_s: f64 =
+        told.split("not done push: `box` fell off after ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(!told.contains("from where the person left it"), "{told}");
+    let last = |name: &str| *recording.columns[name].values.last().unwrap();
+    let (end_s, [y, z]) =
+        (*recording.time.last().unwrap(), ["y", "z"].map(|part| last(&format!("box.position.{part}"))));
+    // It was pushed some way first; then a free fall of a metre below the base, and no more.
+    assert!(fell_s > 1.0 && (0.3..0.8).contains(&(end_s - fell_s)), "{told}: {end_s} s");
+    assert!(y > 0.0 && (-1.1..-0.95).contains(&z), "{y} m, {z} m");
+    assert!(last("block.position.z") < z, "the block fell from the beginning");
+}
+
+/// The left cube has no floor: it is gone before its turn, and the right one is brought to its place all the same.
+#[test]
+fn what_is_left_to_do_is_done() {
+    let right = "position: [170 mm, 0 mm, -10 mm], parts: [{box: [420 mm, 600 mm, 20 mm]}]";
+    let (status, told, recording) = performed("paper_box", BASE, right);
+    assert_eq!(status, Some(1), "{told}");
+    assert!(told.starts_with("done     pick_and_follow: "), "{told}");
+    assert!(told.contains("not done push_and_trace: `left_cube` fell off after 0.0 s"), "{told}");
+    // The second task, of eleven seconds, is not begun.
+    assert!(recording.time.last().unwrap() < &13.0, "{told}");
+}
