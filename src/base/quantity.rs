@@ -1,6 +1,6 @@
 //! Numbers with a unit as they stand in YAML files: `120 mm`, `50 g`, `0.4`.
 
-use super::shown::Shown;
+use super::shown::{PLAIN, Shown};
 use super::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer};
 
@@ -158,8 +158,9 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> f
                 parse(text, Quantity::<M, K, S, R>::DIMENSION).map(Quantity).map_err(E::custom)
             }
             fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Self::Value, E> {
-                // With an exponent: in full it may have hundreds of digits, which an error would quote.
-                self.visit_str(&format!("{number:e}"))
+                // In full it may have hundreds of digits, which an error would quote.
+                let plain = number == 0.0 || PLAIN.contains(&number.abs());
+                self.visit_str(&if plain { number.to_string() } else { format!("{number:e}") })
             }
             fn visit_i64<E: serde::de::Error>(self, number: i64) -> Result<Self::Value, E> {
                 self.visit_str(&number.to_string())

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-/// Larger than this, or smaller, a number is written with an exponent.
-const PLAIN: std::ops::Range<f64> = 1e-6..1e12;
+/// Numbers of this size are written without an exponent.
+pub const PLAIN: std::ops::Range<f64> = 1e-6..1e12;
 
 /// A number for a message: `0.4`, `1e300`, `-2.5e-9`, with an exponent to six digits. A precision holds as it does for numbers (`{:.1}`); then only
 /// large ones have an exponent.

@@ -14,7 +14,7 @@ use std::marker::PhantomData;
 pub const MAX_BYTES: usize = 1 << 20;
 /// How deep lists `[…]` and mappings `{…}` may stand in each other: the YAML crate takes the square of the depth.
 pub const MAX_DEPTH: usize = 64;
-/// A number with more digits than this is shown with an exponent.
+/// A number of more letters than this is shown with fewer, and with an exponent where that is shorter.
 const LONG: usize = 17;
 
 /// Reads a YAML text; `file` is its name in errors. Unknown keys are refused by the types (`deny_unknown_fields`).

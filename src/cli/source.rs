@@ -31,9 +31,12 @@ pub fn is_yaml(name: &str) -> bool {
 /// An error about a scene of this name, or in this file, at its line there: where no file is known its place is keys, `bodies.cube.mass`.
 pub fn in_scene(name: &str, error: InputError) -> InputError {
     let of_scene = ["bodies", "hands"].contains(&error.place.split('.').next().unwrap_or_default());
+    if !of_scene || !is_yaml(name) {
+        return error;
+    }
     match text::read(Path::new(name), yaml::MAX_BYTES as u64) {
-        Ok(text) if of_scene && is_yaml(name) => yaml::located(error, &text, name),
-        _ => error,
+        Ok(text) => yaml::located(error, &text, name),
+        Err(_) => error,
     }
 }
 

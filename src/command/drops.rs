@@ -93,8 +93,8 @@ fn take_over(mut before: Task, task: &mut Task) {
     task.start_s = before.start_s;
 }
 
-/// A way to a touch that was taken over from a try which is left out leads to where the object is by then, and is gone just before: the other hand may
-/// have brought it there meanwhile.
+/// A way to a touch that was taken over from a try which is left out, or has a pause before it, leads to where the object is by then, and is gone just before:
+/// the other hand may have brought it there meanwhile.
 pub(super) fn lead_to_the_touch(task: &mut Task) {
     for at in 1..task.segments.len() {
         let (ways, touch) = task.segments.split_at_mut(at);

@@ -8,6 +8,7 @@ use super::RATE_HZ;
 use super::form::LeftOut;
 use super::series::Series;
 use crate::analysis::{Segment, TaskSpan};
+use nalgebra::Vector3;
 
 /// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
 const PAUSE_M_S: f64 = 0.01;
@@ -56,10 +57,9 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     }
     let mut left_out = Vec::new();
     let mut kept: Vec<Vec<&Segment>> = Vec::new();
-    // The last of the brushes may be what a push begins with.
-    let brushes = |one: &[&Segment]| brushes(one, series);
+    // A brush is not joined to the push after it.
     tries.dedup_by(|next, one| {
-        let joined = !brushes(one) && comes_off(one, next);
+        let joined = !brushes(one, series) && comes_off(one, next);
         if joined {
             one.append(next);
         }
@@ -70,6 +70,9 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| segment.primitive != "Move");
     let on_the_spot: Vec<bool> = tries.iter().skip(1).map(stays_there).chain([false]).collect();
     let mut came: Vec<&Segment> = Vec::new();
+    // Where the object is when each try touches it, and where it was before the brushes that have just been left out.
+    let touched: Vec<Option<Vector3<f64>>> = tries.iter().map(|one| first_touch(one, series)).collect();
+    let mut before_brushes: Option<Vector3<f64>> = None;
     for (number, mut segments) in tries.into_iter().enumerate() {
         segments.splice(..0, came.drain(..));
         let touches: Vec<&str> = segments
@@ -83,7 +86,15 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         let alone = touches.iter().all(|primitive| *primitive == "Grasp");
         let only_grasped = alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series);
         let dropped = touches.last() == Some(&"Translate") && number + 1 < count;
-        let brushed = on_the_spot[number] && brushes(&segments);
+        let stood = before_brushes.take().or(touched[number]);
+        // With the other hand at work it may move for another reason.
+        let stands = stood
+            .zip(touched.get(number + 1).copied().flatten())
+            .is_some_and(|(from, to)| (to - from).norm() <= STAYS_M);
+        let brushed = on_the_spot[number] && brushes(&segments, series) && (waits || stands);
+        if brushed {
+            before_brushes = stood;
+        }
         if touches.is_empty() && number + 1 == count && !kept.is_empty() {
             // Going away after the last release.
             kept.push(segments);
@@ -129,7 +140,18 @@ fn pushes(segment: &Segment) -> bool {
     matches!(segment.primitive.as_str(), "Push" | "Trace")
 }
 
-/// Whether a try is a push that is over at once and moves nothing.
+/// Where the object is when a try touches it first, m.
+fn first_touch(one: &[&Segment], series: &Series) -> Option<Vector3<f64>> {
+    let touch = one.iter().find(|segment| !is_free(&segment.primitive))?;
+    Some(series.object[sample_at(touch.start_s, series)].translation.vector)
+}
+
+/// The sample of a time, s.
+fn sample_at(time: f64, series: &Series) -> usize {
+    (((time - series.start_s) * RATE_HZ).round().max(0.0) as usize).min(series.len() - 1)
+}
+
+/// Whether a try is a push that is over at once and moves nothing while it lasts.
 fn brushes(one: &[&Segment], series: &Series) -> bool {
     let touches: Vec<&Segment> =
         one.iter().filter(|segment| !is_free(&segment.primitive) && segment.primitive != "Release").copied().collect();
@@ -148,10 +170,9 @@ fn comes_off(one: &[&Segment], next: &[&Segment]) -> bool {
 /// Whether the object does not move in these segments as they touch it.
 fn stays(segments: &[&Segment], series: &Series) -> bool {
     let touching = segments.iter().filter(|segment| !is_free(&segment.primitive));
-    let mut ends = touching.flat_map(|segment| [segment.start_s, segment.end_s]).map(|time| {
-        let at = ((time - series.start_s) * RATE_HZ).round().max(0.0) as usize;
-        series.object[at.min(series.len() - 1)].translation.vector
-    });
+    let mut ends = touching
+        .flat_map(|segment| [segment.start_s, segment.end_s])
+        .map(|time| series.object[sample_at(time, series)].translation.vector);
     let Some(first) = ends.next() else { return true };
     ends.all(|place| (place - first).norm() <= STAYS_M)
 }
@@ -166,8 +187,7 @@ fn leave(segments: &[&Segment], why: &str) -> LeftOut {
 }
 
 fn piece(segment: &Segment, series: &Series, waits: bool, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
-    let at = |time: f64| (((time - series.start_s) * RATE_HZ).round().max(0.0) as usize).min(series.len() - 1);
-    let (start, end) = (at(segment.start_s), at(segment.end_s));
+    let (start, end) = (sample_at(segment.start_s, series), sample_at(segment.end_s, series));
     let mut samples: Vec<usize> = (start..=end).collect();
     if is_free(&segment.primitive) && !waits {
         samples = without_pauses(samples, segment, series, left_out);

@@ -9,6 +9,7 @@ mod drops;
 mod episodes;
 mod form;
 mod insertion;
+mod leaning;
 mod reading;
 mod series;
 mod settling;
@@ -81,6 +82,7 @@ fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut se
     let (episodes, left_out) = episodes(span, &series, waits);
     let body = recording.scene.bodies.get(object);
     let into = insertion::along_the_axis(&mut series, recording, object, &episodes);
+    leaning::against_the_wall(&mut series, recording, object, &episodes);
     // With another hand at work, what is let go may be in that one.
     if !waits {
         settling::put_down(&mut series, &episodes);

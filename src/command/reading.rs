@@ -134,9 +134,9 @@ impl MappedGrasp {
         pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
         known_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
         let measures = [self.measure, self.copied_measure.unwrap_or_default()];
-        informs(&measures).map_err(|message| format!("has a measure that {message}"))?;
+        told_only(&measures).map_err(|message| format!("has a measure that {message}"))?;
         for MappedFinger { finger, manipulability, freedom, pad_angle_deg } in &self.fingers {
-            informs(&[*manipulability, *freedom, *pad_angle_deg])
+            told_only(&[*manipulability, *freedom, *pad_angle_deg])
                 .map_err(|message| format!("has a share of {finger} that {message}"))?;
         }
         for (joint, value) in &self.joints {
@@ -192,7 +192,7 @@ impl Quality {
     fn check(&self) -> Check {
         let Self { jerk_before, jerk_after, position_deviation, contact_deviation, force_deviation, into_cone: _ } =
             self;
-        informs(&[*jerk_before, *jerk_after, *position_deviation, *contact_deviation, *force_deviation])
+        told_only(&[*jerk_before, *jerk_after, *position_deviation, *contact_deviation, *force_deviation])
     }
 }
 
@@ -205,7 +205,7 @@ fn stamps(values: &[f64]) -> Check {
 }
 
 /// What is told to people only, and is never below zero.
-fn informs(values: &[f64]) -> Check {
+fn told_only(values: &[f64]) -> Check {
     match values.iter().find(|value| !(0.0..=LARGEST_TOLD).contains(*value)) {
         Some(value) => Err(format!("has the number {}, wanted 0 to {LARGEST_TOLD:e}", Shown(*value))),
         None => Ok(()),

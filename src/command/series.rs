@@ -20,6 +20,8 @@ const FORCE_N: f64 = 0.1;
 const TURN_M: f64 = 0.05;
 /// A finger that touches for this share of the time in which any does takes part.
 const TAKES_PART: f64 = 0.3;
+/// A body touches the object with more than this, N.
+const ON_N: f64 = 0.01;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
 
@@ -100,6 +102,18 @@ impl Series {
     /// Where another body was; `None` for one that was not measured.
     pub(super) fn other(&self, recording: &Recording, body: &str) -> Option<Vec<Isometry3<f64>>> {
         poses(recording, body, &self.rows)
+    }
+
+    /// The unit normals from a body onto the object where they touch, zero elsewhere; `None` when the recording does not have their contact.
+    pub(super) fn normals(&self, recording: &Recording, object: &str, body: &str) -> Option<Vec<Vector3<f64>>> {
+        let contact = format!("contact.{object}.{body}");
+        let forces = vectors(recording, &format!("{contact}.force"), &self.rows)?;
+        let normals = vectors(recording, &format!("{contact}.normal"), &self.rows).unwrap_or_else(|| forces.clone());
+        let touches = |force: &Vector3<f64>| force.norm() > ON_N;
+        let unit = |(force, normal): (&Vector3<f64>, &Vector3<f64>)| {
+            normal.try_normalize(1e-6).filter(|_| touches(force)).unwrap_or_else(Vector3::zeros)
+        };
+        Some(forces.iter().zip(&normals).map(unit).collect())
     }
 
     /// For how many samples a fingertip touches and is at the object.

@@ -294,7 +294,7 @@ impl<'a> Opening<'a> {
         let args = value.args.iter().map(|arg| self.value(*arg, this)).collect::<Result<Vec<_>, _>>()?;
         Ok(match &value.op {
             Op::Bool(bool) => single(Item::Bit(self.bit(Condition::Constant(*bool), 0))),
-            Op::Number(number) => single(Item::Number(self.number(Number::Constant(*number), 0))),
+            Op::Number(number) => single(Item::Number(self.constant(number.get()))),
             Op::Channel(channel, hand) => self.channel(channel.0, Self::side(*hand, this)),
             Op::Latch(latch, hand) => single(self.latch(*latch, Self::side(*hand, this))?),
             Op::From { tree, labels, none } => {

@@ -192,12 +192,27 @@ impl<'a> Reference<'a> {
         targets
     }
 
+    /// The value of a number that is the same on every frame: worked out in 64 bits whatever the width is, and rounded once.
+    fn constant(&self, expr: &Expr) -> Option<f64> {
+        match &expr.kind {
+            ExprKind::Number(number) => Some(*number),
+            ExprKind::Param(param) => Some(self.rules.params[param.index()].value),
+            ExprKind::Signal(signal, _) => self.constant(&self.rules.signals[signal.index()].expr),
+            ExprKind::Negate(number) => self.constant(number).map(|number| -number),
+            ExprKind::Arithmetic(operation, a, b) => Some(operation.apply(self.constant(a)?, self.constant(b)?)),
+            _ => None,
+        }
+    }
+
     fn value(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+        if let Some(constant) = self.constant(expr) {
+            return Ok(Value::Number(self.width.round(constant)));
+        }
         let arg = |expr: &Expr| self.value(expr, this, frame);
         Ok(match &expr.kind {
             ExprKind::Bool(bool) => Value::Bool(*bool),
-            ExprKind::Number(number) => Value::Number(self.width.round(*number)),
-            ExprKind::Param(param) => Value::Number(self.width.round(self.rules.params[param.index()].value)),
+            ExprKind::Number(number) => Value::Number(*number),
+            ExprKind::Param(param) => Value::Number(self.rules.params[param.index()].value),
             ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this), frame),
             ExprKind::Signal(signal, hand) => self.signal(*signal, side(*hand, this), frame)?,
             ExprKind::Latch(latch, hand) => Value::Bool(self.latch(*latch, side(*hand, this), frame)?),

@@ -1,6 +1,7 @@
 //! In how many bits numbers are worked out: 64, or 32 where a sensor gives no more, which is twice as many at a time.
 //!
-//! In 32 bits every number is rounded to 32 bits: columns, the numbers of the rules, and what each single operation gives. Since 64 bits are more than twice
+//! In 32 bits every number is rounded to 32 bits: columns, the numbers of the rules (with what is made of them alone, like `2 * limit`, which is worked out in
+//! 64 before), and what each single operation gives. Since 64 bits are more than twice
 //! as many digits as 32, rounding after an operation in 64 bits is the same as the operation in 32: so the literal evaluator says what either means.
 
 use crate::stream::frames::Values;

@@ -20,8 +20,8 @@ pub(super) struct Doer {
     pub(super) hand: HandModel,
     /// Radius of the person's fingertips, m.
     taught_radius: f64,
-    /// When of its first plan it begins, s, until that plan is made.
-    fresh: Option<f64>,
+    /// Its first task, and when of the plan of that it begins, s, until that plan is made.
+    fresh: Option<(usize, f64)>,
 }
 
 impl Doer {
@@ -44,7 +44,7 @@ impl Doer {
         let gravity = Vector3::from(scene.gravity.map(|part| part.0));
         let (runs, from_s) =
             beginning(limb, &doer.hand, &plan, gravity).map_err(|message| at_task(tasks, number, message))?;
-        doer.fresh = Some(from_s);
+        doer.fresh = Some((number, from_s));
         let target = plan.at(from_s);
         Ok((doer, runs, target))
     }
@@ -60,12 +60,15 @@ impl Doer {
         place: &Place<'_>,
         stretch: &mut dyn FnMut(&mut Plan<'t>, f64) -> f64,
     ) -> Result<(Plans<'t>, f64), InputError> {
-        let mut palm = self.fresh.is_none().then_some(palm);
+        // A hand that has not begun is where its first task lets it begin, unless that one is not done.
+        let fresh = self.fresh.take_if(|(number, _)| stage.contains(number));
+        let mut palm = fresh.is_none().then_some(palm);
         let mut plans: Plans<'t> = Vec::new();
         let mut begins_s = 0.0;
         for &number in stage.iter().filter(|number| tasks[**number].track == self.side.name()) {
             let mut plan = self.plan(tasks, stage, number, limb, palm.as_ref(), place)?;
-            let from_s = stretch(&mut plan, self.fresh.take().unwrap_or_default());
+            let from_s =
+                stretch(&mut plan, fresh.filter(|(first, _)| *first == number).map_or(0.0, |(_, from_s)| from_s));
             if plans.is_empty() {
                 begins_s = from_s;
             }

@@ -164,7 +164,7 @@ impl HandModel {
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
     }
 
-    /// How large it is beside a person's hand: the mean of its fingers' lengths over those of PAPER.md 9.3 (scale 1.0). A gripper is not like a hand, and 1.
+    /// How large it is beside a person's hand: the mean over its fingers of their length over that in PAPER.md 9.3 (scale 1.0). A gripper is not like a hand, and 1.
     pub fn scale(&self) -> f64 {
         if self.jaws.is_some() {
             return 1.0;

@@ -461,7 +461,8 @@ impl<'a> Plan<'a> {
         let pushed = matches!(phase.role, Role::Hold | Role::Leave) && pushes;
         let free = match phase.role {
             Role::Steady => true,
-            Role::Hold => segment.primitive == if pushes { "Push" } else { "Translate" },
+            Role::Hold if pushes => matches!(segment.primitive.as_str(), "Push" | "Trace"),
+            Role::Hold => segment.primitive == "Translate",
             _ => false,
         };
         Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }

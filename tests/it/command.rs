@@ -420,6 +420,19 @@ fn a_brush_is_left_out_and_its_way_gone_later() {
     assert!((way.taught_start_s + way.duration_s - touch.taught_start_s).abs() < 0.02);
 }
 
+/// This person's box comes off the wall by tenths of a millimetre as it is pushed along it: the robot is to keep it a little into the wall, which is at -200 mm.
+#[test]
+fn what_is_pushed_along_a_wall_leans_against_it() {
+    let commands = commanded("push_and_trace", "36");
+    let traces = commands.tasks.iter().flat_map(|task| &task.segments).filter(|segment| segment.primitive == "Trace");
+    let settled = (0.3 * commands.rate_hz) as usize;
+    let beside: Vec<f64> = traces.flat_map(|segment| segment.object.iter().skip(settled).map(|pose| pose[0])).collect();
+    assert!(beside.len() > 100);
+    for x in beside {
+        assert!((-0.2008..-0.2004).contains(&x), "{x} m");
+    }
+}
+
 /// This hand stays about for six seconds after it has let go: a finger that held as long as the others takes part all the same.
 #[test]
 fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {

@@ -139,7 +139,7 @@ fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<
             face.clone().map(|(_, (point, _))| point.coords).sum::<Vector3<f64>>() / face.clone().count() as f64;
         let flat = face.clone().all(|(_, (_, other))| other.dot(&normal) > FLAT);
         let off = if flat { ON_FACE_M } else { ON_ROUND_M };
-        // All fingers of a face are moved by the same scale: that of the one that comes to its edge first.
+        // All fingers of a flat face are moved by the same scale: that of the one that comes to its edge first.
         let moved = |(point, normal): &Contact, scale: f64| {
             let wanted = point + (point.coords - middle) * (scale - 1.0);
             surface(wanted).filter(|(on, out)| (on - wanted).norm() < off && out.dot(normal) > TURNED)

@@ -6,14 +6,34 @@ use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::{Finger, FingerPick, Side};
 use teachtree::base::units::Dimension;
 use teachtree::language::rules::*;
-use teachtree::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
 
 /// A rule set and a log from a seed; `depth` bounds expressions and branches.
 pub fn case(seed: u64, depth: u32) -> (Rules, Frames) {
     let mut random = Random { state: seed };
     let channels = channels();
     let frames = frames(&mut random, &channels);
-    let rules = Maker { random, rules: Rules { channels, ..Rules::default() }, depth, compared: None }.make();
+    let rules = Rules { channels, ..Rules::default() };
+    let rules = Maker { random, rules, depth, compared: None, unit: 1.0, more: 0.0 }.make();
+    (rules, frames)
+}
+
+/// The same with numbers that need rounding in 32 bits, in columns as in rules; counts are compared with what is nearly a whole number.
+pub fn case_of_rough_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
+    const UNIT: f64 = 0.3;
+    let mut random = Random { state: seed };
+    let channels = channels();
+    let mut frames = frames(&mut random, &channels);
+    for (key, column) in &mut frames.columns {
+        if matches!(channels[key.channel as usize].shape, Shape::Scalar | Shape::Vec3) {
+            *column = match &*column {
+                Column::Wide(values) => values.iter().map(|value| value * UNIT).collect::<Vec<f64>>().into(),
+                Column::Narrow(values) => values.iter().map(|value| value * UNIT as f32).collect::<Vec<f32>>().into(),
+            };
+        }
+    }
+    let rules = Rules { channels, ..Rules::default() };
+    let rules = Maker { random, rules, depth, compared: None, unit: UNIT, more: 1e-9 }.make();
     (rules, frames)
 }
 
@@ -23,7 +43,8 @@ pub fn case_of_few_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
     let channels = channels();
     let frames = frames(&mut random, &channels);
     let compared = Some(Vec::new());
-    let rules = Maker { random, rules: Rules { channels, ..Rules::default() }, depth, compared }.make();
+    let rules = Rules { channels, ..Rules::default() };
+    let rules = Maker { random, rules, depth, compared, unit: 1.0, more: 0.0 }.make();
     (rules, frames)
 }
 
@@ -146,6 +167,9 @@ struct Maker {
     depth: u32,
     /// The numbers that are compared again, each with whether it may be one of the hand at hand.
     compared: Option<Vec<(bool, Expr)>>,
+    /// What all numbers of the rules are multiples of, and what those that counts are compared with have more.
+    unit: f64,
+    more: f64,
 }
 
 /// Where an expression stands: what it may name.
@@ -258,6 +282,10 @@ impl Maker {
         ][self.random.below(6)]
     }
 
+    fn threshold(&mut self, value: f64) -> Constant {
+        self.constant(value * self.unit)
+    }
+
     fn constant(&mut self, value: f64) -> Constant {
         Constant { value, dimension: Dimension::NONE, params: Vec::new(), span: Span::default() }
     }
@@ -317,7 +345,7 @@ impl Maker {
             6 | 7 => {
                 let rising = self.random.chance(70);
                 let (on, off) = if rising { (0.75, -0.25) } else { (-0.75, 0.25) };
-                let (on, off) = (self.constant(on), self.constant(off));
+                let (on, off) = (self.threshold(on), self.threshold(off));
                 let value = self.number(place, axis, deeper);
                 of(ExprKind::Hysteresis { value: self.boxed(value), on, off, rising })
             }
@@ -341,7 +369,7 @@ impl Maker {
                 let hand = self.hand(place);
                 let inner = self.bool(place, Some((Axis::Fingers, hand)), deeper);
                 let count = expr(ExprKind::Call(Function::Count, vec![inner]), Shape::Scalar, None);
-                let number = expr(ExprKind::Number(self.random.below(3) as f64), Shape::Scalar, None);
+                let number = expr(ExprKind::Number(self.random.below(3) as f64 + self.more), Shape::Scalar, None);
                 match self.random.below(3) {
                     0 => of(ExprKind::Compare(self.comparison(), Box::new(count), Box::new(number))),
                     1 => of(ExprKind::Compare(self.comparison(), Box::new(number), Box::new(count))),
@@ -479,7 +507,7 @@ impl Maker {
                 of(ExprKind::Call(function, vec![a, b]))
             }
             0 if axis.is_none() => {
-                expr(ExprKind::Number((self.random.below(7) as f64 - 3.0) * 0.5), Shape::Scalar, None)
+                expr(ExprKind::Number((self.random.below(7) as f64 - 3.0) * 0.5 * self.unit), Shape::Scalar, None)
             }
             1 | 2 => {
                 let (a, b) = (self.number(place, axis, deeper), self.loose_number(place, axis, deeper));
