@@ -27,6 +27,8 @@ use teachtree::stream::table::Want;
 const HOUR: usize = 3_600_000;
 /// Rows of the table of the job that `benches/engine/job` measures.
 const ROWS: usize = 400_000;
+/// Frames of each of four logs.
+const EACH: usize = 200_000;
 const ROUNDS: usize = 5;
 
 const POLARS_CSV: &str = "import sys, time, polars as pl
@@ -58,8 +60,8 @@ fn main() {
     contest.run(1, ROUNDS);
 
     let logs: Vec<PathBuf> = (1..=4).map(|log| place(&format!("{log}.parquet"))).collect();
-    logs.iter().for_each(|log| made::two_hands(60_000, log));
-    let mut contest = Contest::new(60_000 * logs.len());
+    logs.iter().for_each(|log| made::two_hands(EACH, log));
+    let mut contest = Contest::new(EACH * logs.len());
     contest.enter("analyze, four logs, two cores", || analyze(&logs, 2).seconds);
     contest.enter("the same on one core", || analyze(&logs, 1).seconds);
     // What the machine gives at most: nothing is shared by two processes.
