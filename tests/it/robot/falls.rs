@@ -1,6 +1,7 @@
 //! What falls off a table: the robot does not go on with it, and what else there is to do is done.
 
 use crate::program::{all_said, teachtree};
+use serde_json::Value;
 use teachtree::base::recording::Recording;
 use teachtree::stream::{self, OpenRequest};
 
@@ -52,4 +53,41 @@ fn what_is_left_to_do_is_done() {
     assert!(told.contains("not done push_and_trace: `left_cube` fell off after 0.0 s"), "{told}");
     // The second task, of eleven seconds, is not begun.
     assert!(recording.time.last().unwrap() < &13.0, "{told}");
+}
+
+/// The left hand's first task is about a box without a floor, which is gone when its turn comes: the hand goes to its next task from where it is.
+#[test]
+fn a_hand_whose_first_task_is_gone_does_not_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, file, own) = (path("log.csv"), path("commands.json"), path("own.yaml"));
+    assert!(teachtree(&["teach", "independent", "independent", "--noise", "0", "-o", &log]).status.success());
+    assert!(teachtree(&["command", &log, "-o", &file]).status.success());
+    let mut commands: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
+    let task = |track: &str, begins_s: f64, object: Option<&str>| {
+        let all = commands["tasks"].as_array().unwrap();
+        let mut task = all.iter().find(|task| task["track"] == track).unwrap().clone();
+        let later_s = begins_s - task["start_s"].as_f64().unwrap();
+        let shift = |value: &mut Value| *value = (value.as_f64().unwrap() + later_s).into();
+        shift(&mut task["start_s"]);
+        shift(&mut task["end_s"]);
+        let segments = task["segments"].as_array_mut().unwrap();
+        segments.iter_mut().for_each(|segment| shift(&mut segment["taught_start_s"]));
+        task["left_out"] = Value::Array(vec![]);
+        if let Some(object) = object {
+            task["object"] = object.into();
+        }
+        task
+    };
+    let one_by_one = [task("right", 0.0, None), task("left", 30.0, Some("ghost")), task("left", 60.0, None)];
+    commands["tasks"] = one_by_one.to_vec().into();
+    std::fs::write(&file, commands.to_string()).unwrap();
+    let scene = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/independent.yaml")).unwrap();
+    let ghost = "bodies:\n  ghost: {role: object, mass: 40 g, position: [-450 mm, -40 mm, 35 mm], parts: [{box: [80 mm, 60 mm, 70 mm]}]}\n";
+    std::fs::write(&own, scene.replace("bodies:\n", ghost)).unwrap();
+    let told = all_said(&teachtree(&["simulate", &file, "--scene", &own, "-o", &path("robot.csv")]));
+    assert!(told.contains("`ghost` fell off after 0.0 s"), "{told}");
+    let done = told.split("`left_box`").nth(1).unwrap();
+    let off_mm: f64 = done.split("palm within ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    assert!(told.contains("done     left ") && off_mm < 10.0, "{told}");
 }
