@@ -4,6 +4,7 @@
 //! in the way.
 
 use super::arm::solve_arm_along;
+use super::around::{around, to_blame};
 use super::grasp::{Contact, Failure, Grasp, Mapper, Obstacle, Wanted};
 use super::hand::HandModel;
 use super::jaws::Jaws;
@@ -13,13 +14,11 @@ use super::tree::Robot;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
-use crate::base::scene::{Body, Role, Scene};
+use crate::base::scene::{Body, Scene};
 use crate::command::{self, Commands, MappedFinger, MappedGrasp, Task};
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
 
-/// A taught pose goes a little into what carries the object: obstacles are lowered by this, m.
-const SUNK_M: f64 = 0.001;
 /// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
 const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
@@ -54,7 +53,10 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             };
             match held {
                 Ok(held) => held.note(&mut tasks[number], grasp),
-                Err(why) => tasks[number].grasps[grasp].infeasible = Some(why.to_string()),
+                Err(why) => {
+                    let why = holders[number].explained(&why, &tasks[number], grasp, &taken);
+                    tasks[number].grasps[grasp].infeasible = Some(why);
+                }
             }
         }
     }
@@ -133,9 +135,7 @@ impl<'a> Holder<'a> {
 
     /// What is to be held with `others` in the way, which are in the frame of the object.
     fn wanted<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> Wanted<'b> {
-        let mut obstacles: Vec<Obstacle<'b>> = obstacles(task, grasp, self.scene);
-        let at_object = |body| Obstacle { object_from_obstacle: Isometry3::identity(), body };
-        obstacles.extend(others.iter().map(at_object));
+        let obstacles = around(task, grasp, self.scene, others).into_iter().map(|it| it.obstacle).collect();
         let contacts = task.grasps[grasp].contacts.iter().filter_map(contact).collect();
         Wanted { contacts, object: self.object, obstacles }
     }
@@ -178,6 +178,21 @@ impl<'a> Holder<'a> {
                 let mapped = self.mapped(&other, &found);
                 Ok(Held { mapped, turned: Some([wanted.contacts, other.contacts]) })
             }
+        }
+    }
+
+    /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
+    fn explained(&self, why: &Failure, task: &Task, grasp: usize, others: &[Body]) -> String {
+        let around = around(task, grasp, self.scene, others);
+        let way = self.way(task, grasp);
+        let wanted = self.wanted(task, grasp, &[]);
+        let held_with = |obstacles: Vec<Obstacle<'_>>| {
+            let wanted = Wanted { obstacles, ..wanted.clone() };
+            self.mapper.map_where(&wanted, &|pose: &Isometry3<f64>| self.reaches(&way, pose)).is_ok()
+        };
+        match to_blame(&around, &held_with) {
+            Some(blamed) => format!("{why}; it could be held without {blamed}"),
+            None => why.to_string(),
         }
     }
 
@@ -248,25 +263,8 @@ fn rename(task: &mut Task, grasp: usize, before: &[Contact], after: &[Contact]) 
     }
 }
 
-/// What is in the way of a grasp: the fixed bodies, seen from the object where it is taken and where it is let go, and the other objects where they
-/// stood at the beginning, seen from where it is taken.
-fn obstacles<'a>(task: &Task, grasp: usize, scene: &'a Scene) -> Vec<Obstacle<'a>> {
-    let mut obstacles = Vec::new();
-    let way = way(task, grasp);
-    for (at, world_from_object) in way.first().into_iter().chain(way.last()).enumerate() {
-        let others = scene.bodies.iter().filter(|(name, _)| **name != task.object);
-        for (_, body) in others.filter(|(_, body)| at == 0 || body.role != Role::Object) {
-            let mut world_from_obstacle = pose(body.position.map(|at| at.0), body.rotation);
-            world_from_obstacle.translation.vector.z -= SUNK_M;
-            let object_from_obstacle = world_from_object.inverse() * world_from_obstacle;
-            obstacles.push(Obstacle { object_from_obstacle, body });
-        }
-    }
-    obstacles
-}
-
 /// Where the object is taken, where it is let go, and some places between, in order; reference frame.
-fn way(task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
+pub(super) fn way(task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
     let held = task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
     let poses: Vec<&[f64; 7]> = held.flat_map(|segment| &segment.object).collect();
     let Some(last) = poses.len().checked_sub(1) else { return Vec::new() };

@@ -4,6 +4,7 @@
 //! whoever reads robots hands their texts in.
 
 pub mod arm;
+mod around;
 pub mod clock;
 mod closed;
 pub mod control;

@@ -58,8 +58,7 @@ fn task(span: Range<usize>, labels: &[&str], facts: &[Facts]) -> &'static str {
         named(name).any(|part| match name {
             "Turn" => way(|facts| facts.spin, part) >= TURN_RAD,
             "Push" | "Trace" => pushed(name),
-            "Slide" => way(|facts| facts.speed, part) >= TRAVEL_M,
-            "EqualGrasp" | "MainGrasp" => way(|facts| facts.speed, part) >= TRAVEL_M,
+            "Slide" | "Follow" | "EqualGrasp" | "MainGrasp" => way(|facts| facts.speed, part) >= TRAVEL_M,
             "Press" => part.len() >= PRESS,
             _ => true,
         })

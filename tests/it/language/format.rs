@@ -53,6 +53,13 @@ proptest! {
 }
 
 #[test]
+fn shipped_rules_are_in_the_one_style() {
+    for (name, shipped) in SHIPPED {
+        assert_eq!(&format(shipped).unwrap(), shipped, "{name}: `teachtree fmt` would change it");
+    }
+}
+
+#[test]
 fn a_file_takes_the_one_style() {
     let written = "\n\nuse \"contact.rules\"   \n\n\n\nparam   far=1 m in 0.5 m..2 m // the range\n  primitive A,B( side )\nfor each hand {\nsignal   x = norm( target.velocity )>1 m/s\n      signal long = x\n                 and x\n}\nextend single_hand first{\n   x   => A\n   long=> B(left)   // a comment\n}";
     let expected = "use \"contact.rules\"\n\nparam far = 1 m in 0.5 m .. 2 m // the range\nprimitive A, B(side)\nfor each hand {\n  signal x = norm(target.velocity) > 1 m/s\n  signal long = x\n             and x\n}\nextend single_hand first {\n  x => A\n  long => B(left)   // a comment\n}\n";

@@ -139,7 +139,10 @@ fn a_boundary_is_explained_as_explain_does() {
     assert!(why.contains("was Slide Grasp") && why.contains("becomes Grasp"), "{why}");
     browser.click("[data-pick='task 0 tasks 0']");
     let why = browser.text("#why");
-    assert!(why.starts_with("×pick_and_follow") && why.contains("yes Follow one segment"), "{why}");
+    assert!(
+        why.starts_with("×pick_and_follow") && why.contains("yes Follow travelling follow_way one segment"),
+        "{why}"
+    );
     // By keyboard, from boundary to boundary.
     browser.key("n");
     assert!(browser.text("#why h3").contains(" → "));

@@ -247,6 +247,31 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
     }
 }
 
+#[test]
+fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
+    let (commands, scene) = lift(1.0, 1.0);
+    let why = |beside: &[(&str, &str)]| {
+        let mut scene = scene.clone();
+        for (name, body) in beside {
+            let body = format!("{{role: wall, {body}}}");
+            scene.bodies.insert((*name).into(), yaml::read(&body, "body").unwrap());
+        }
+        let mut commands = commands.clone();
+        teachtree::robot::map(&mut commands, &shipped("gifu_hand_iii_right"), &scene).unwrap();
+        commands.tasks[0].grasps[0].infeasible.clone().unwrap_or_default()
+    };
+    // Clear of the cube where it stands, but not of the fingers behind it.
+    let rail = "position: [100 mm, 75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
+    let told =
+        why(&[("rail", rail), ("far", "position: [100 mm, 275 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 20 mm]}]")]);
+    assert!(told.ends_with("it could be held without `rail` where `cube` is taken, at 0.0 s"), "{told}");
+    // High enough to be met where the cube is let go too.
+    let high = "position: [100 mm, 75 mm, 120 mm], parts: [{box: [120 mm, 20 mm, 240 mm]}]";
+    let told = why(&[("rail", high)]);
+    assert!(told.ends_with("it could be held without `rail`"), "{told}");
+    assert_eq!(why(&[]), "");
+}
+
 /// Commanded are forces with which friction just carries the weight. The hand feels that the cube is about to slip, and holds it more firmly.
 #[test]
 fn a_hand_that_feels_slip_holds_more_firmly() {
