@@ -215,7 +215,7 @@ fn told_only(values: &[f64]) -> Check {
 /// Numbers of the size that things have.
 fn finite(values: &[f64]) -> Check {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(format!("has the number {value:e}, wanted one of at most {LARGEST} in rad, N or s")),
+        Some(value) => Err(format!("has the number {}, wanted one of at most {LARGEST} in rad, N or s", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -223,7 +223,7 @@ fn finite(values: &[f64]) -> Check {
 /// A place no farther away than so many m.
 fn within(place: &[f64], most: f64) -> Check {
     match place.iter().find(|value| value.is_nan() || value.abs() > most) {
-        Some(value) => Err(format!("has the number {value:e}, wanted one of at most {most} m")),
+        Some(value) => Err(format!("has the number {}, wanted one of at most {most} m", Shown(*value))),
         None => Ok(()),
     }
 }
