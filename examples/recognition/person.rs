@@ -22,7 +22,7 @@ pub struct Rulesets {
     pub higher: RuleSet,
     /// The numbers that stand at the end of their range in `lower`, and in `higher`.
     pub at_their_end: [Vec<String>; 2],
-    /// What tasks look like (PAPER.md section 7).
+    /// What tasks look like (docs/sources.md, Experiments).
     pub expected: Sequences,
 }
 

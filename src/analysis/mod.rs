@@ -1,5 +1,5 @@
 //! Leaves in, named tasks out: settled segments, untargeted relabelling, recognition, relabelling of the named tasks
-//! (LANGUAGE.md section 3, points 4 to 6).
+//! (grammar/README.md, Meaning of a run, points 4 to 6).
 //!
 //! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
 //! the trees gave them; a segment that rules have changed says what it was and which rules changed it, and the time

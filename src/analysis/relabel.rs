@@ -1,4 +1,4 @@
-//! Relabelling: a lane and a rule in, a lane with the same frames out (LANGUAGE.md section 2, row `relabel`).
+//! Relabelling: a lane and a rule in, a lane with the same frames out (grammar/README.md, Tasks).
 //!
 //! Invariants: the frames of a lane never change, only the labels and where they meet; every piece that a rule changes carries the rule;
 //! a rule reads the lane as it was before the rule, and its matches do not overlap.

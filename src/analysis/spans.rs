@@ -1,5 +1,5 @@
 //! Spans of tasks: labels in, one at a time, spans from a first to a last primitive out as they close
-//! (LANGUAGE.md section 3, point 6; PAPER.md A12).
+//! (grammar/README.md, Meaning of a run, point 6; docs/sources.md, A12).
 //!
 //! A span begins with the first primitive, and goes on over further ones (an aborted approach stays in) until the last primitive
 //! has come. What comes then begins the next span: the first primitive again, or a new touch.

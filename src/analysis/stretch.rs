@@ -1,7 +1,7 @@
 //! One gap-free stretch on its way from leaves to relabelled lanes.
 //!
 //! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
-//! (LANGUAGE.md section 3, points 4 and 5), and what is left of the coordination after relabelling.
+//! (grammar/README.md, Meaning of a run, points 4 and 5), and what is left of the coordination after relabelling.
 
 use super::lane::{self, Piece, add, append, at, pieces, within};
 use crate::base::hands::Side;

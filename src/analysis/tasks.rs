@@ -1,4 +1,4 @@
-//! Recognition: a lane in, named spans out (LANGUAGE.md section 3, point 6; PAPER.md section 5).
+//! Recognition: a lane in, named spans out (grammar/README.md, Meaning of a run, point 6; docs/sources.md, C30).
 //!
 //! Tasks are tried in order of priority and the first that matches takes its span. Different tasks may run from and to different
 //! primitives; spans that are taken never overlap. A span in which something was let go but no key was found is a task

@@ -1,4 +1,4 @@
-//! The reference evaluator: LANGUAGE.md section 3, literally and slowly, over a whole log.
+//! The reference evaluator: Meaning of a run (grammar/README.md), literally and slowly, over a whole log.
 //!
 //! It shares nothing with the compiled evaluator but the checked rules and the frames: every operator with memory looks back over the
 //! frames themselves, from the last restart on.

@@ -1,4 +1,4 @@
-//! Labels over time as runs, settling, and covering by coordination (LANGUAGE.md section 3, points 4 and 5).
+//! Labels over time as runs, settling, and covering by coordination (grammar/README.md, Meaning of a run, points 4 and 5).
 
 use crate::base::hands::Side;
 use crate::language::rules::Label;

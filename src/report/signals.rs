@@ -1,4 +1,4 @@
-//! The signals of the chapter's Figure 5: frames in, curves in the units that people read out (PAPER.md section 2.2).
+//! The signals of the chapter's Figure 5: frames in, curves in the units that people read out (docs/sources.md, C23 to C25).
 
 use crate::analysis;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Derived, Shape, derived};
@@ -18,7 +18,7 @@ pub const CHANNELS: &[&str] = &[
     "contacts.normal",
 ];
 
-/// A contact whose normal points at least this much up carries (45°, PAPER.md section 3.1).
+/// A contact whose normal points at least this much up carries (45°; docs/sources.md, A3).
 const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// The channels to make frames with, so that they serve the rules, the tasks and the report: those of the rules first, in their order.

@@ -1,4 +1,4 @@
-//! The closed-form inverse of a finger whose first two joints meet at right angles and whose others bend in one plane (PAPER.md 9.3).
+//! The closed-form inverse of a finger whose first two joints meet at right angles and whose others bend in one plane (docs/sources.md, Hand).
 //!
 //! ```text
 //! base frame: x along the straight finger, z where it bends to, origin where the first two joints meet

@@ -1,4 +1,4 @@
-//! Controllers at 1 ms (chapter, section 3.1; gains are ours, PAPER.md section 12).
+//! Controllers at 1 ms (chapter, section 3.1; gains are ours: docs/sources.md, Control).
 //!
 //! ```text
 //! arm     τ = M_ii (ω² e + 2 ζ ω ė + k_i ∫e) + F_c tanh(q̇_d / v_0) + F_v q̇_d + τ_g        PID with friction compensation

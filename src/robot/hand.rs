@@ -1,7 +1,7 @@
 //! A hand: each finger as a chain from the palm to the centre of its fingertip ball, with forward and inverse kinematics.
 //!
 //! The inverse has a closed form for fingers whose first two joints meet at right angles and whose others bend in the plane of the second
-//! (PAPER.md 9.3): with the last joint coupled, or with it free, when it is scanned for the best measure. Other fingers are solved by damped
+//! (docs/sources.md, Hand): with the last joint coupled, or with it free, when it is scanned for the best measure. Other fingers are solved by damped
 //! least squares. Everything here is in the frame of the palm; lengths are m, angles rad.
 
 use super::closed::Closed;
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 pub const MAX_DOFS: usize = 8;
 /// A point is reached when it is missed by less than this, m.
 pub const REACHED_M: f64 = 1e-6;
-/// Length of a person's thumb and fingers, m (PAPER.md 9.3, base set).
+/// Length of a person's thumb and fingers, m (docs/sources.md, Hand: base set).
 const THUMB_M: f64 = 0.118;
 const FINGER_M: f64 = 0.110;
 /// Iterations of the least squares, from each start, and their damping, m.
@@ -164,7 +164,8 @@ impl HandModel {
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
     }
 
-    /// How large it is beside a person's hand: the mean over its fingers of their length over that in PAPER.md 9.3 (scale 1.0). A gripper is not like a hand, and 1.
+    /// How large it is beside a person's hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). A gripper is not
+    /// like a hand, and 1.
     pub fn scale(&self) -> f64 {
         if self.jaws.is_some() {
             return 1.0;
@@ -326,7 +327,7 @@ impl FingerModel {
     }
 
     /// How free the joints are of their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
-    /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (PAPER.md 10).
+    /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (docs/sources.md, Grasp mapping).
     pub fn freedom(&self, angles: &Angles) -> f64 {
         let product: f64 = self
             .ranges

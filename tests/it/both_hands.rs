@@ -1,4 +1,4 @@
-//! Two hands in the virtual environment, as the shipped rules see them: the chapter's section 4 (PAPER.md section 7, E2 and E3).
+//! Two hands in the virtual environment, as the shipped rules see them: the chapter's section 4 (docs/sources.md, E2 and E3).
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::fmt::Write as _;

@@ -1,4 +1,4 @@
-//! The scenarios on atom streams: what the chapter's trees must say when every condition is given by hand (PAPER.md sections 3, 5, 6, 7).
+//! The scenarios on atom streams: what the chapter's trees must say when every condition is given by hand (docs/sources.md).
 //!
 //! A scenario is a list of phases; a phase sets conditions ("atoms"), and [`Atoms::frames`] makes channels that fulfil them.
 //! No physics, no thresholds near: this is a check of the logic of the shipped trees, tasks and relabelling.

@@ -36,16 +36,25 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
+/// Where the project's texts are.
+const TEXTS: &[&str] =
+    &[".ci", "benches", "demos", "docs", "editors", "examples", "grammar", "robots", "rules", "scenes", "src", "tests"];
+
+/// Notes that readers do not get: docs/sources.md says what is in them. (In halves, so that this is no mention.)
+const NOT_HERE: &[[&str; 2]] =
+    &[["PAPER", ".md"], ["PAPER ", "A"], ["REAL_", "LOGS"], ["LANGUAGE", ".md"], ["DESIGN", ".md"]];
+
 /// Floors that open files.
 const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/stream/", "src/language/"];
 
-fn sources(folder: &Path) -> Vec<PathBuf> {
+/// All files of a folder and those in it.
+fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() {
-            found.extend(sources(&path));
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.extend(files(&path));
+        } else {
             found.push(path);
         }
     }
@@ -53,11 +62,15 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     found
 }
 
+fn with_extension(folder: &Path, extension: &str) -> Vec<PathBuf> {
+    files(folder).into_iter().filter(|path| path.extension().is_some_and(|its| its == extension)).collect()
+}
+
 /// The lines of all sources: place, text without comments.
 fn lines() -> Vec<(String, String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut lines = Vec::new();
-    for path in sources(&root.join("src")) {
+    for path in with_extension(&root.join("src"), "rs") {
         let file = path.strip_prefix(root).unwrap().to_str().unwrap().replace('\\', "/");
         for (line, at) in std::fs::read_to_string(&path).unwrap().lines().zip(1..) {
             let code = line.split("//").next().unwrap_or("").to_string();
@@ -122,4 +135,55 @@ fn a_file_is_one_idea() {
     }
     let long: Vec<_> = counts.into_iter().filter(|(_, lines)| *lines > 600).collect();
     assert!(long.is_empty(), "over 600 lines: {long:?}");
+}
+
+/// The ids of docs/sources.md that a comment cites: C7, B-A3, L10.
+fn cited(comment: &str) -> Vec<&str> {
+    let is_id = |word: &&str| {
+        let word = word.strip_prefix("B-").unwrap_or(word);
+        let mut letters = word.chars();
+        letters.next().is_some_and(|first| "CADRXL".contains(first))
+            && (1..=2).contains(&letters.as_str().len())
+            && letters.all(|digit| digit.is_ascii_digit())
+    };
+    comment.split(|c: char| !c.is_alphanumeric() && c != '-').filter(is_id).collect()
+}
+
+#[test]
+fn what_rules_cite_has_its_row_in_the_sources() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = std::fs::read_to_string(root.join("docs/sources.md")).unwrap();
+    let rows: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" |").next()).collect();
+    let (mut wrong, mut found) = (Vec::new(), 0);
+    for path in with_extension(&root.join("rules"), "rules") {
+        for (line, at) in std::fs::read_to_string(&path).unwrap().lines().zip(1..) {
+            let Some((_, comment)) = line.split_once("//") else { continue };
+            for id in cited(comment) {
+                found += 1;
+                if rows.iter().filter(|row| **row == id).count() != 1 {
+                    wrong.push(format!("{}:{at}: {id} has no row of its own in docs/sources.md", path.display()));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(found > 50, "only {found} ids are cited: how they are looked for has gone wrong");
+}
+
+#[test]
+fn nothing_names_notes_that_readers_do_not_get() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut texts: Vec<PathBuf> = TEXTS.iter().flat_map(|folder| files(&root.join(folder))).collect();
+    texts.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Cargo.toml"].map(|file| root.join(file)));
+    let mut wrong = Vec::new();
+    for path in texts {
+        // Recordings that are no text name nothing.
+        let Ok(text) = std::fs::read_to_string(&path) else { continue };
+        for (line, at) in text.lines().zip(1..) {
+            for named in NOT_HERE.iter().map(|halves| halves.concat()).filter(|name| line.contains(name)) {
+                wrong.push(format!("{}:{at}: `{named}`: docs/sources.md is what readers get", path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }

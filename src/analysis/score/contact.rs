@@ -1,6 +1,6 @@
 //! Which boundaries are made by a contact (docs/score.md): between primitives that differ in what touches what.
 
-/// What touches what during a primitive (PAPER.md section 3).
+/// What touches what during a primitive (docs/sources.md, C1 to C20).
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Contacts {
     /// The hand touches nothing, or is letting go.

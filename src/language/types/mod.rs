@@ -168,7 +168,7 @@ impl Resolver {
         Some(Expr { kind: ExprKind::From { labels, none }, ty: Type::BOOL, span })
     }
 
-    /// Whether memory of the tree may be read here (LANGUAGE.md section 3, rule 2).
+    /// Whether memory of the tree may be read here (grammar/README.md, Meaning of a run, point 2).
     fn memory_allowed(&mut self, what: &str, span: Span, declared: Option<Span>, scope: Scope) -> Option<()> {
         let finding = match scope.ahead {
             Some(window) => Diagnostic::error(codes::READS_MEMORY, format!("`within next` cannot look at {what}"))

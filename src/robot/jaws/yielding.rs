@@ -7,7 +7,7 @@
 //! ẋ = (f_d - f - K x) / D        x: shift of the palm, f_d, f: sums of what the jaws are to exert and exert, without what jaws with a motor each do themselves
 //! ```
 //!
-//! which is what impedance control of two fingertips comes to, PAPER.md section 12: `K = 2 K_p / (1 + K_f)`.
+//! which is what impedance control of two fingertips comes to, docs/sources.md, Control: `K = 2 K_p / (1 + K_f)`.
 
 use super::Jaws;
 use crate::robot::control::Gains;

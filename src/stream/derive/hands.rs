@@ -1,7 +1,7 @@
 //! A hand over the whole log: where its fingertips are, which of them touch, and which object is its target.
 //!
 //! The target is the object that the hand touches, else the one nearest to its fingertips; it changes only while the hand touches
-//! nothing, where touching is the channel `fingers.contact` that the rules see (LANGUAGE.md section 3, point 1; PAPER.md A11).
+//! nothing, where touching is the channel `fingers.contact` that the rules see (docs/sources.md, A11).
 
 use super::motion::{Motion, Moved, vector};
 use super::raw::Array;

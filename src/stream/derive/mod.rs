@@ -217,7 +217,7 @@ pub(super) fn asks(channels: &[ChannelSpec], column: &str) -> bool {
     })
 }
 
-/// `fingers.contact` when no rule reads it: the stream's default, with the thresholds of PAPER.md section 3.1.
+/// `fingers.contact` when no rule reads it: the stream's default, with its thresholds (docs/sources.md, Contacts).
 fn touch_channel() -> ChannelSpec {
     ChannelSpec {
         name: "fingers.contact".into(),

@@ -1,4 +1,4 @@
-//! From facts to primitives: the definitions of the chapter (PAPER.md section 3) with the future known.
+//! From facts to primitives: the definitions of the chapter (docs/sources.md, C1 to C20) with the future known.
 
 use super::facts::Facts;
 use super::series::runs;
@@ -171,7 +171,7 @@ fn fumbles(labels: &mut [&'static str]) {
     }
 }
 
-/// What comes to rest before it is let go was slid until then (PAPER.md section 6, X3).
+/// What comes to rest before it is let go was slid until then (docs/sources.md, X3).
 fn rests(labels: &mut [&'static str]) {
     for run in runs(labels) {
         if neighbours(labels, &run) == Some(("Slide", "Release")) && labels[run.start] == "Grasp" {

@@ -1,5 +1,5 @@
 //! Ground truth: what a hand really did, from the world without noise and with the future known. It follows the definitions of the primitives
-//! (PAPER.md section 3) on physical facts of its own and shares nothing with the rules: held means that the squeeze could carry the object's
+//! (docs/sources.md, C1 to C20) on physical facts of its own and shares nothing with the rules: held means that the squeeze could carry the object's
 //! weight, contacts are those that the solver made, motions are displacements that outlast tremor, and what is shorter than a human act is
 //! taken out on both sides of a change.
 

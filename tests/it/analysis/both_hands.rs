@@ -1,4 +1,4 @@
-//! Two hands: the scenarios E2 and E3 of PAPER.md section 7, and coordination that is given back.
+//! Two hands: the experiments E2 and E3 of docs/sources.md, and coordination that is given back.
 
 use super::build::*;
 use teachtree::analysis::{Segment, Who};

@@ -35,7 +35,7 @@ pub fn bare(settle_s: f64) -> Rules {
     }
 }
 
-/// The tasks and relabelling rules of the shipped files (LANGUAGE.md section 1).
+/// The tasks and relabelling rules of the shipped files in short.
 pub fn chapter() -> Rules {
     let mut rules = bare(0.05);
     task(&mut rules, "turn_screw", "Turn turning 0.1745", "").joined = true;

@@ -1,4 +1,4 @@
-//! The scenarios of PAPER.md section 7 and of `tree_check.py`, one hand: raw sequence, task, relabelled sequence.
+//! The chapter's experiments (docs/sources.md) and tasks, one hand: raw sequence, task, relabelled sequence.
 
 use super::build::*;
 use teachtree::analysis::{Who, analyse};

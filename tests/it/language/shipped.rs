@@ -1,4 +1,4 @@
-//! The shipped rule files and the samples of the design.
+//! The shipped rule files, and samples of the language.
 
 use super::report;
 use std::path::PathBuf;

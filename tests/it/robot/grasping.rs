@@ -1,4 +1,4 @@
-//! Grasp mapping: the cases of PAPER.md 9.4, and part of the list of grasps that are known to be feasible.
+//! Grasp mapping: the reference case of docs/sources.md, and part of the list of grasps that are known to be feasible.
 
 use super::kinematics::shipped;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -35,7 +35,7 @@ fn the_measure_is_best_near_80_mm_and_ends_near_160_mm() {
     };
     let [narrow, best, wide, cube] = [30.0, 85.0, 155.0, 120.0].map(|width| measure(width).unwrap().measure);
     assert!(best > 1.1 * narrow && best > 1.1 * wide, "{narrow} {best} {wide}");
-    // PAPER.md 9.4 has 0.167 for this hand on the chapter's cube.
+    // A global search of a prototype found 0.167 for this hand on the chapter's cube (docs/sources.md, Grasp mapping).
     assert!((0.155..0.18).contains(&cube), "{cube}");
     assert!(measure(190.0).is_err(), "wider than the hand opens");
 }

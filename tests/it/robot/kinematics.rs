@@ -62,7 +62,7 @@ fn a_straight_hand_is_as_long_as_its_links() {
 
 #[test]
 fn hands_are_as_large_as_they_are_beside_a_persons() {
-    // PAPER.md 9.3: the shipped hand is 1.15 times the base set.
+    // docs/sources.md, Hand: the shipped hand is 1.15 times the base set.
     assert!((shipped("both_hands").hands_scale() - 1.15).abs() < 1e-9);
     assert_eq!(shipped("parallel_jaw").hands_scale(), 1.0);
     assert_eq!(shipped("arm_6dof").hands_scale(), 1.0);

@@ -15,7 +15,7 @@ bodies:
 hands:
   right: {fingers: [thumb, index]}
 ";
-/// Another object is the target when it is nearer by this much, m (LANGUAGE.md section 3, point 1).
+/// Another object is the target when it is nearer by this much, m (docs/sources.md, A11).
 const NEARER_BY: f64 = 0.010;
 
 type Way = Box<dyn Fn(f64) -> f64>;

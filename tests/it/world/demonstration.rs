@@ -1,11 +1,11 @@
-//! The demonstration of the paper's box: what happens in it is what the chapter's section 3.2 tells, and its channels account for it.
+//! The demonstration of the chapter's box: what happens in it is what the chapter's section 3.2 tells, and its channels account for it.
 
 use nalgebra::Vector3;
 use std::sync::OnceLock;
 use teachtree::base::recording::Recording;
 use teachtree::world;
 
-/// What section 3.2 of the chapter finds in it (PAPER.md section 7, E1a and E1b).
+/// What section 3.2 of the chapter finds in it (docs/sources.md, E1a and E1b).
 const EXPECTED: &str =
     "Move Approach Slide Grasp Translate Follow Place Release Move Approach Push Trace Push Trace Release";
 
