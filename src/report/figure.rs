@@ -181,8 +181,9 @@ impl Drawing<'_> {
 
     fn panel(&mut self, panel: Panel) -> Drawn {
         let curves = panel.curves.as_deref().unwrap_or(&[]);
-        let values = curves.iter().flat_map(|curve| &curve.values);
-        let axis = ValueAxis::new(self.y + TITLE, self.y + PANEL - 4.0, values, panel.least);
+        let values = curves.iter().map(|curve| curve.values.as_slice());
+        let rate_hz = self.frames.layout.rate_hz;
+        let axis = ValueAxis::new(self.y + TITLE, self.y + PANEL - 4.0, values, rate_hz, panel.least);
         let y = length(self.y + 14.0);
         let mut title = format!("{}, {}", panel.title, panel.unit);
         let named: Vec<&str> = curves.iter().map(|curve| curve.name).filter(|name| !name.is_empty()).collect();
@@ -200,6 +201,7 @@ impl Drawing<'_> {
             let x = |frame: usize| self.time.x(self.frames.time.get(frame).copied().unwrap_or_default());
             let path = curve(&one.values, &self.frames.stretches, x, &axis);
             self.body.push_str(&format!(r#"<path class="{class}" d="{path}"/>"#));
+            self.body.push_str(&axis.beyond(&one.values, x));
         }
         self.body.push('\n');
         self.y += PANEL;

@@ -9,6 +9,7 @@ mod page;
 pub mod palette;
 #[cfg(feature = "world")]
 pub mod robot;
+mod scale;
 pub mod score;
 mod signals;
 mod svg;

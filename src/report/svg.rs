@@ -5,6 +5,7 @@
 
 use super::palette::{Color, INK};
 use super::round_step;
+use super::scale::scale;
 use crate::analysis::number::decimals;
 use std::ops::Range;
 
@@ -14,6 +15,8 @@ pub(super) const WIDTH: f64 = 1200.0;
 pub(super) const LEFT: f64 = 132.0;
 /// Where time ends.
 pub(super) const RIGHT: f64 = WIDTH - 12.0;
+/// Size of the mark of what lies outside of a scale.
+const MARK: f64 = 7.0;
 /// Width of a letter of the names in bars, about.
 const LETTER: f64 = 6.3;
 
@@ -67,6 +70,8 @@ impl TimeAxis {
             let x = length(self.x(tick));
             lines.push_str(&format!("M{x} {}V{}", length(top), length(bottom)));
             let label = decimals(tick, 6);
+            // A number at the end of the axis stays within the drawing.
+            let x = length(self.x(tick).min(WIDTH - (label.len() + 2) as f64 * LETTER / 2.0));
             labels.push_str(&format!(r#"<text class="tick" x="{x}" y="{}">{label} s</text>"#, length(bottom + 14.0)));
         }
         format!(r#"<path class="grid" d="{lines}"/>{labels}"#)
@@ -134,11 +139,17 @@ pub(super) struct ValueAxis {
 }
 
 impl ValueAxis {
-    /// An axis that holds all finite values and zero, and is at least `shortest` long.
-    pub fn new<'v>(top: f64, bottom: f64, values: impl Iterator<Item = &'v f64>, shortest: f64) -> Self {
-        let finite = values.copied().filter(|value| value.is_finite());
-        let (least, greatest) =
-            finite.fold((0.0_f64, 0.0_f64), |(least, greatest), value| (least.min(value), greatest.max(value)));
+    /// An axis for curves at so many frames a second that holds zero and all but rare and brief values, and is at least `shortest` long.
+    pub fn new<'v>(
+        top: f64,
+        bottom: f64,
+        curves: impl Iterator<Item = &'v [f64]> + Clone,
+        rate_hz: f64,
+        shortest: f64,
+    ) -> Self {
+        // What lies within the shortest scale is never left out.
+        let held = scale(curves, &[0.0, shortest], rate_hz);
+        let (least, greatest) = held.map_or((0.0, 0.0), |held| (held.least, held.greatest));
         // A little room, so that a peak does not touch the title.
         let room = 0.06 * (greatest - least);
         Self { top, bottom, least, greatest: (greatest + room).max(least + shortest) }
@@ -146,7 +157,44 @@ impl ValueAxis {
 
     /// Where a value is.
     pub fn y(&self, value: f64) -> f64 {
-        self.bottom - (value - self.least) / (self.greatest - self.least) * (self.bottom - self.top)
+        let within = value.clamp(self.least, self.greatest);
+        self.bottom - (within - self.least) / (self.greatest - self.least) * (self.bottom - self.top)
+    }
+
+    /// Marks where values lie outside of the axis, the farthest one above and below with its value.
+    pub fn beyond(&self, values: &[f64], x: impl Fn(usize) -> f64) -> String {
+        let (greatest, least) = (self.greatest, self.least);
+        let mut drawn = String::new();
+        for (sign, edge, y) in [(1.0, greatest, self.top), (-1.0, -least, self.bottom)] {
+            let out = |frame: usize| values.get(frame).map(|value| sign * value).filter(|value| *value > edge);
+            let places: Vec<(usize, f64)> = (0..values.len()).filter_map(|at| Some((at, out(at)?))).collect();
+            let Some((farthest, value)) = places.iter().copied().max_by(|one, other| one.1.total_cmp(&other.1)) else {
+                continue;
+            };
+            let mut shown: Vec<f64> = vec![x(farthest)];
+            for (at, _) in places {
+                if shown.iter().all(|other| (other - x(at)).abs() >= MARK) {
+                    shown.push(x(at));
+                }
+            }
+            for at in shown {
+                let (left, foot) = (length(at - MARK / 2.0), length(y + sign * MARK));
+                drawn.push_str(&format!(
+                    r#"<path class="beyond" d="M{left} {foot}h{MARK}L{} {}Z"/>"#,
+                    length(at),
+                    length(y)
+                ));
+            }
+            let at = x(farthest);
+            let (aside, end) = if at < (LEFT + RIGHT) / 2.0 { (MARK, "start") } else { (-MARK, "end") };
+            drawn.push_str(&format!(
+                r#"<text class="beyond" x="{}" y="{}" text-anchor="{end}">{}</text>"#,
+                length(at + aside),
+                length(y + if sign > 0.0 { 9.0 } else { -2.0 }),
+                decimals(sign * value, 2)
+            ));
+        }
+        drawn
     }
 
     /// Lines at round values with their numbers.

@@ -114,6 +114,35 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     assert_eq!(std::fs::read_to_string(&table).unwrap().lines().count(), rows + 1);
 }
 
+/// All pictures of a page of a robot have one framing, and every hand and object lies within each.
+pub fn pictures_hold_hands_and_objects(page: &str) {
+    let pictures: Vec<&str> = page.split("<figure><svg viewBox=\"0 0 ").skip(1).collect();
+    assert!(pictures.len() > 3, "{} pictures", pictures.len());
+    let size = |picture: &str| -> Vec<f64> {
+        picture.split('"').next().unwrap().split(' ').map(|edge| edge.parse().unwrap()).collect()
+    };
+    let [wide, high] = size(pictures[0])[..] else { panic!("{}", &pictures[0][..40]) };
+    for picture in pictures {
+        assert_eq!(size(picture), [wide, high]);
+        let drawn = picture.split("</svg>").next().unwrap();
+        for class in ["object", "hand"] {
+            let shapes: Vec<&str> = drawn.split(&format!("<path class=\"{class}\" d=\"")).skip(1).collect();
+            assert!(shapes.len() > 2, "{class}");
+            for shape in shapes {
+                // A bar has a width, a face has a line around it.
+                let stroke = shape.split("stroke-width=\"").nth(1).unwrap().split('"').next().unwrap();
+                let half: f64 = stroke.parse::<f64>().unwrap() / 2.0;
+                let numbers = shape.split('"').next().unwrap().replace(['M', 'L', 'Z'], " ");
+                let numbers: Vec<f64> = numbers.split_whitespace().map(|number| number.parse().unwrap()).collect();
+                for point in numbers.chunks(2) {
+                    let within = |at: f64, edge: f64| at - half >= 0.0 && at + half <= edge;
+                    assert!(within(point[0], wide) && within(point[1], high), "{class} at {point:?} of {wide} {high}");
+                }
+            }
+        }
+    }
+}
+
 /// The page draws every primitive of every task, and forces as commanded and as exerted.
 #[test]
 fn a_page_shows_what_the_robot_did() {
@@ -129,6 +158,8 @@ fn a_page_shows_what_the_robot_did() {
     for primitive in ["Move", "Approach", "Grasp", "Translate", "Place", "Release"] {
         assert_eq!(text.matches(&format!("<figcaption>{primitive}, ")).count(), 1, "{primitive}");
     }
+    pictures_hold_hands_and_objects(&text);
+    assert!(text.contains("joints of the thumb, rad\""), "one unit");
     assert!(text.contains("N at most, within their profile.</p>"));
     for title in ["force of the thumb, z, N", "total force on the object, z, N", "joints of the arm", "manipulability"]
     {

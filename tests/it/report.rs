@@ -334,6 +334,48 @@ fn noise_keeps_its_peaks() {
     assert!(pieces.iter().map(Vec::len).sum::<usize>() < 5000);
 }
 
+/// A page of the experiment: what carries the target of the right hand pushes this hard in these frames, N.
+fn knocked_page(knocks: &[(Range<usize>, f64)]) -> String {
+    let (analysis, mut frames, leaves) = experiment();
+    let force = frames.channel("contacts.force").unwrap();
+    let key = ColumnKey { channel: force, side: Some(Side::Right), slot: 0, component: 2 };
+    let Some(Column::Wide(values)) = frames.columns.get_mut(&key) else { unreachable!("made above") };
+    for (at, newtons) in knocks {
+        values[at.clone()].fill(*newtons);
+    }
+    html(&analysis, &frames, &leaves, &meta())
+}
+
+/// The entry of the forces on that target, and the drawing of the hand.
+fn knocked(knocks: &[(Range<usize>, f64)]) -> (Value, String) {
+    let page = knocked_page(knocks);
+    let data = data(&page);
+    let entries = data["signals"].as_array().unwrap();
+    let entry = entries.iter().find(|entry| entry["title"] == "contacts of the target" && entry["side"] == "right");
+    let (_, drawing) = page.split_once("aria-label=\"Right hand").unwrap();
+    (entry.unwrap().clone(), drawing.split_once("</svg>").unwrap().0.to_string())
+}
+
+#[test]
+fn a_knock_does_not_set_the_scale_and_is_told() {
+    let beyond = |drawing: &str| drawing.matches("<text class=\"beyond\"").count();
+    let (entry, drawing) = knocked(&[]);
+    assert!(entry["scale"].is_null() && beyond(&drawing) == 0);
+    // A knock of two frames, and a blow of a fifteenth of a second, which lasts.
+    let (entry, drawing) = knocked(&[(3000..3002, 61.5), (6500..6567, 3.0)]);
+    let scale: Vec<f64> = entry["scale"].as_array().unwrap().iter().map(|end| end.as_f64().unwrap()).collect();
+    assert!(scale[0] >= -0.5 && (3.0..4.0).contains(&scale[1]), "{scale:?}");
+    // The curve itself goes as high as it did, and the drawing says how high.
+    let highest = line(&entry["curves"][0][1]).into_iter().flatten().map(|knot| knot.1).fold(f64::MIN, f64::max);
+    assert!((highest - 61.5).abs() < 0.01, "{highest}");
+    assert_eq!(beyond(&drawing), 1);
+    assert!(drawing.contains(">61.5</text>"), "{drawing}");
+    // What comes again and again, or is not much more than the rest, is no knock.
+    let often: Vec<(Range<usize>, f64)> = (0..40).map(|at| (100 * at..100 * at + 2, 61.5)).collect();
+    assert!(knocked(&often).0["scale"].is_null());
+    assert!(knocked(&[(3000..3002, 1.5)]).0["scale"].is_null());
+}
+
 /// The page of a recording that has no positions at all.
 fn without_poses() -> String {
     let (analysis, mut frames, leaves) = experiment();

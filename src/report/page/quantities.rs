@@ -9,6 +9,7 @@ use crate::base::hands::Side;
 use crate::base::units::Dimension;
 use crate::engine::probe::Probe;
 use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
+use crate::report::scale::{Scale, scale as scale_of};
 use crate::report::signals::{Panel, Signals, of_both};
 use crate::stream::frames::{ColumnKey, Frames, Values};
 use serde_json::{Value, json};
@@ -291,6 +292,11 @@ fn evaluated<'a>(
     }
     if !shaded.is_empty() {
         fields.insert("shades".into(), shaded.into());
+    }
+    let limits: Vec<f64> = thresholds.iter().map(|threshold| threshold.value).collect();
+    let curves = rows.iter().map(|(_, row)| row.as_slice());
+    if let Some(Scale { least, greatest, left: true }) = scale_of(curves, &limits, frames.layout.rate_hz) {
+        fields.insert("scale".into(), json!([least * scale, greatest * scale]));
     }
     let drawn = rows.into_iter().map(|(name, mut row)| {
         row.iter_mut().for_each(|value| *value *= scale);

@@ -200,6 +200,7 @@ class Replay {
     // Hands come from above, where there is nothing else: what stands there is in the upper part of the picture.
     this.middle = least.map((low, axis) => low + (greatest[axis] - low) * (axis === 2 ? 0.4 : 0.5) || 0);
     this.size = Math.max(0.05, sizeOf(all));
+    this.corners = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => this.middle.map((_, axis) => (corner >> axis & 1 ? greatest : least)[axis])).filter((corner) => corner.every(Number.isFinite));
     const forces = this.scene.hands.flatMap((hand) => [...hand.fingers, ...hand.contacts]).map((one) => one.force).filter(Boolean);
     // A knock is many times as strong as a grip, and lasts for a few frames: it must not make all other arrows short.
     const felt = [];
@@ -215,9 +216,26 @@ class Replay {
     this.perNewton = this.strong > 0 ? 0.2 * this.size / this.strong : 0;
   }
 
+  /** The first view: as near as it can be with all that belongs to the picture in it. */
   begin() {
     const wide = this.canvas.clientWidth / Math.max(1, this.canvas.clientHeight) || 1;
     Object.assign(this, { yaw: -1.05, pitch: 0.55, away: 1.3 * this.size / Math.min(1, wide), about: this.middle.slice() });
+    const { right, up, back } = this.axes();
+    for (let turn = 0; turn < 12; turn++) {
+      const least = [Infinity, Infinity], greatest = [-Infinity, -Infinity];
+      for (const corner of this.corners) {
+        const from = add(corner, scale(add(this.about, scale(back, this.away)), -1)), far = Math.max(1e-6, -dot(from, back));
+        [dot(from, right) / far, dot(from, up) / far].forEach((at, axis) => {
+          least[axis] = Math.min(least[axis], at);
+          greatest[axis] = Math.max(greatest[axis], at);
+        });
+      }
+      if (!(least[0] < greatest[0])) return;
+      // Half a picture is a third of the distance high; a tenth of it is left for names.
+      const over = Math.max((greatest[0] - least[0]) / (0.6 * wide), (greatest[1] - least[1]) / 0.6);
+      this.about = add(this.about, add(scale(right, (least[0] + greatest[0]) / 2 * this.away), scale(up, (least[1] + greatest[1]) / 2 * this.away)));
+      this.away = Math.max(0.1 * this.size, this.away * over);
+    }
   }
 
   listen() {

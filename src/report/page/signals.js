@@ -47,10 +47,16 @@ function options(chosen) {
 function addPanel(number) {
   const element = document.createElement("div");
   element.className = "panel";
-  element.innerHTML = `<header><select aria-label="signal">${options(number)}</select><span class="values"></span><button type="button" aria-label="remove">×</button></header><canvas></canvas>`;
+  element.innerHTML = `<header><span class="unit"></span><select aria-label="signal">${options(number)}</select><span class="values"></span><button type="button" class="scale" hidden></button><button type="button" class="remove" aria-label="remove">×</button></header><canvas></canvas>`;
   const panel = { element, number, canvas: element.querySelector("canvas"), values: element.querySelector(".values") };
   element.querySelector("select").addEventListener("change", (event) => { panel.number = Number(event.target.value); drawPanel(panel); readOut(panel); });
-  element.querySelector("button").addEventListener("click", () => { panels.splice(panels.indexOf(panel), 1); element.remove(); });
+  element.querySelector(".scale").addEventListener("click", () => {
+    const entry = data.signals[panel.number];
+    entry.whole = !entry.whole;
+    entry.range = undefined;
+    panels.filter((one) => one.number === panel.number).forEach((one) => { drawPanel(one); readOut(one); });
+  });
+  element.querySelector(".remove").addEventListener("click", () => { panels.splice(panels.indexOf(panel), 1); element.remove(); });
   byId("panels").append(element);
   panels.push(panel);
   return panel;
@@ -66,6 +72,8 @@ function rangeOf(entry) {
   if (entry.range) return entry.range;
   let least = Infinity, greatest = -Infinity;
   for (const [, curve] of entry.curves) { const line = lineOf(curve); least = Math.min(least, line.least); greatest = Math.max(greatest, line.greatest); }
+  entry.extremes = [least, greatest];
+  if (entry.scale && !entry.whole) [least, greatest] = entry.scale;
   for (const [value] of entry.thresholds || []) { least = Math.min(least, value); greatest = Math.max(greatest, value); }
   if (!(least <= greatest)) [least, greatest] = [0, 1];
   // Zero belongs to the picture unless it is far away.
@@ -75,6 +83,106 @@ function rangeOf(entry) {
   return entry.range = [least - (least < 0 ? room : 0), greatest + room];
 }
 
+/** A number of an entry, as many digits as its scale can tell. */
+function numeral(entry, value) {
+  if (!Number.isFinite(value)) return "–";
+  const [least, greatest] = rangeOf(entry);
+  const digits = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(Math.max(1e-9, greatest - least)))));
+  return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
+}
+
+/** The same in few digits. */
+const brief = (entry, value) => `${Number(value.toPrecision(4))}${entry.unit ? ` ${entry.unit}` : ""}`;
+
+/** What of an entry lies beyond its scale, told on the button that takes it into the scale and out of it again. */
+function tellScale(panel, entry) {
+  const button = panel.element.querySelector(".scale");
+  button.hidden = !entry.scale;
+  if (!entry.scale) return;
+  const [least, greatest] = entry.extremes;
+  const told = [greatest > entry.scale[1] && greatest, least < entry.scale[0] && least].filter((value) => value !== false);
+  const numbers = told.map((value) => brief(entry, value)).join(" and ");
+  button.textContent = entry.whole ? "usual scale" : `▲ up to ${numbers}`;
+  button.title = entry.whole ? "Leave a few frames out of the scale again" : "A few frames lie beyond this scale; show them whole";
+}
+
+/** Where the curves are in each column of a plot, one above the other: their highest and lowest points, by curve. */
+function heights(entry, x, y, width) {
+  return drawn(entry).map(([, curve]) => {
+    const columns = { top: new Float32Array(width + 1).fill(Infinity), bottom: new Float32Array(width + 1).fill(-Infinity) };
+    const take = (at, height) => {
+      if (at < 0 || at > width) return;
+      columns.top[at] = Math.min(columns.top[at], height);
+      columns.bottom[at] = Math.max(columns.bottom[at], height);
+    };
+    for (const { t, v } of lineOf(curve).pieces) {
+      const first = Math.max(0, lastNotAfter(t, state.from)), last = Math.min(t.length - 1, lastNotAfter(t, state.to) + 1);
+      for (let at = first; at < last; at++) {
+        const [a, b, from, to] = [x(t[at]), x(t[at + 1]), y(v[at]), y(v[at + 1])];
+        for (let column = Math.max(0, Math.floor(a)); column <= Math.min(width, Math.ceil(b)); column++) {
+          const share = (near) => Math.min(1, Math.max(0, b > a ? (near - a) / (b - a) : 0));
+          take(column, from + share(column) * (to - from));
+          take(column, from + share(column + 1) * (to - from));
+        }
+        take(Math.round(b), from);
+        take(Math.round(b), to);
+      }
+    }
+    return columns;
+  });
+}
+
+/** The place for a name at a level: above or below its line, as far right as no curve and no other name is in its way; else where the least is. */
+function placeOf(size, level, { curves, levels, taken, width, height }) {
+  const tall = 11;
+  let best, fewest = Infinity;
+  for (const base of [level - 3, level + tall - 1]) {
+    if (base < tall || base > height - 2) continue;
+    for (let end = width - 4; end > size + 4; end -= 4) {
+      const [left, top] = [end - size - 2, base - tall];
+      if (taken.some((one) => one.left < end + 6 && one.end > left - 6 && one.top < base && one.base > top)) continue;
+      // The line of another threshold through a name is as bad as a curve through half of it.
+      let hits = levels.filter((one) => one > top && one < base).length * size / 2;
+      for (const columns of curves) for (let at = Math.max(0, Math.floor(left)); at <= Math.min(width, end + 2); at++) if (columns.top[at] < base + 2 && columns.bottom[at] > top - 1) hits++;
+      if (hits < fewest) [best, fewest] = [{ left, end, top, base, hits }, hits];
+      if (!hits) return best;
+    }
+  }
+  return best || { left: width - 4 - size, end: width - 4, top: Math.max(0, level - 3 - tall), base: Math.max(tall, level - 3), hits: 1 };
+}
+
+/** Marks what of the shown part lies beyond the scale: a triangle at the edge, the farthest with its value. */
+function markBeyond(context, entry, x, { width, height, taken }) {
+  const [least, greatest] = rangeOf(entry);
+  context.fillStyle = paint("--warn");
+  context.strokeStyle = paint("--paper");
+  context.lineWidth = 3;
+  for (const [sign, limit] of [[1, greatest], [-1, -least]]) {
+    const marks = new Map();
+    let farthest;
+    for (const [, curve] of drawn(entry)) for (const { t, v } of lineOf(curve).pieces) for (let at = 0; at < t.length; at++) {
+      if (!(sign * v[at] > limit) || t[at] < state.from || t[at] > state.to) continue;
+      marks.set(Math.round(x(t[at]) / 8), x(t[at]));
+      if (!farthest || sign * v[at] > sign * farthest.value) farthest = { at: x(t[at]), value: v[at] };
+    }
+    if (!farthest) continue;
+    const edge = sign > 0 ? 4 : height - 1;
+    for (const at of [...marks.values(), farthest.at]) {
+      context.beginPath();
+      context.moveTo(at, edge);
+      context.lineTo(at - 4, edge + sign * 7);
+      context.lineTo(at + 4, edge + sign * 7);
+      context.fill();
+    }
+    const text = brief(entry, farthest.value), size = context.measureText(text).width;
+    const left = farthest.at + 7 + size < width ? farthest.at + 7 : farthest.at - 7 - size, base = edge + (sign > 0 ? 9 : -1);
+    context.textAlign = "left";
+    context.strokeText(text, left, base);
+    context.fillText(text, left, base);
+    taken.push({ left, end: left + size, top: base - 11, base });
+  }
+}
+
 function drawPanel(panel) {
   const entry = data.signals[panel.number], { canvas } = panel;
   const width = plotWidth(signals), sharp = window.devicePixelRatio || 1;
@@ -82,6 +190,9 @@ function drawPanel(panel) {
   canvas.style.height = `${height}px`;
   canvas.width = Math.round((width + GUTTER + RIGHT) * sharp);
   canvas.height = Math.round(height * sharp);
+  panel.element.querySelector(".unit").textContent = entry.unit || "";
+  panel.element.querySelector("select").title = nameOf(entry);
+  panel.element.querySelector(".scale").hidden = true;
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", nameOf(entry));
   const context = canvas.getContext("2d");
@@ -103,7 +214,9 @@ function drawPanel(panel) {
     context.strokeStyle = paint("--cut");
     context.setLineDash([2, 3]);
     context.beginPath();
-    for (const [, start] of track.raw) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
+    // So many that nothing could be seen between them tell nothing.
+    const cuts = track.raw.filter(([, start]) => start >= state.from && start <= state.to);
+    if (cuts.length < width / 8) for (const [, start] of cuts) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
     context.stroke();
     context.setLineDash([]);
     for (const [name, start, end] of track.relabelled) if (end > state.from && start < state.to) { context.fillStyle = data.colors[name]; context.fillRect(x(start), 0, Math.max(1, x(end) - x(start)), 3); }
@@ -125,6 +238,7 @@ function drawPanel(panel) {
     return;
   }
   const [least, greatest] = rangeOf(entry);
+  tellScale(panel, entry);
   const y = (value) => height - 5 - (value - least) / (greatest - least) * (height - 13);
   const levels = ticks(least, greatest, 4);
   context.textAlign = "right";
@@ -149,25 +263,34 @@ function drawPanel(panel) {
   });
   context.restore();
   clip();
-  // Thresholds that lie close together are named side by side.
-  const taken = [];
-  for (const [value, name] of entry.thresholds || []) {
-    context.strokeStyle = context.fillStyle = paint("--threshold");
-    context.setLineDash([6, 4]);
+  context.lineWidth = 1;
+  context.strokeStyle = paint("--threshold");
+  context.setLineDash([6, 4]);
+  for (const [value] of entry.thresholds || []) {
     context.beginPath();
     context.moveTo(0, y(value));
     context.lineTo(width, y(value));
     context.stroke();
-    context.setLineDash([]);
-    const at = Math.max(10, y(value) - 3), size = context.measureText(name).width;
-    const end = Math.min(width - 4, ...taken.filter(([other]) => Math.abs(other - at) < 11).map(([, left]) => left - 12));
-    taken.push([at, end - size]);
-    context.textAlign = "right";
+  }
+  context.setLineDash([]);
+  const plot = { curves: entry.thresholds ? heights(entry, x, y, width) : [], levels: (entry.thresholds || []).map(([value]) => y(value)), taken: [], width, height };
+  markBeyond(context, entry, x, plot);
+  context.textAlign = "right";
+  for (const [value, name] of entry.thresholds || []) {
+    const place = placeOf(context.measureText(name).width, y(value), plot);
+    plot.taken.push(place);
+    // Where curves are everywhere, a name has a ground of its own.
+    if (place.hits) {
+      context.globalAlpha = 0.8;
+      context.fillStyle = paint("--paper");
+      context.fillRect(place.left, place.top, place.end - place.left + 2, place.base - place.top + 2);
+      context.globalAlpha = 1;
+    }
     context.strokeStyle = paint("--paper");
+    context.fillStyle = paint("--threshold");
     context.lineWidth = 3;
-    context.strokeText(name, end, at);
-    context.fillText(name, end, at);
-    context.lineWidth = 1;
+    context.strokeText(name, place.end, place.base);
+    context.fillText(name, place.end, place.base);
   }
   context.restore();
 }
@@ -193,15 +316,9 @@ function trace(context, { t, v }, x, y, width) {
 /** The values of a panel at the cursor. */
 function readOut(panel) {
   const entry = data.signals[panel.number];
-  const number = (value) => {
-    if (!Number.isFinite(value)) return "–";
-    const [least, greatest] = rangeOf(entry);
-    const digits = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(Math.max(1e-9, greatest - least)))));
-    return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
-  };
   const rows = entry.truths
     ? entry.truths.map(([name, truth]) => [name, isSo(truth, state.cursor) ? "yes" : "no", 0])
-    : drawn(entry).map(([name, curve], at) => [name, `${number(valueAt(curve, state.cursor))}${entry.unit ? ` ${entry.unit}` : ""}`, at]);
+    : drawn(entry).map(([name, curve], at) => [name, `${numeral(entry, valueAt(curve, state.cursor))}${entry.unit ? ` ${entry.unit}` : ""}`, at]);
   const shown = rows.map(([name, value, at]) => `<span class="value" style="color:${hueOf(at)}">${escaped(name)} <b>${escaped(value)}</b></span>`);
   const shade = (entry.shades || [])[0];
   if (shade) shown.push(`<span class="value shade">${escaped(shade[0].length > 40 ? "the condition" : shade[0])} <b>${isSo(shade[1], state.cursor) ? "yes" : "no"}</b></span>`);

@@ -67,6 +67,21 @@ function ticks(from, to, most) {
   return { list, digits: Math.max(0, -Math.floor(Math.log10(by) + 1e-9)) };
 }
 
+const ruler = document.createElement("canvas").getContext("2d");
+
+/** How wide a text of the plots is. */
+function widthOf(text) {
+  ruler.font = `11px ${paint("--font")}`;
+  return ruler.measureText(text).width;
+}
+
+/** As many letters of a name as there is room for; none where one alone would tell nothing. */
+function fitting(name, room) {
+  let most = name.length;
+  while (most > 0 && widthOf(name.slice(0, most)) > room) most--;
+  return most > 1 || most === name.length ? name.slice(0, most) : "";
+}
+
 // ---- lanes
 
 const LANES = ["raw", "relabelled", "tasks"];
@@ -107,8 +122,8 @@ function drawLanes() {
 
   function bar(start, end, top, color, name, pick, classes, title, extra = "") {
     const left = x(start), right = Math.max(left + 1, x(end));
-    const shownLeft = Math.max(0, left), room = Math.floor((Math.min(width, right) - shownLeft - 6) / 6.6);
-    const text = room > 1 ? `<text x="${shownLeft + 4}" y="${top + 14}" fill="${INK}">${escaped(name.slice(0, room))}</text>` : "";
+    const shownLeft = Math.max(0, left), letters = fitting(name, Math.min(width, right) - shownLeft - 6);
+    const text = letters ? `<text x="${shownLeft + 4}" y="${top + 14}" fill="${INK}">${escaped(letters)}</text>` : "";
     return `<g class="bar${classes}" data-pick="${pick}"><title>${escaped(title)}</title><rect x="${left}" y="${top}" width="${right - left}" height="${BAR}" fill="${color}"/>${extra}${text}</g>`;
   }
 
@@ -139,17 +154,22 @@ function drawLanes() {
       const left = before ? x(start) - x(before[1]) : 20, right = x(items[at][2]) - x(start);
       const half = Math.max(1.5, Math.min(6, Math.min(left, right) / 2));
       const title = `${from} → ${name} at ${seconds(start)}`;
-      inside += `<g class="limit${is("cut", number, lane, at) ? " picked" : ""}" role="button" tabindex="0" aria-label="${escaped(`${data.tracks[number].who} ${lane}: ${title}`)}" data-pick="cut ${number} ${lane} ${at}"><title>${escaped(title)}</title><rect x="${x(start) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(start)} ${top - 1}v${BAR + 2}"/></g>`;
+      inside += `<g class="limit${is("cut", number, lane, at) ? " picked" : ""}" role="button" tabindex="0" aria-label="${escaped(`${data.tracks[number].who} ${lane}: ${title}`)}" data-pick="cut ${number} ${lane} ${at}"><title>${escaped(title)}</title><rect x="${x(start) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(start)} ${top - 1}v${BAR + 2}"${half < 2 ? ` class="dense"` : ""}/></g>`;
     });
   }
   const selected = state.selected && startOf(state.selected);
   const mark = selected === undefined ? "" : `<path class="chosen" d="M${x(selected)} ${AXIS - 4}V${y}"/>`;
   const lines = scaleTicks.list.map((time) => `M${x(time)} ${AXIS - 4}V${y}`).join("");
-  const times = scaleTicks.list.map((time) => `<text class="tick" x="${GUTTER + x(time)}" y="13">${time.toFixed(scaleTicks.digits)}</text>`).join("");
+  // A number at an end of the axis stays between the unit and the edge.
+  const times = scaleTicks.list.map((time) => {
+    const number = time.toFixed(scaleTicks.digits), half = widthOf(number) / 2;
+    const at = Math.min(GUTTER + width + RIGHT - half, Math.max(GUTTER + half, GUTTER + x(time)));
+    return `<text class="tick" x="${at}" y="13">${number}</text>`;
+  }).join("");
   const focused = document.activeElement && document.activeElement.dataset && document.activeElement.dataset.pick;
   lanesSvg.setAttribute("width", width + GUTTER + RIGHT);
   lanesSvg.setAttribute("height", y + 2);
-  lanesSvg.innerHTML = `${times}<text class="name" x="${GUTTER - 8}" y="13">s</text>${labels}<svg x="${GUTTER}" y="0" width="${width}" height="${y + 2}"><path class="grid" d="${lines}"/>${inside}${mark}</svg>`;
+  lanesSvg.innerHTML = `${times}<text class="name" x="${GUTTER - 8}" y="13">time, s</text>${labels}<svg x="${GUTTER}" y="0" width="${width}" height="${y + 2}"><path class="grid" d="${lines}"/>${inside}${mark}</svg>`;
   if (focused) lanesSvg.querySelector(`[data-pick="${focused}"]`)?.focus({ preventScroll: true });
 }
 

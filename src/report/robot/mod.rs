@@ -1,6 +1,7 @@
 //! The page of what a robot did: pictures of it at each primitive (the chapter's Figure 6), the thumb's force desired and achieved (Figure 7), the
 //! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
 
+mod framing;
 mod picture;
 mod plot;
 
@@ -8,8 +9,10 @@ use super::svg::escape;
 use crate::analysis::number::decimals;
 use crate::base::hands::Finger;
 use crate::command::Commands;
+use crate::robot::Kind;
 use crate::robot::simulate::Outcome;
 use crate::robot::trace::{Moment, Trace};
+use framing::{Framing, framing};
 use nalgebra::Vector3;
 use picture::picture;
 use plot::{Line, Plot};
@@ -26,8 +29,16 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
     page.push_str(&format!("<title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
     page.push_str(&format!("<h1>{title}</h1>\n"));
     page.push_str(
-        "<p>Forces are those on the object, in its frame; dashed as commanded, drawn through as exerted.</p>\n",
+        "<p>Each picture shows the middle of a primitive, all from one place; its arrows are the forces of the fingertips on the object. \
+         In the plots, forces are those on the object, in its frame: dashed as commanded, solid as exerted.</p>\n",
     );
+    // The tasks of two hands may run at the same time.
+    let shown: Vec<&Moment> = (0..commands.tasks.len())
+        .flat_map(|number| {
+            middles(&trace.moments.iter().filter(|moment| moment.task == number).collect::<Vec<&Moment>>())
+        })
+        .collect();
+    let framed = framing(trace, &shown);
     for (number, (task, outcome)) in commands.tasks.iter().zip(outcomes).enumerate() {
         let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
         let verdict = if outcome.done { "done" } else { "not done" };
@@ -48,23 +59,28 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
             if outcome.forces.kept() { "within" } else { "outside" },
             outcome.searched.map_or_else(String::new, |searched| format!(" The {searched}.")),
         ));
-        page.push_str(&pictures(trace, &moments, &task.object));
+        page.push_str(&pictures(trace, &moments, &task.object, framed));
+        page.push_str("<div class=\"scroll\">\n");
         for plot in plots(trace, &moments) {
             page.push_str(&plot.draw(&moments));
         }
-        page.push_str("</section>\n");
+        page.push_str("</div>\n</section>\n");
     }
     page.push_str("</body>\n</html>\n");
     page
 }
 
+/// The middle of each primitive.
+fn middles<'m>(moments: &[&'m Moment]) -> Vec<&'m Moment> {
+    let runs = moments.chunk_by(|one, next| one.task == next.task && one.primitive == next.primitive);
+    runs.filter_map(|run| run.get(run.len() / 2).copied()).collect()
+}
+
 /// A picture of the middle of each primitive.
-fn pictures(trace: &Trace, moments: &[&Moment], object: &str) -> String {
-    let runs = moments.chunk_by(|one, next| one.primitive == next.primitive);
-    let drawn = runs.filter_map(|run| {
-        let moment = run.get(run.len() / 2)?;
+fn pictures(trace: &Trace, moments: &[&Moment], object: &str, framed: Framing) -> String {
+    let drawn = middles(moments).into_iter().map(|moment| {
         let caption = format!("{}, {} s", escape(&moment.primitive), decimals(moment.time_s, 2));
-        Some(format!("<figure>{}<figcaption>{caption}</figcaption></figure>\n", picture(trace, moment, object)))
+        format!("<figure>{}<figcaption>{caption}</figcaption></figure>\n", picture(trace, moment, object, framed))
     });
     format!("<div class=\"pictures\">\n{}</div>\n", drawn.collect::<String>())
 }
@@ -103,8 +119,21 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         };
         dofs.iter().enumerate().map(line).collect()
     };
+    let unit = |dofs: &[usize]| {
+        let joints = limb.robot.links.iter().filter_map(|link| link.joint.as_ref());
+        let mut kinds = joints.filter(|joint| dofs.contains(&joint.dof)).map(|joint| joint.kind);
+        match kinds.next() {
+            Some(Kind::Slides) if kinds.all(|kind| kind == Kind::Slides) => "m",
+            Some(Kind::Turns) if kinds.all(|kind| kind == Kind::Turns) => "rad",
+            _ => "rad or m",
+        }
+    };
     if !hand.arm.is_empty() {
-        plots.push(Plot { title: "joints of the arm, rad or m".into(), lines: joints(&hand.arm), shortest: 0.1 });
+        plots.push(Plot {
+            title: format!("joints of the arm, {}", unit(&hand.arm)),
+            lines: joints(&hand.arm),
+            shortest: 0.1,
+        });
     }
     if hand.jaws.is_some() {
         let opening = |moment: &&Moment| hand.opening(&q(moment)).unwrap_or(f64::NAN) * 1e3;
@@ -114,7 +143,8 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         return plots;
     }
     for finger in &hand.fingers {
-        let title = format!("joints of the {} finger, rad or m", finger.finger).replace("thumb finger", "thumb");
+        let title =
+            format!("joints of the {} finger, {}", finger.finger, unit(&finger.dofs)).replace("thumb finger", "thumb");
         plots.push(Plot { title, lines: joints(&finger.dofs), shortest: 0.1 });
     }
     let measures = hand.fingers.iter().enumerate().map(|(place, finger)| {

@@ -54,7 +54,9 @@ impl Plot {
             })
             .collect();
         let (top, bottom) = (TOP, TOP + HEIGHT);
-        let axis = ValueAxis::new(top, bottom, self.lines.iter().flat_map(|line| &line.values), self.shortest);
+        let rate_hz = (moments.len() as f64 - 1.0) / (last.time_s - first.time_s).max(f64::MIN_POSITIVE);
+        let values = self.lines.iter().map(|line| line.values.as_slice());
+        let axis = ValueAxis::new(top, bottom, values, rate_hz, self.shortest);
         let x = |at: usize| moments.get(at).map_or(0.0, |moment| time.x(moment.time_s));
         let mut legend = String::new();
         let mut curves = String::new();
@@ -63,6 +65,7 @@ impl Plot {
             let path = curve(&line.values, std::slice::from_ref(&(0..line.values.len())), x, &axis);
             let class = format!("line c{}{dashed}", line.color % COLORS);
             curves.push_str(&format!(r#"<path class="{class}" d="{path}"/>"#));
+            curves.push_str(&axis.beyond(&line.values, x));
             let from = WIDTH - 12.0 - NAME * (self.lines.len() - place) as f64;
             legend.push_str(&format!(
                 r#"<path class="{class}" d="M{} 10h16"/><text x="{}" y="14">{}</text>"#,

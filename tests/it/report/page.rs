@@ -105,6 +105,96 @@ fn lanes_hold_what_was_found() {
 }
 
 #[test]
+fn labels_are_apart_from_each_other_and_from_curves() {
+    let Some((mut browser, ..)) = taught("paper_box", "1") else { return };
+    for (width, part) in [(1280, "from=7&to=21"), (800, "from=7&to=12.5"), (800, "from=0&to=21")] {
+        browser.resize(width, 900);
+        browser.eval(&format!("location.hash = '#t=8&{part}'"));
+        drawn(&mut browser);
+        // The numbers of the axis, its unit, and the edge of the drawing.
+        let odd = browser.eval(
+            "(() => { const box = (one) => one.getBoundingClientRect(), edge = box(document.querySelector('#lanes svg')).right;
+               const texts = [...document.querySelectorAll('#lanes svg > .tick'), document.querySelector('#lanes svg > .name')];
+               const bad = texts.filter((one) => box(one).right > edge + 0.5).map((one) => `${one.textContent} is cut off`);
+               for (const one of texts) for (const other of texts)
+                 if (one !== other && box(one).left < box(other).right + 2 && box(other).left < box(one).right + 2) bad.push(`${one.textContent} on ${other.textContent}`);
+               return texts.length < 4 ? ['no numbers'] : bad; })()",
+        );
+        assert_eq!(odd, serde_json::json!([]), "{width} {part}");
+    }
+    // Names of thresholds: nothing of a curve is within the room that they take.
+    browser.eval(
+        "(() => { const write = CanvasRenderingContext2D.prototype.fillText, colors = getComputedStyle(document.documentElement);
+           window.names = [];
+           CanvasRenderingContext2D.prototype.fillText = function (text, x, y, ...rest) {
+             if (this.fillStyle === colors.getPropertyValue('--threshold').trim()) {
+               const at = this.getTransform().transformPoint({ x, y });
+               window.names.push({ context: this, text, right: at.x, foot: at.y, wide: this.measureText(text).width });
+             }
+             write.call(this, text, x, y, ...rest); }; })()",
+    );
+    browser.resize(1280, 900);
+    drawn(&mut browser);
+    let told = browser.eval(
+        "(() => { const curve = [1, 3, 5].map((at) => parseInt(getComputedStyle(document.documentElement).getPropertyValue('--curve0').trim().slice(at, at + 2), 16));
+           return window.names.map(({ context, text, right, foot, wide }) => {
+             const { data } = context.getImageData(Math.round(right - wide), Math.round(foot - 9), Math.round(wide), 10);
+             let blue = 0;
+             for (let at = 0; at < data.length; at += 4) if (curve.every((part, color) => Math.abs(part - data[at + color]) < 60)) blue++;
+             return [text, blue]; }); })()",
+    );
+    let told = told.as_array().unwrap();
+    assert!(told.len() >= 6, "{told:?}");
+    assert!(told.iter().all(|name| name[1] == 0), "{told:?}");
+    no_complaints(&browser);
+}
+
+#[test]
+fn the_whole_scene_is_in_the_first_view() {
+    let Some((mut browser, ..)) = taught("paper_box", "1") else { return };
+    for width in [1280, 800] {
+        browser.resize(width, 900);
+        drawn(&mut browser);
+        // Nothing but the stage along the edges, apart from the bar of forces in the corner at the left.
+        let off = browser.eval(
+            "(() => { const canvas = document.querySelector('#replay canvas'), context = canvas.getContext('2d'), { width, height } = canvas;
+               const stage = context.getImageData(0, 0, 1, 1).data.join();
+               const lines = [[0, 0, width, 1], [0, 0, 1, height], [width - 1, 0, 1, height], [0, height - 1, width, 1]];
+               let off = 0;
+               for (const line of lines) { const { data } = context.getImageData(...line); for (let at = 0; at < data.length; at += 4) if (data.slice(at, at + 4).join() !== stage) off++; }
+               return off; })()",
+        );
+        assert_eq!(off, 0, "{width}");
+    }
+    no_complaints(&browser);
+}
+
+#[test]
+fn what_lies_beyond_a_scale_is_told_and_shown_when_asked() {
+    let page = opened(|folder| {
+        let page = folder.join("page.html");
+        std::fs::write(&page, super::knocked_page(&[(3000..3002, 61.5)])).unwrap();
+        page
+    });
+    let Some((mut browser, ..)) = page else { return };
+    browser.eval(
+        "(() => { const list = document.querySelector('#more select');
+           list.value = [...list.options].find((option) => option.textContent === 'right contacts of the target').value;
+           list.dispatchEvent(new Event('change')); })()",
+    );
+    assert_eq!(browser.text(".panel:last-child .unit"), "N");
+    assert_eq!(browser.text(".panel:last-child .scale"), "▲ up to 61.5 N");
+    let canvas = |browser: &mut Browser| browser.eval("document.querySelector('.panel:last-child canvas').toDataURL()");
+    let usual = canvas(&mut browser);
+    browser.click(".panel:last-child .scale");
+    assert_eq!(browser.text(".panel:last-child .scale"), "usual scale");
+    assert_ne!(canvas(&mut browser), usual);
+    browser.click(".panel:last-child .scale");
+    assert_eq!(canvas(&mut browser), usual);
+    no_complaints(&browser);
+}
+
+#[test]
 fn a_boundary_is_explained_as_explain_does() {
     let Some((mut browser, page, _folder)) = taught("paper_box", "1") else { return };
     let log = page.with_extension("csv");

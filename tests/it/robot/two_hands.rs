@@ -1,7 +1,7 @@
 //! Two arms: a person's hand-over becomes the robot's.
 
 use super::kinematics::shipped;
-use crate::command::within_the_limits_of_the_robot;
+use crate::command::{pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
 use crate::program::{complained, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -45,6 +45,7 @@ fn a_hand_over_is_carried_out_by_two_arms() {
         "{told}"
     );
     let page = std::fs::read_to_string(page).unwrap();
+    pictures_hold_hands_and_objects(&page);
     assert!(page.contains("left hand, pick_and_place") && page.contains("right hand, pick_and_place"));
 
     // The robot's recording has the same tasks by the same rules, and the Pass.
