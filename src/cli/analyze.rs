@@ -1,7 +1,7 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
 use super::rules::{RuleArgs, load};
-use super::source::{SourceArgs, without_companions};
+use super::source::{SourceArgs, recordings};
 use super::{Failure, flowing, live, output, printable, tellable};
 use crate::analysis::{self, Analysis, explain, json::Meta};
 use crate::base::error::InputError;
@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html"
 )]
 pub struct Args {
-    /// Recordings of any format, `set#3` for an episode; `-` reads JSON lines and prints segments as they close
+    /// Recordings of any format, or folders of them, `set#3` for an episode; `-` reads JSON lines and prints segments as they close
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -72,18 +72,18 @@ impl Analysed {
 
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.report.is_some() && args.logs.len() > 1 {
+    let logs = recordings(&args.logs, args.source.binding.as_deref())?;
+    if args.report.is_some() && logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
     let outputs: Vec<&Path> = args.out.iter().chain(&args.report).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
-    let mut inputs: Vec<&Path> = args.logs.iter().map(PathBuf::as_path).collect();
+    let mut inputs: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
     inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
     let mut out = String::new();
     let mut failures = Vec::new();
-    let logs: Vec<&PathBuf> = without_companions(&args.logs).collect();
     // All cores share the recordings; what is found comes in the order in which they were named.
-    let found: Vec<Result<Told, Failure>> = logs.into_par_iter().map(|log| one(args, log, &inputs)).collect();
+    let found: Vec<Result<Told, Failure>> = logs.par_iter().map(|log| one(args, log, &inputs)).collect();
     for found in found {
         match found {
             // A table has one header.

@@ -5,7 +5,7 @@ mod run;
 
 use super::progress::Progress;
 use super::rules::{RuleArgs, load, request};
-use super::score::all_logs;
+use super::source::all_logs;
 use super::source::SourceArgs;
 use super::truth::TruthArgs;
 use super::{Failure, output};

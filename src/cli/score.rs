@@ -3,7 +3,7 @@
 use super::analyze::analyse;
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
-use super::source::{SourceArgs, is_beside, without_companions};
+use super::source::{SourceArgs, all_logs};
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
 use crate::analysis::Who;
@@ -188,31 +188,4 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
     let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
     Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta, warnings })
-}
-
-/// The logs, a folder replaced by those in it, by name.
-pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
-    let mut logs = Vec::new();
-    for path in without_companions(paths) {
-        if !path.is_dir() {
-            logs.push(path.clone());
-            continue;
-        }
-        let fail = |error: std::io::Error| {
-            InputError::new(path.display().to_string(), format!("the folder cannot be read: {error}"))
-        };
-        let mut found = Vec::new();
-        for entry in std::fs::read_dir(path).map_err(fail)? {
-            let file = entry.map_err(fail)?.path();
-            if file.extension().is_some_and(|ending| ending == "csv") && !is_beside(&file) && file.is_file() {
-                found.push(file);
-            }
-        }
-        if found.is_empty() {
-            return Err(InputError::new(path.display().to_string(), "the folder has no `.csv` log"));
-        }
-        found.sort();
-        logs.append(&mut found);
-    }
-    Ok(logs)
 }

@@ -43,6 +43,13 @@ pub fn in_scene(name: &str, error: InputError) -> InputError {
 /// How label files end.
 pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
+/// How canonical logs end.
+const LOG_ENDINGS: [&str; 2] = ["csv", "parquet"];
+
+fn has_ending(file: &Path, wanted: &str) -> bool {
+    file.extension().is_some_and(|ending| ending == wanted)
+}
+
 /// Whether a file belongs to a log that stands beside it: its events, its labels.
 pub fn is_beside(file: &Path) -> bool {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
@@ -52,4 +59,58 @@ pub fn is_beside(file: &Path) -> bool {
 /// The logs of a list: with `people/*.csv` a shell also names what stands beside them. A file that is named alone is meant.
 pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
     paths.iter().filter(|path| paths.len() == 1 || !is_beside(path))
+}
+
+/// The logs of a list, a folder replaced by those in it, by name.
+///
+/// # Errors
+/// A folder that cannot be read, or holds no log.
+pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    let mut logs = Vec::new();
+    for path in without_companions(paths) {
+        if !path.is_dir() {
+            logs.push(path.clone());
+            continue;
+        }
+        let mut found = logs_in(path)?;
+        if found.is_empty() {
+            return Err(InputError::new(path.display().to_string(), "the folder has no `.csv` or `.parquet` log"));
+        }
+        logs.append(&mut found);
+    }
+    Ok(logs)
+}
+
+/// The same where a folder may also be one log in parts, which a binding puts together: without one, a folder of logs that carry their scenes is meant.
+///
+/// # Errors
+/// A folder that cannot be read.
+pub fn recordings(paths: &[PathBuf], binding: Option<&Path>) -> Result<Vec<PathBuf>, InputError> {
+    let mut logs = Vec::new();
+    for path in without_companions(paths) {
+        let found = if binding.is_none() && path.is_dir() { logs_in(path)? } else { Vec::new() };
+        let carries_scene = |log: &PathBuf| has_ending(log, "parquet") || log.with_extension("scene.yaml").is_file();
+        if found.iter().any(carries_scene) {
+            logs.extend(found);
+        } else {
+            logs.push(path.clone());
+        }
+    }
+    Ok(logs)
+}
+
+/// The canonical logs in a folder, by name.
+fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let fail = |error: std::io::Error| {
+        InputError::new(folder.display().to_string(), format!("the folder cannot be read: {error}"))
+    };
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(fail)? {
+        let file = entry.map_err(fail)?.path();
+        if LOG_ENDINGS.iter().any(|ending| has_ending(&file, ending)) && !is_beside(&file) && file.is_file() {
+            found.push(file);
+        }
+    }
+    found.sort();
+    Ok(found)
 }

@@ -3,7 +3,7 @@
 use super::analyze::{Analysed, analyse};
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
-use super::score::all_logs;
+use super::source::all_logs;
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::coverage::Coverage;

@@ -64,10 +64,14 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
     if let Some(file) = places.iter().find(|file| file.is_file()) {
         return read_scene(file);
     }
-    let wanted = places.map(|file| file.display().to_string());
-    let message = format!("the log has no scene beside it: found neither {}", wanted.join(" nor "));
-    Err(InputError::new(log.display().to_string(), message)
-        .help("name the scene with --scene, or a binding with --binding"))
+    let help = "name the scene with --scene, or a binding with --binding";
+    if log == Path::new("-") {
+        return Err(InputError::new("standard input", "carries no scene").help(help));
+    }
+    let mut wanted = places.map(|file| format!("`{}`", file.display())).to_vec();
+    wanted.dedup();
+    let message = format!("the log has no scene beside it, wanted {}", wanted.join(" or "));
+    Err(InputError::new(log.display().to_string(), message).help(help))
 }
 
 /// Reads a scene file.

@@ -257,7 +257,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["segments"][1]["tips"][1]["finger"] = "thumb".into(), &["the finger thumb twice"]);
     check(
         &|task| task["segments"][1]["object"][3][0] = 1e6.into(),
-        &["segment 2", "the number 1e6, wanted one of at most 100 m"],
+        &["segment 2", "the number 1000000, wanted one of at most 100 m"],
     );
     check(&|task| task["segments"][1]["object"][3][3] = 0.3.into(), &["a quaternion of length", "wanted 1"]);
     check(&|task| task["grasps"][0]["contacts"] = Value::Array(vec![]), &["grasp 1 has no contacts"]);
@@ -267,7 +267,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
         &["a contact of thumb", "normal of length 0.000"],
     );
     let far = |task: &mut Value| task["grasps"][0]["contacts"][0]["point"][0] = (-1000.0).into();
-    check(&far, &["grasp 1 has a contact of thumb", "-1e3", "at most 10 m"]);
+    check(&far, &["grasp 1 has a contact of thumb", "-1000", "at most 10 m"]);
     let still = || Value::from(vec![0.0; 7]);
     check(&|task| task["grasps"][0]["mapped"]["object_from_palm"] = still(), &["`object_from_palm`", "length 0.000"]);
 }

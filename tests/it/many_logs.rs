@@ -125,3 +125,20 @@ fn many_logs_are_told_as_one_by_one() {
     let (found, wrong): (Vec<String>, Vec<String>) = alone.into_iter().unzip();
     assert_eq!(analyze(&logs), (found.concat(), wrong.concat()));
 }
+
+#[test]
+fn a_folder_of_recordings_is_told_as_its_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), args);
+        (said(&output), complained(&output))
+    };
+    run(&["teach", "stamp", "stamp", "--seeds", "1..2", "-o", "people"]);
+    formats::write(&taught("pick_and_place", 3), &folder.path().join("people/other.parquet")).unwrap();
+    let logs = ["people/other.parquet", "people/stamp_0001.csv", "people/stamp_0002.csv"];
+    let all = run(&["analyze", "people", "--format", "json"]);
+    assert_eq!(all, run(&[&["analyze", "--format", "json"], &logs[..]].concat()));
+    assert_eq!(all.0.matches("teachtree.analysis/1").count(), 3);
+    // A report is of one recording.
+    assert!(run(&["analyze", "people", "--report", "page.html"]).1.contains("found several"));
+}

@@ -62,7 +62,7 @@ impl Resolver {
         let mut whole = true;
         let settle = tree.settle.as_ref().and_then(|settle| {
             let settle = self.constant(settle, Some(Dimension::TIME), Scope::NOBODY)?;
-            self.want_positive(&settle)?;
+            self.want_duration(&settle)?;
             Some(settle)
         });
         let choices = self.tree_choices(&tree.choices, scope, &mut whole);

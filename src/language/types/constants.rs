@@ -3,11 +3,15 @@
 use super::{Scope, describe};
 use crate::base::channels::Shape;
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::resolve::Resolver;
 use crate::language::rules::{Constant, Expr, ExprKind, ParamId};
 use crate::language::syntax;
+
+/// Nothing is remembered or looked ahead for longer, s.
+const LONGEST_S: f64 = 3600.0;
 
 impl Resolver {
     /// A constant scalar, of this dimension when one is wanted.
@@ -80,14 +84,16 @@ impl Resolver {
         None
     }
 
-    /// Reports a duration that is no time ahead.
-    pub fn want_positive(&mut self, duration: &Constant) -> Option<()> {
-        if duration.value > 0.0 {
-            return Some(());
-        }
+    /// Reports a duration that is no time ahead, or longer than what is remembered.
+    pub fn want_duration(&mut self, duration: &Constant) -> Option<()> {
+        let wanted = match duration.value {
+            short if short <= 0.0 => "a duration is longer than nothing",
+            long if long > LONGEST_S => "a duration is at most an hour",
+            _ => return Some(()),
+        };
         self.report(
-            Diagnostic::error(codes::OUT_OF_RANGE, "a duration is longer than nothing")
-                .at(duration.span, format!("this is {} s", duration.value)),
+            Diagnostic::error(codes::OUT_OF_RANGE, wanted)
+                .at(duration.span, format!("this is {} s", Shown(duration.value))),
         );
         None
     }

@@ -190,7 +190,7 @@ impl Resolver {
         let duration = self.constant(duration, Some(Dimension::TIME), scope);
         let (value, duration) = (value?, duration?);
         self.want_number(&value, "`rate` watches")?;
-        self.want_positive(&duration)?;
+        self.want_duration(&duration)?;
         let dimension = self.carried(value.ty.dimension.over(Dimension::TIME), span)?;
         let ty = Type { dimension, ..value.ty };
         Some(Expr { kind: ExprKind::Rate(Box::new(value), duration), ty, span })

@@ -124,7 +124,7 @@ impl Resolver {
                 let duration = self.constant(duration, Some(Dimension::TIME), scope);
                 let (condition, duration) = (condition?, duration?);
                 self.want_bool(&condition, "a window watches")?;
-                self.want_positive(&duration)?;
+                self.want_duration(&duration)?;
                 let ty = condition.ty;
                 made(ExprKind::Window(*window, Box::new(condition), duration), ty)
             }
