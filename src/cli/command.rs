@@ -5,12 +5,15 @@ use super::rules::{RuleArgs, load};
 use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
 use crate::base::scene::Scene;
 use crate::command::{self, Commands};
 use crate::robot::{self, Robot};
 use crate::stream;
 use crate::stream::text;
+use nalgebra::Vector3;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -20,7 +23,7 @@ use std::path::{Path, PathBuf};
   teachtree command demonstration.csv --robot both_hands -o commands.json
   teachtree command demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv
 
-A grasp that the robot's hand cannot take is told, and the commands are written all the same: ways, forces and the other grasps are sound. Exit status 1 then, and where no task was found; `simulate` refuses such commands.")]
+A grasp that the robot's hand cannot take is told, and the commands are written all the same: ways, forces and the other grasps are sound. Exit status 1 then; `simulate` refuses such commands. Where no task was found nothing is written, exit status 1 too.")]
 pub struct Args {
     /// A recording of any format
     #[arg(value_name = "LOG")]
@@ -59,22 +62,48 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rules = load(&args.rules, &opened)?;
     let analysed = analyse(&rules, &opened, None, Vec::new())?;
     let mut commands = command::commands(&opened.trusted()?, &analysed.analysis, &analysed.meta.log)?;
+    if commands.tasks.is_empty() {
+        output::print(
+            "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
+        )?;
+        return Err(Failure::No);
+    }
     robot::map(&mut commands, &robot, &opened.recording.scene)?;
     let text = match args.format {
         Format::Json => commands.json()?,
         Format::Csv => command::csv::csv(&commands)?,
     };
     output::write(&args.out, &text, &inputs)?;
-    if commands.tasks.is_empty() {
-        output::print("no task was found with an object that fingers touch: nothing is commanded\n")?;
-    }
     output::print(&summary(&commands))?;
+    output::print(&too_hard(&commands, &robot))?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
     if infeasible {
         output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
     }
-    if infeasible || commands.tasks.is_empty() { Err(Failure::No) } else { Ok(()) }
+    if infeasible { Err(Failure::No) } else { Ok(()) }
+}
+
+/// Fingers of which more is asked than they give.
+fn too_hard(commands: &Commands, robot: &Robot) -> String {
+    let mut text = String::new();
+    for (number, task) in commands.tasks.iter().enumerate() {
+        let Some(hand) = Side::from_name(&task.track).and_then(|side| robot.hands.get(&side)) else { continue };
+        let mut asked: BTreeMap<&str, f64> = BTreeMap::new();
+        for tip in task.segments.iter().filter(|segment| segment.touching).flat_map(|segment| &segment.tips) {
+            let hardest = tip.force.iter().map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
+            let most = asked.entry(&tip.finger).or_default();
+            *most = most.max(hardest);
+        }
+        for (finger, asked) in asked {
+            let gives = Finger::from_name(finger).and_then(|finger| hand.finger(finger)).map(|finger| finger.force);
+            if let Some(gives) = gives.filter(|gives| asked > *gives) {
+                let of = format!("task {} asks the {} {finger} for {asked:.2} N", number + 1, task.track);
+                let _ = writeln!(text, "warning: {of}, which gives {gives:.2} N at most");
+            }
+        }
+    }
+    text
 }
 
 /// The robot of this name, or in this file, with all the files that it was read from.

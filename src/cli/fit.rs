@@ -5,8 +5,8 @@ mod run;
 
 use super::progress::Progress;
 use super::rules::{RuleArgs, load, request};
-use super::source::all_logs;
 use super::source::SourceArgs;
+use super::source::all_logs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use crate::analysis::fit::{self, Fit, Knob, MIN_LOGS, Space, Verdict, Worths};

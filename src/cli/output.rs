@@ -20,15 +20,15 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
     whole::write(path, |out| out.write_all(text.as_bytes()))
 }
 
-/// Refuses a place for a recording where it, or what stands beside it, would replace a file that the command reads. Asked before the work is
-/// done.
+/// Refuses a place for a recording where it, or what stands beside it, would replace a file that the command reads: a scene, commands, a robot, no log.
+/// Asked before the work is done.
 ///
 /// # Errors
 /// When it would.
 #[cfg(feature = "world")]
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     formats::check_name(path)?;
-    of_recording(path).iter().try_for_each(|file| refuse_inputs(file, inputs))
+    of_recording(path).iter().try_for_each(|file| refuse(file, inputs, &is_at))
 }
 
 /// The files that a recording at this place consists of.
@@ -66,11 +66,21 @@ const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
 /// # Errors
 /// When it is.
 pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
+    let is_beside = |input: &Path, place: &Path| {
+        is_at(input, place) || BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_at(&file, place))
+    };
+    refuse(path, inputs, &is_beside)
+}
+
+/// Whether a file is the one at a canonical place.
+fn is_at(file: &Path, place: &Path) -> bool {
+    std::fs::canonicalize(file).is_ok_and(|file| file == place)
+}
+
+fn refuse(path: &Path, inputs: &[&Path], would_be_lost: &dyn Fn(&Path, &Path) -> bool) -> Result<(), InputError> {
     let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
-    let is_place = |file: &Path| std::fs::canonicalize(file).is_ok_and(|file| file == place);
-    let is_beside = |input: &Path| BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_place(&file));
     // The name of something shipped is no file, and nothing stands beside it.
-    if inputs.iter().any(|input| input.exists() && (is_place(input) || is_beside(input))) {
+    if inputs.iter().any(|input| input.exists() && would_be_lost(input, &place)) {
         let message = "is an input of this command and would be lost";
         return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }

@@ -44,6 +44,11 @@ pub struct Args {
     report: Option<PathBuf>,
 }
 
+/// What leans by more than this is told to, and to have fallen over from this on, rad; what moves faster than this, m/s, still moves.
+const LEANING_RAD: f64 = 0.05;
+const FALLEN_RAD: f64 = 0.8;
+const MOVING_M_S: f64 = 0.01;
+
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
@@ -143,9 +148,10 @@ pub fn told(outcomes: &[Outcome]) -> String {
             Some(fell_s) => writeln!(text, "fell off after {fell_s:.1} s"),
             None => writeln!(
                 text,
-                "is {:.1} mm and {:.1} degrees from where the person left it",
+                "is {:.1} mm and {:.1} degrees from where the person left it{}",
                 Shown(outcome.off * 1e3),
-                outcome.turned.to_degrees()
+                outcome.turned.to_degrees(),
+                how_it_is(outcome)
             ),
         };
         let _ = writeln!(
@@ -159,6 +165,23 @@ pub fn told(outcomes: &[Outcome]) -> String {
             let _ = writeln!(text, "         {searched}");
         }
         text += &told_forces(&outcome.forces);
+    }
+    text
+}
+
+/// How an object is that is not where the person left it.
+fn how_it_is(outcome: &Outcome) -> String {
+    if outcome.done {
+        return String::new();
+    }
+    let mut text = String::new();
+    if outcome.leaning > FALLEN_RAD {
+        text += ", fallen over";
+    } else if outcome.leaning > LEANING_RAD {
+        let _ = write!(text, ", leaning by {:.0} degrees", outcome.leaning.to_degrees());
+    }
+    if outcome.speed > MOVING_M_S {
+        let _ = write!(text, ", still moving at {:.0} mm/s", outcome.speed * 1e3);
     }
     text
 }

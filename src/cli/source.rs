@@ -31,12 +31,23 @@ pub fn is_yaml(name: &str) -> bool {
 /// An error about a scene of this name, or in this file, at its line there: where no file is known its place is keys, `bodies.cube.mass`.
 pub fn in_scene(name: &str, error: InputError) -> InputError {
     let of_scene = ["bodies", "hands"].contains(&error.place.split('.').next().unwrap_or_default());
-    if !of_scene || !is_yaml(name) {
-        return error;
+    if of_scene { in_yaml(name, error) } else { error }
+}
+
+/// An error about the operator of this name, or in this file, at its line there: "operator `lift`, hands.right.steps.3".
+#[cfg(feature = "world")]
+pub fn in_operator(name: &str, error: InputError) -> InputError {
+    match error.place.strip_prefix("operator `").and_then(|place| place.split_once("`, ")) {
+        Some((_, keys)) => in_yaml(name, InputError { place: keys.into(), ..error }),
+        None => error,
     }
+}
+
+/// An error whose place is keys, at its line in this file; as it is where there is no file.
+fn in_yaml(name: &str, error: InputError) -> InputError {
     match text::read(Path::new(name), yaml::MAX_BYTES as u64) {
-        Ok(text) => yaml::located(error, &text, name),
-        Err(_) => error,
+        Ok(text) if is_yaml(name) => yaml::located(error, &text, name),
+        _ => error,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::command::open_robot;
 use super::progress::Progress;
-use super::source::{in_scene, is_yaml};
+use super::source::{in_operator, in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::{Event, Recording};
@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         operator = operator.with_hands(robot.hands_scale());
     }
     let in_its_file = |failure: Failure| match failure {
-        Failure::Input(error) => in_scene(&args.scene, error).into(),
+        Failure::Input(error) => in_operator(&args.operator, in_scene(&args.scene, error)).into(),
         other => other,
     };
     if let Some((first, last)) = args.seeds {

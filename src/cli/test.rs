@@ -3,8 +3,8 @@
 use super::analyze::{Analysed, analyse};
 use super::progress::Progress;
 use super::rules::{RuleArgs, load};
-use super::source::all_logs;
 use super::source::SourceArgs;
+use super::source::all_logs;
 use super::{Failure, output};
 use crate::analysis::coverage::Coverage;
 use crate::analysis::expect::{self, Expectation};

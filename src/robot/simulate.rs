@@ -54,6 +54,10 @@ pub struct Outcome {
     pub off: f64,
     /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
     pub turned: f64,
+    /// How far it leans from how it stood there, rad.
+    pub leaning: f64,
+    /// How fast it still moves when it is looked at, m/s.
+    pub speed: f64,
     /// The largest distance of the palm from where it was to be, m.
     pub palm_error: f64,
     /// The largest force of a fingertip, N.
@@ -379,12 +383,15 @@ impl Tally {
             }
             _ => end.rotation.angle_to(&wanted.rotation),
         };
+        let up = wanted.rotation.inverse() * Vector3::z();
         Outcome {
             task: task.task.clone(),
             side: by.doer.side,
             object: task.object.clone(),
             off,
             turned,
+            leaning: (end.rotation * up).angle(&Vector3::z()),
+            speed: seen.bodies[body].velocity.norm(),
             palm_error: self.palm_error,
             largest_force: self.largest_force,
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),

@@ -529,3 +529,63 @@ fn what_both_hands_hold_is_put_together_along_the_axis() {
     assert!(farthest < 0.0015, "{farthest} m beside the pole");
     assert!(askew < 3.0_f64.to_radians(), "{askew} rad askew");
 }
+
+/// A recording may be taught again in its place, also when its scene and operator are called like it; and mistakes of a script are told at their line.
+#[test]
+fn a_recording_is_taught_again_in_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes");
+    let script = std::fs::read_to_string(scenes.join("stamp.operator.yaml")).unwrap();
+    std::fs::copy(scenes.join("stamp.yaml"), path("mine.yaml")).unwrap();
+    std::fs::write(path("mine.operator.yaml"), &script).unwrap();
+    let (scene, operator, log) = (path("mine.yaml"), path("mine.operator.yaml"), path("mine.csv"));
+    for _ in 0..2 {
+        let taught = teachtree(&["teach", &scene, &operator, "-o", &log]);
+        assert!(taught.status.success(), "{}", complained(&taught));
+    }
+    // What it is simulated from, and the scene that it reads, are not to be lost.
+    let lost = teachtree(&["teach", &path("mine.scene.yaml"), &operator, "-o", &log]);
+    assert!(complained(&lost).contains("mine.scene.yaml: is an input of this command"), "{}", complained(&lost));
+
+    let line = script.lines().position(|line| line.contains("close: {")).unwrap();
+    let wrong = script.lines().enumerate().map(|(at, text)| match at == line {
+        true => "      - {close: {force: 30 N}}\n".into(),
+        false => format!("{text}\n"),
+    });
+    std::fs::write(&operator, wrong.collect::<String>()).unwrap();
+    let told = complained(&teachtree(&["teach", &scene, &operator, "-o", &log]));
+    let place = format!("mine.operator.yaml:{}:", line + 1);
+    assert!(told.contains(&place) && told.contains("has force 30 N, wanted more than 0 and at most 5 N"), "{told}");
+}
+
+/// What a hand cannot give is told before it is tried; where there is nothing to command, what was commanded before is left.
+#[test]
+fn commands_that_ask_too_much_or_nothing_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let robots = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
+    let hand = std::fs::read_to_string(robots.join("gifu_hand_iii_right.yaml")).unwrap();
+    let weak = hand.replace("force: 4 N", "force: 0.5 N");
+    assert_ne!(hand, weak);
+    std::fs::write(path("weak.yaml"), weak).unwrap();
+    let (log, out) = (path("log.csv"), path("commands.json"));
+    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    let commanded = |robot: &str| {
+        let done = teachtree(&["command", &log, "--robot", robot, "-o", &out]);
+        (done.status.code(), String::from_utf8(done.stdout).unwrap())
+    };
+    let (code, told) = commanded(&path("weak.yaml"));
+    assert!(
+        told.contains("warning: task 1 asks the right thumb for") && told.contains("which gives 0.50 N at most"),
+        "{told}"
+    );
+    assert_eq!(code, Some(0));
+    assert!(!commanded("gifu_hand_iii_right").1.contains("warning"));
+
+    let kept = std::fs::read_to_string(&out).unwrap();
+    assert!(teachtree(&["teach", "no_task", "no_task", "-o", &log]).status.success());
+    let (code, told) = commanded("gifu_hand_iii_right");
+    assert!(told.contains("nothing is commanded, and nothing written"), "{told}");
+    assert_eq!((code, std::fs::read_to_string(&out).unwrap()), (Some(1), kept));
+}

@@ -33,15 +33,15 @@ impl<'a> Performer<'a> {
         match goal {
             Goal::Reach(reach) => {
                 Held::new(&reach.grip, self.scene, self.operator, self.hand, world)?;
-                positive("speed", reach.speed.0, 5.0)?;
+                positive("speed", reach.speed.0, 5.0, "m/s")?;
             }
             Goal::Close(close) => {
-                positive("speed", close.speed.0, 1.0)?;
-                positive("force", close.force.0, TouchLaw::default().ceiling)?;
+                positive("speed", close.speed.0, 1.0, "m/s")?;
+                positive("force", close.force.0, TouchLaw::default().ceiling, "N")?;
             }
             Goal::Carry(carry) => {
-                positive("speed", carry.speed.0, 5.0)?;
-                positive("distance", carry.distance.0, 10.0)?;
+                positive("speed", carry.speed.0, 5.0, "m/s")?;
+                positive("distance", carry.distance.0, 10.0, "m")?;
                 direction("along", carry.along)?;
                 if let Some(until) = &carry.until {
                     body(self.scene, &until.contact)?;
@@ -51,30 +51,30 @@ impl<'a> Performer<'a> {
                     body(self.scene, &press.against)?;
                 }
             }
-            Goal::Bring(bring) => positive("speed", bring.speed.0, 5.0)?,
+            Goal::Bring(bring) => positive("speed", bring.speed.0, 5.0, "m/s")?,
             Goal::Insert(insert) => {
-                positive("speed", insert.speed.0, 1.0)?;
-                positive("depth", insert.depth.0, 1.0)?;
+                positive("speed", insert.speed.0, 1.0, "m/s")?;
+                positive("depth", insert.depth.0, 1.0, "m")?;
                 self.place(&insert.socket)?;
             }
             Goal::Withdraw(withdraw) => {
-                positive("speed", withdraw.speed.0, 1.0)?;
-                positive("above", withdraw.above.0, 1.0)?;
+                positive("speed", withdraw.speed.0, 1.0, "m/s")?;
+                positive("above", withdraw.above.0, 1.0, "m")?;
                 self.place(&withdraw.socket)?;
             }
             Goal::Turn(turn) => {
-                positive("speed", turn.speed.0, 20.0)?;
-                positive("angle (or its opposite)", turn.angle.0.abs(), 6.0)?;
+                positive("speed", turn.speed.0, 20.0, "rad/s")?;
+                positive("angle (or its opposite)", turn.angle.0.abs(), 6.0, "rad")?;
             }
             Goal::Press(press) => {
                 direction("toward", press.toward)?;
-                positive("force", press.force.0, 20.0)?;
-                positive("time", press.time.0, 60.0)?;
-                positive("distance", press.distance.0, 10.0)?;
+                positive("force", press.force.0, 20.0, "N")?;
+                positive("time", press.time.0, 60.0, "s")?;
+                positive("distance", press.distance.0, 10.0, "m")?;
             }
-            Goal::Open(open) => positive("speed", open.speed.0, 1.0)?,
-            Goal::Hold(time) => positive("hold", time.0, 60.0)?,
-            Goal::Slip(slip) => positive("distance", slip.distance.0, 10.0)?,
+            Goal::Open(open) => positive("speed", open.speed.0, 1.0, "m/s")?,
+            Goal::Hold(time) => positive("hold", time.0, 60.0, "s")?,
+            Goal::Slip(slip) => positive("distance", slip.distance.0, 10.0, "m")?,
             Goal::Wait(phase) => self.phase_of_other(phase)?,
             Goal::Together(together) => {
                 if !(0.0..=1.5).contains(&together.share) {
@@ -82,11 +82,11 @@ impl<'a> Performer<'a> {
                 }
                 if together.force.0 != 0.0 {
                     direction("toward", together.toward)?;
-                    positive("force", together.force.0, 20.0)?;
+                    positive("force", together.force.0, 20.0, "N")?;
                 }
                 match (&together.until, together.time) {
                     (Some(phase), None) => self.phase_of_other(phase)?,
-                    (None, Some(time)) => positive("time", time.0, 60.0)?,
+                    (None, Some(time)) => positive("time", time.0, 60.0, "s")?,
                     _ => return Err(refused("goes together without an end, wanted one of `until` and `time`".into())),
                 }
             }
@@ -379,11 +379,11 @@ impl<'a> Performer<'a> {
     }
 }
 
-fn positive(what: &str, value: f64, most: f64) -> Result<(), InputError> {
+fn positive(what: &str, value: f64, most: f64, unit: &str) -> Result<(), InputError> {
     if value > 0.0 && value <= most {
         return Ok(());
     }
-    Err(refused(format!("has {what} {} (SI), wanted more than 0 and at most {most}", Shown(value))))
+    Err(refused(format!("has {what} {} {unit}, wanted more than 0 and at most {most} {unit}", Shown(value))))
 }
 
 fn direction(what: &str, vector: [f64; 3]) -> Result<Vector3<f64>, InputError> {

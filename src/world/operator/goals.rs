@@ -19,6 +19,8 @@ pub struct Step {
     pub incident: Option<Incident>,
     /// Whether an incident added it.
     pub added: bool,
+    /// Its number in the script as it is written, from 0.
+    pub written: usize,
 }
 
 /// What a hand can be told to do.
@@ -272,9 +274,11 @@ impl TryFrom<Vec<StepText>> for Steps {
 
     fn try_from(texts: Vec<StepText>) -> Result<Self, String> {
         let mut steps = Vec::with_capacity(texts.len());
-        for text in texts {
+        for (written, text) in texts.into_iter().enumerate() {
             let before = steps.len();
             text.write_out(&mut steps)?;
+            // What is repeated is found where the repetition stands.
+            steps[before..].iter_mut().for_each(|step| step.written = written);
             if steps.len() > MAX_STEPS {
                 return Err(format!("more than {MAX_STEPS} steps, {} of them in one repetition", steps.len() - before));
             }
@@ -304,7 +308,9 @@ impl StepText {
         ];
         let mut goals = goals.into_iter().flatten();
         match (goals.next(), goals.next(), self.repeat) {
-            (Some(goal), None, None) => steps.push(Step { phase: self.phase, goal, incident: None, added: false }),
+            (Some(goal), None, None) => {
+                steps.push(Step { phase: self.phase, goal, incident: None, added: false, written: 0 })
+            }
             (None, _, Some(Repeat { times, steps: Steps(repeated) })) => {
                 if times.saturating_mul(repeated.len()) > MAX_STEPS {
                     return Err(format!("{times} times {} steps, wanted at most {MAX_STEPS} in all", repeated.len()));

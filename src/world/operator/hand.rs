@@ -117,12 +117,12 @@ impl<'a> Performer<'a> {
         world: &World,
         seed: u64,
     ) -> Result<Self, InputError> {
-        let place = format!("operator `{}`, {side} hand", operator.name);
+        let keys = format!("operator `{}`, hands.{side}", operator.name);
         let (index, _, hand) = scene
             .hands
             .get_full(&side)
-            .ok_or_else(|| InputError::new(&place, format!("has a script, but the scene has no {side} hand")))?;
-        let at = |error: InputError, what: String| InputError { place: format!("{place}, {what}"), ..error };
+            .ok_or_else(|| InputError::new(&keys, format!("has a script, but the scene has no {side} hand")))?;
+        let at = |error: InputError, what: String| InputError { place: format!("{keys}.{what}"), ..error };
         let grip =
             Held::new(&script.start.grip, scene, operator, hand, world).map_err(|error| at(error, "start".into()))?;
         let variation = &operator.variation;
@@ -153,8 +153,8 @@ impl<'a> Performer<'a> {
             empty: 0.0,
             retries: 0,
         };
-        for (number, step) in script.steps.iter().enumerate() {
-            performer.check(&step.goal, world).map_err(|error| at(error, format!("step {}", number + 1)))?;
+        for step in &script.steps {
+            performer.check(&step.goal, world).map_err(|error| at(error, format!("steps.{}", step.written)))?;
         }
         let grip = performer.grip.clone();
         (performer.palm, performer.tips) = performer.posture(&grip, &script.start, world);

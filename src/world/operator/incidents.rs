@@ -274,7 +274,8 @@ impl Told<'_> {
     /// Puts steps before the step `at`; the first of them is known as the incident.
     fn insert(&mut self, at: usize, incident: Incident, goals: Vec<Goal>) {
         let mut first = Some(incident);
-        let steps = goals.into_iter().map(|goal| Step { phase: None, goal, incident: first.take(), added: true });
+        let added = |goal| Step { phase: None, goal, incident: first.take(), added: true, written: 0 };
+        let steps = goals.into_iter().map(added);
         let at = at.min(self.steps.len());
         self.steps.splice(at..at, steps);
     }
