@@ -7,6 +7,7 @@
 
 use super::convert;
 use super::moving::Moving;
+use super::rolling;
 use super::shapes::{Room, Solid, isometry};
 use crate::base::error::InputError;
 use crate::base::scene::{Role, Scene};
@@ -14,7 +15,7 @@ use crate::base::shown::Shown;
 use nalgebra::{Isometry3, Point3, Vector3};
 use parry3d::mass_properties::MassProperties;
 use rapier3d::dynamics::{FrictionModel, RigidBodyBuilder, RigidBodyHandle};
-use rapier3d::geometry::{ColliderBuilder, ContactManifold};
+use rapier3d::geometry::{ColliderBuilder, ContactManifold, NarrowPhase};
 use rapier3d::pipeline::PhysicsWorld;
 
 /// No scene may have more bodies.
@@ -82,6 +83,7 @@ impl Bodies {
             return Err(InputError::new("bodies", message));
         }
         let mut physics = PhysicsWorld::new();
+        physics.narrow_phase = NarrowPhase::with_query_dispatcher(rolling::dispatcher());
         // Point masses have no weight: weights are among the forces that we hand over.
         physics.gravity = convert::vector(Vector3::zeros());
         let gravity = Vector3::from(scene.gravity.map(|part| part.0));

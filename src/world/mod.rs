@@ -7,6 +7,7 @@ mod bodies;
 mod convert;
 mod moving;
 mod operator;
+mod rolling;
 mod shapes;
 pub mod shipped;
 mod simulation;
