@@ -5,6 +5,7 @@ mod bindings;
 mod convex;
 mod derived;
 mod formats;
+mod jumps;
 mod never_panics;
 mod robosuite;
 mod round_trip;

@@ -14,7 +14,7 @@ use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
 use crate::stream::csv::{self, Clock, Read};
 use crate::stream::table::{Source, Table, Want};
-use crate::stream::{dead, inspect, names};
+use crate::stream::{dead, inspect, jumps, names};
 use indexmap::IndexMap;
 
 /// One canonical column and what it is made of.
@@ -68,6 +68,8 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
         *stamp += binding.time_offset.0;
     }
+    // Before anything is computed from their neighbours.
+    read.issues.extend(jumps::take_out(&mut read.recording));
     let shifted = sensors::shift(&mut read.recording, file)?;
     match binding.resample {
         Some(rate) => {
