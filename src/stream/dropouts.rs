@@ -18,11 +18,11 @@ use std::ops::Range;
 /// The longest drop-out that is bridged, s.
 pub const BRIDGED_SECS: f64 = 0.020;
 /// A value of a canonical channel beyond this, in SI, was not measured: no hand is so far away, so strong or so fast.
-const LARGEST: f64 = 1e6;
+pub(super) const LARGEST: f64 = 1e6;
 /// A value of any other column beyond this: what is computed from it would overflow.
 const LARGEST_OF_ANY: f64 = 1e12;
 /// A quaternion shorter than this has no direction.
-const NO_ROTATION: f64 = 1e-3;
+pub(super) const NO_ROTATION: f64 = 1e-3;
 /// How far the length of a quaternion may be from one.
 const UNIT_WITHIN: f64 = 0.05;
 /// Intervals told one by one for a channel; more are summed up.

@@ -13,6 +13,7 @@ use super::derive::{self, ANCHOR, Told, tare};
 use super::dropouts;
 use super::formats;
 use super::frames::{Frames, Issue, Layout};
+use super::jumps::Jumps;
 use super::measured::{Columns, Measured, Window, span, whole_vectors};
 use super::missing;
 use super::names;
@@ -305,13 +306,14 @@ impl Held {
     }
 }
 
-/// Whether every sample of a log was measured, and no sensor may be dead.
+/// Whether every sample of a log was measured and can be, and no sensor may be dead.
 struct Plain {
     /// The largest value of each column, and whether it is a flag.
     bounds: Vec<(f64, bool)>,
     /// The columns of each rotation.
     rotations: Vec<[usize; 4]>,
     repeats: Vec<([usize; 3], Repeats)>,
+    jumps: Vec<(Vec<usize>, Jumps)>,
 }
 
 impl Plain {
@@ -333,7 +335,13 @@ impl Plain {
             let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{channel}.{letter}")));
             Some(([x?, y?, z?], repeats))
         });
-        Self { bounds, rotations, repeats: repeated.collect() }
+        let jumps = channels.iter().filter_map(|channel| {
+            let (shape, ..) = names::channel(channel)?;
+            let parts: Option<_> =
+                shape.components().iter().map(|letter| place(format!("{channel}.{letter}"))).collect();
+            Some((parts?, Jumps::of(channel)?))
+        });
+        Self { bounds, rotations, repeats: repeated.collect(), jumps: jumps.collect() }
     }
 
     /// Looks at a block; whether it is plain.
@@ -348,6 +356,10 @@ impl Plain {
         bounded
             && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
             && self.repeats.iter_mut().all(|(parts, repeats)| repeats.look(&block.time, parts.map(column)))
+            && self
+                .jumps
+                .iter_mut()
+                .all(|(parts, jumps)| jumps.look(&block.time, &parts.iter().map(|at| column(*at)).collect::<Vec<_>>()))
     }
 
     fn finish(&self, rows: usize) -> bool {

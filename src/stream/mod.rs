@@ -10,6 +10,7 @@ pub mod flow;
 pub mod formats;
 pub mod frames;
 pub mod inspect;
+mod jumps;
 pub mod labels;
 mod measured;
 mod missing;

@@ -5,6 +5,7 @@ use super::csv;
 use super::derive;
 use super::formats;
 use super::frames::{Frames, Issue};
+use super::jumps;
 use super::missing;
 use super::table::Source;
 use crate::base::channels::ChannelSpec;
@@ -62,6 +63,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     let Some(binding) = &request.binding else {
         let csv::Read { mut recording, mut issues, row_time } =
             csv::read_source(source, &log, request.scene.as_deref())?;
+        issues.extend(jumps::take_out(&mut recording));
         issues.extend(missing::put_back(&mut recording));
         let (params, trust, slips) = (vec![], vec![], vec![]);
         return Ok(Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips });

@@ -78,7 +78,13 @@ fn what_is_not_plain_is_in_memory() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.parquet");
     let plain = taught("pick_and_place", 1);
-    let changes: [fn(&mut Recording); 4] = [
+    let changes: [fn(&mut Recording); 6] = [
+        |log| log.columns["right.thumb.position.x"].values[700] += 0.3,
+        |log| {
+            ["right.thumb.force.x", "box.position.z"]
+                .iter()
+                .for_each(|name| log.columns[*name].values[700..702].fill(800.0))
+        },
         |log| log.columns["right.thumb.position.x"].values[700] = f64::NAN,
         |log| log.columns["right.thumb.force.x"].values[700] = 1e7,
         |log| {

@@ -5,6 +5,8 @@ mod bindings;
 mod convex;
 mod derived;
 mod formats;
+mod implausible;
+mod jumps;
 mod never_panics;
 mod robosuite;
 mod round_trip;

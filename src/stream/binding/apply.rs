@@ -14,8 +14,9 @@ use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
 use crate::stream::csv::{self, Clock, Read};
 use crate::stream::table::{Source, Table, Want};
-use crate::stream::{dead, inspect, names};
+use crate::stream::{dead, inspect, jumps, names};
 use indexmap::IndexMap;
+use std::f64::consts::PI;
 
 /// One canonical column and what it is made of.
 struct Bound {
@@ -34,6 +35,11 @@ struct Term {
 }
 
 impl Term {
+    /// Whether an angle is taken for radians, be it as one of several that are averaged.
+    fn is_of_radians(&self) -> bool {
+        self.factor.abs() > 2.0 * (PI / 180.0)
+    }
+
     fn value(&self, number: f64) -> f64 {
         let value = number * self.factor;
         self.threshold.map_or(value, |threshold| threshold.flag(value))
@@ -68,6 +74,8 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
         *stamp += binding.time_offset.0;
     }
+    // Before anything is computed from their neighbours.
+    read.issues.extend(jumps::take_out(&mut read.recording));
     let shifted = sensors::shift(&mut read.recording, file)?;
     match binding.resample {
         Some(rate) => {
@@ -164,7 +172,12 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
         }
     }
     let rate = file.binding.rate.map(|rate| rate.0);
-    let Table { time, numbers, mut texts, issues, sheets, row_time } = source.read(&wants, rate)?;
+    let in_radians: Vec<String> = bound
+        .iter()
+        .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
+        .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
+        .collect();
+    let Table { time, numbers, mut texts, mut issues, sheets, row_time } = source.read(&wants, rate)?;
     let mut recording = Recording { time, ..Recording::default() };
     for bound in bound {
         let values = bound.values(&numbers, recording.time.len());
@@ -172,6 +185,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
             return Err(file.error("channels", format!("`{}` is bound twice", bound.name)));
         }
     }
+    issues.extend(in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
     rotations::to_quaternions(&mut recording);
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());

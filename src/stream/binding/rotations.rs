@@ -2,8 +2,56 @@
 
 use super::pattern::Form;
 use crate::base::recording::{Column, Recording};
+use crate::base::shown::Shown;
 use crate::base::units::Dimension;
+use crate::stream::frames::Issue;
+use crate::stream::measured::over_all;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use std::f64::consts::TAU;
+
+/// An angle beyond this is more than a turn, rad.
+const BEYOND: f64 = 1.1 * TAU;
+/// Turns may be counted, but nothing turns by more than this, rad, …
+const TURNED: f64 = 2.5;
+/// … in this time, s.
+const WITHIN: f64 = 0.1;
+
+/// Tells of a rotation whose angles, rad, are none: beyond a turn from the start on or suddenly, as degrees are. Turns that were counted come
+/// one after the other.
+pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
+    let time = &recording.time;
+    let columns = Form::Angles.components().iter().map(|letter| recording.columns.get(&format!("{channel}.{letter}")));
+    let columns: Vec<&Column> = columns.collect::<Option<_>>()?;
+    let measured = |column: &Column| -> Vec<(f64, f64)> {
+        let samples = time.iter().copied().zip(column.values.iter().copied());
+        samples.filter(|(_, value)| value.is_finite()).collect()
+    };
+    let is_odd = |column: &&Column| {
+        let samples = measured(column);
+        let starts = samples.first().is_some_and(|(_, value)| value.abs() > BEYOND);
+        let beyond = samples.iter().any(|(_, value)| value.abs() > BEYOND);
+        let mut from = 0;
+        let mut sudden = samples.iter().enumerate().skip(1).map(|(row, (at, value))| {
+            while from + 1 < row && samples.get(from).is_some_and(|(then, _)| at - then > WITHIN) {
+                from += 1;
+            }
+            let turned = samples
+                .get(from)
+                .map_or(0.0, |(then, before)| (value - before).abs() * WITHIN / (at - then).max(WITHIN));
+            turned > TURNED
+        });
+        starts || (beyond && sudden.any(|sudden| sudden))
+    };
+    if !columns.iter().any(is_odd) {
+        return None;
+    }
+    let largest = columns.iter().flat_map(|column| measured(column)).map(|(_, value)| value.abs()).fold(0.0, f64::max);
+    let message = format!(
+        "its angles are read as radians and the largest is {}, wanted within ±2π: are they degrees? Then say `[deg]` behind their columns",
+        Shown((largest * 1e2).round() / 1e2)
+    );
+    Some(over_all(time, "implausible_rotation", channel, message))
+}
 
 /// Replaces the columns of [`Form::Angles`] and [`Form::Matrix`] by those of a quaternion w x y z.
 pub fn to_quaternions(recording: &mut Recording) {

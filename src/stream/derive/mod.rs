@@ -6,6 +6,7 @@ mod balance;
 mod contacts;
 mod hands;
 mod motion;
+mod orders;
 mod plausible;
 mod raw;
 mod sockets;
@@ -64,6 +65,8 @@ pub struct Told {
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
     read: Vec<Issue>,
+    /// Of the first frame, once that was seen.
+    orders: Option<Vec<Issue>>,
     findings: plausible::Findings,
 }
 
@@ -73,6 +76,7 @@ impl Told {
         let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
         let mut issues: Vec<Issue> = self.unseen.iter().cloned().chain(far).collect();
         issues.extend(self.carried.iter().cloned());
+        issues.extend(self.orders.iter().flatten().cloned());
         issues.extend(plausible::told_signs(measured, &self.findings));
         issues.extend(self.read.iter().cloned());
         issues
@@ -84,6 +88,7 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
+    told.orders.get_or_insert_with(|| orders::swapped(measured));
     told.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
@@ -106,7 +111,9 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
         plausible::far_touches(measured, &motions, hand, &touches, &mut told.findings);
-        tracks.push(hands::track(measured, &motions, hand.side, &hand.fingers, &touches));
+        let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
+        plausible::pushes(measured, &motions, &hand.fingers, &track, &mut told.findings);
+        tracks.push(track);
         if read {
             touched.insert(hand.side, touches);
         }

@@ -4,9 +4,9 @@
 
 use super::contacts::{Contact, Contacts, TOUCH_ON};
 use super::hands::HandTrack;
-use super::motion::{Motion, vector};
+use super::motion::{ANCHOR, Motion, vector};
 use super::raw::Array;
-use crate::base::geometry::Solid;
+use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Body, Role};
 use crate::stream::frames::{HandLayout, Issue};
@@ -18,6 +18,12 @@ use std::collections::BTreeMap;
 const LASTS: f64 = 0.25;
 /// A fingertip that touches is not farther than this from every object, m.
 const REACH: f64 = 0.100;
+/// A force is along a surface's normal when at least this share of it is: less, and it may be friction.
+const ALONG: f64 = 0.5;
+/// A fingertip that is farther from the surface than this does not push on it, m.
+const NEAR: f64 = 0.030;
+/// How many times a second the push of a finger is looked at.
+const LOOKS: f64 = 25.0;
 /// Fingers that carry an object do not pull it down by more than this, N.
 const PULLS: f64 = 0.1;
 
@@ -38,6 +44,21 @@ pub struct Findings {
     far: BTreeMap<(Side, usize), Found>,
     hands: BTreeMap<Side, Found>,
     contacts: BTreeMap<(usize, usize), Found>,
+    pushes: BTreeMap<(Side, Finger), Push>,
+}
+
+/// What a finger does to the surface that it touches: how much it pulls, N, and of which force.
+#[derive(Default)]
+struct Push {
+    out: Found,
+    force: f64,
+}
+
+impl Push {
+    /// The share of the force that pulls; negative of a finger that pushes.
+    fn share(&self) -> f64 {
+        if self.force > 0.0 { self.out.sum / self.force } else { 0.0 }
+    }
 }
 
 impl Found {
@@ -179,6 +200,67 @@ pub fn wrong_signs(
     }
 }
 
+/// Every how many frames the push of a finger is looked at: a power of two, so that windows of a log have the same ones.
+fn every(measured: &Measured) -> usize {
+    let most = (measured.rate_hz / LOOKS).clamp(1.0, ANCHOR as f64) as usize;
+    if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
+}
+
+/// Finds how each finger of a hand pushes on what it touches, or pulls.
+pub fn pushes(measured: &Measured, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
+    let (step, side) = (every(measured), track.side);
+    let frames: Vec<usize> = match &measured.window {
+        Some(window) => window.core.clone().step_by(step).collect(),
+        None => measured.stretches.iter().flat_map(|stretch| stretch.clone().step_by(step)).collect(),
+    };
+    for finger in fingers.iter().filter(|finger| **finger != Finger::Palm) {
+        let channel = |quantity: &str| measured.vec3(&format!("{side}.{finger}.{quantity}"));
+        let (Some(tip), Some(force)) = (channel("position"), channel("force")) else { continue };
+        let found = findings.pushes.entry((side, *finger)).or_default();
+        for frame in frames.iter().copied().filter(|frame| track.touching.get(*frame) == Some(&true)) {
+            let force = vector(&force, frame);
+            let Some(target) = track.target.get(frame).copied().flatten().filter(|_| force.norm() > TOUCH_ON) else {
+                continue;
+            };
+            let Some(((_, body), motion)) = measured.scene.bodies.get_index(target).zip(motions.get(target)) else {
+                continue;
+            };
+            let pose = motion.pose(frame);
+            let at = pose.inverse_transform_point(&Point3::from(vector(&tip, frame)));
+            if surface_distance(body, &at).abs() > NEAR {
+                continue;
+            }
+            if let Some(normal) = face_normal(body, &at) {
+                found.out.add(measured, frame, force.dot(&(pose.rotation * normal)));
+                found.force += force.norm();
+            }
+        }
+    }
+}
+
+/// Tells of single fingers that pull what others of their hand push on.
+fn told_pulls(measured: &Measured, findings: &Findings) -> Vec<Issue> {
+    let mut issues = vec![];
+    for ((side, finger), found) in &findings.pushes {
+        let of_hand = || findings.pushes.iter().filter(|((its, _), _)| its == side).map(|(_, push)| push);
+        let pushed = of_hand().any(|other| other.share() < -ALONG);
+        let exchanged = of_hand().filter(|other| other.share() > ALONG).count() > 1;
+        let frames = found.out.frames as f64;
+        let mean = found.out.sum / frames.max(1.0);
+        let lasts = frames * every(measured) as f64 / measured.rate_hz >= LASTS;
+        if pushed && lasts && mean > PULLS && found.share() > ALONG {
+            let or_other = if exchanged { ", or is it the force of another finger?" } else { "" };
+            let message = format!(
+                "the finger pulls with {} N on what others of its hand push on: turn the sign of its force, which is the fingertip's on the \
+                 object{or_other}",
+                tenths(mean)
+            );
+            issues.push(found.out.issue("implausible_force", format!("{side}.{finger}.force"), message));
+        }
+    }
+    issues
+}
+
 /// Tells of forces whose sign was wrong.
 pub fn told_signs(measured: &Measured, findings: &Findings) -> Vec<Issue> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
@@ -205,6 +287,7 @@ pub fn told_signs(measured: &Measured, findings: &Findings) -> Vec<Issue> {
             issues.push(found.issue("implausible_force", channel, message));
         }
     }
+    issues.extend(told_pulls(measured, findings));
     issues
 }
 

@@ -1,0 +1,88 @@
+//! What a log says in another way than it is read: degrees, quaternions in another order, the force of one finger turned.
+
+use super::ask_contact;
+use teachtree::base::recording::Recording;
+use teachtree::stream::{OpenRequest, frames, open};
+use teachtree::world::{shipped, teach};
+
+fn taught(name: &str) -> Recording {
+    teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 1).unwrap()
+}
+
+/// What is told of this kind.
+fn told(recording: &Recording, kind: &str) -> Vec<String> {
+    let issues = frames(recording, &[ask_contact()]).unwrap().issues;
+    let of_kind = issues.into_iter().filter(|issue| issue.kind == kind);
+    of_kind.map(|issue| format!("{}: {}", issue.channel, issue.message)).collect()
+}
+
+#[test]
+fn a_quaternion_in_another_order_is_told() {
+    let plain = taught("pick_and_place");
+    assert_eq!(told(&plain, "implausible_rotation"), [""; 0]);
+    let mut said = vec![];
+    for order in [["x", "y", "z", "w"], ["z", "w", "x", "y"]] {
+        let mut log = plain.clone();
+        for body in ["box", "block"] {
+            let of = |letter: &str| plain.columns[&format!("{body}.rotation.{letter}")].values.clone();
+            for (column, holds) in ["w", "x", "y", "z"].into_iter().zip(order) {
+                log.columns[&format!("{body}.rotation.{column}")].values = of(holds);
+            }
+        }
+        said.push(told(&log, "implausible_rotation").join("\n"));
+    }
+    insta::assert_snapshot!(said.join("\n--\n"));
+    // One that lies otherwise than the scene has it, beside one that is there, is in the order of that.
+    let mut log = plain;
+    for (column, value) in [("w", 0.0), ("x", 0.0), ("y", 0.0), ("z", 1.0)] {
+        log.columns[&format!("block.rotation.{column}")].values.fill(value);
+    }
+    assert_eq!(told(&log, "implausible_rotation"), [""; 0]);
+}
+
+#[test]
+fn the_force_of_one_finger_that_is_turned_is_told() {
+    for name in shipped::names() {
+        let plain = taught(name);
+        assert_eq!(told(&plain, "implausible_force"), [""; 0], "{name}");
+    }
+    let mut log = taught("pick_and_place");
+    for axis in ["x", "y", "z"] {
+        log.columns[&format!("right.thumb.force.{axis}")].values.iter_mut().for_each(|value| *value = -*value);
+    }
+    insta::assert_snapshot!(told(&log, "implausible_force").join("\n"));
+}
+
+/// What a binding of this says of a log whose object is turned by an angle of time.
+fn angles(folder: &std::path::Path, unit: &str, angle: impl Fn(f64) -> f64) -> Vec<String> {
+    let (log, binding) = (folder.join("log.csv"), folder.join("binding.yaml"));
+    let row = |row: u32| {
+        let time = f64::from(row) / 100.0;
+        format!("{time},0,0,{},0,0,0,0,0,1\n", angle(time))
+    };
+    let rows: String = (0..400).map(row).collect();
+    std::fs::write(&log, format!("t,roll,pitch,yaw,x,y,z,fx,fy,fz\n{rows}")).unwrap();
+    let text = format!(
+        "time: t\nchannels:\n  right.thumb.position: <xyz>\n  right.thumb.force: f<xyz>\n  cube.rotation: <rpy=roll pitch yaw>{unit}\n\
+         scene:\n  bodies:\n    cube: {{role: object, radius: 60 mm}}\n"
+    );
+    std::fs::write(&binding, text).unwrap();
+    let opened = open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap();
+    opened.issues.iter().map(|issue| format!("{} {}: {}", issue.kind, issue.channel, issue.message)).collect()
+}
+
+#[test]
+fn degrees_that_are_read_as_radians_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    insta::assert_snapshot!(angles(folder, "", |_| 90.0).join("\n"));
+    // As a hand turns it, from nothing to 120 degrees in a second.
+    let turned = |time: f64| 120.0 * time.min(1.0);
+    assert_eq!(angles(folder, "", turned).len(), 1);
+    assert_eq!(angles(folder, "", |time| (170.0 + 10.0 * time) % 360.0 - 180.0).len(), 1);
+    assert_eq!(angles(folder, " [deg]", turned), [""; 0]);
+    assert_eq!(angles(folder, " [deg]", |time| 720.0 * time), [""; 0]);
+    // Turns that are counted.
+    assert_eq!(angles(folder, "", |time| 12.0 * time), [""; 0]);
+    assert_eq!(angles(folder, "", |time| (6.0 * time).sin() * 3.1), [""; 0]);
+}

@@ -1,0 +1,172 @@
+//! One bad sample does not ruin a log: what is out and back at once is taken as not measured, and nothing else is.
+
+use crate::program::{complained, said, teachtree_in};
+use std::path::Path;
+use teachtree::base::recording::Recording;
+use teachtree::stream::frames::Issue;
+use teachtree::stream::{OpenRequest, formats, open};
+use teachtree::world::{shipped, teach};
+
+type Change<'a> = &'a dyn Fn(&mut Recording);
+
+fn taught() -> Recording {
+    teach(&shipped::scene("pick_and_place").unwrap(), &shipped::operator("pick_and_place").unwrap(), 1).unwrap()
+}
+
+fn set(log: &mut Recording, column: &str, row: usize, value: f64) {
+    log.columns[column].values[row] = value;
+}
+
+fn add(log: &mut Recording, column: &str, row: usize, value: f64) {
+    log.columns[column].values[row] += value;
+}
+
+/// Every so many rows of a recording.
+fn slower(log: &mut Recording, every: usize) {
+    log.time = log.time.iter().copied().step_by(every).collect();
+    log.columns.values_mut().for_each(|column| column.values = column.values.iter().copied().step_by(every).collect());
+    log.labels.values_mut().for_each(|texts| *texts = texts.iter().cloned().step_by(every).collect());
+}
+
+/// What is told of the jumps of a log that is written and opened.
+fn jumps(folder: &Path, recording: &Recording) -> Vec<Issue> {
+    let log = folder.join("log.csv");
+    formats::write(recording, &log).unwrap();
+    let opened = open(&OpenRequest { log, ..OpenRequest::default() }).unwrap();
+    opened.issues.into_iter().filter(|issue| issue.kind == "impossible_jump").collect()
+}
+
+/// The segments that are found, without the name of the log.
+fn segments(folder: &Path, log: &str, more: &[&str]) -> Vec<String> {
+    let output = teachtree_in(folder, &[&["analyze", log, "--format", "csv"], more].concat());
+    assert!(output.status.success(), "{}", complained(&output));
+    said(&output).lines().map(|line| line.split_once(',').unwrap().1.to_string()).collect()
+}
+
+#[test]
+fn a_bad_sample_is_told_and_changes_no_segment() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = taught();
+    formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
+    let wanted = segments(folder.path(), "plain.csv", &[]);
+    assert!(wanted.len() > 5, "{wanted:?}");
+    // 1900 is in the middle of Translate.
+    let changes: [(&str, usize, Change); 6] = [
+        ("right.thumb.position", 1, &|log| set(log, "right.thumb.position.x", 1900, 0.3)),
+        ("right.thumb.position", 2, &|log| {
+            [1900, 1901].iter().for_each(|row| set(log, "right.thumb.position.x", *row, 2.0))
+        }),
+        ("box.position", 1, &|log| set(log, "box.position.z", 1900, 2.0)),
+        ("right.thumb.force", 1, &|log| set(log, "right.thumb.force.y", 400, 900.0)),
+        ("right.index.force", 3, &|log| {
+            [400, 900, 1900].iter().for_each(|row| add(log, "right.index.force.x", *row, -300.0))
+        }),
+        ("box.rotation", 1, &|log| {
+            ["w", "x", "y", "z"].iter().for_each(|part| set(log, &format!("box.rotation.{part}"), 1900, 0.5));
+        }),
+    ];
+    for (channel, count, change) in changes {
+        let mut recording = plain.clone();
+        change(&mut recording);
+        let told = jumps(folder.path(), &recording);
+        let [issue] = told.as_slice() else { panic!("{channel}: {told:?}") };
+        assert_eq!(issue.channel, channel);
+        assert!(issue.message.starts_with(&format!("{count} sample")), "{}", issue.message);
+        assert_eq!(segments(folder.path(), "log.csv", &[]), wanted, "{channel}: {}", issue.message);
+    }
+}
+
+#[test]
+fn what_is_said_names_value_and_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut log = taught();
+    set(&mut log, "box.position.z", 1900, 2.0);
+    add(&mut log, "right.thumb.force.x", 700, 250.0);
+    add(&mut log, "right.thumb.force.x", 900, 150.0);
+    let told: Vec<String> = jumps(folder.path(), &log)
+        .iter()
+        .map(|it| format!("{} {}–{} s: {}", it.channel, it.start_s, it.end_s, it.message))
+        .collect();
+    insta::assert_snapshot!(told.join("\n"));
+}
+
+/// A binding reads the same log in other units, turned angles and at another rate.
+#[test]
+fn a_bad_sample_is_taken_out_before_a_log_is_resampled() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut log = taught();
+    slower(&mut log, 5);
+    let binding = folder.path().join("binding.yaml");
+    std::fs::write(&binding, "resample: 500 Hz\n").unwrap();
+    formats::write(&log, &folder.path().join("plain.csv")).unwrap();
+    let wanted = segments(folder.path(), "plain.csv", &["--binding", "binding.yaml"]);
+    for row in [100, 380] {
+        add(&mut log, "right.thumb.position.x", row, 0.3);
+    }
+    formats::write(&log, &folder.path().join("log.csv")).unwrap();
+    let request = OpenRequest { log: folder.path().join("log.csv"), binding: Some(binding), scene: None };
+    let opened = open(&request).unwrap();
+    assert_eq!(opened.issues.iter().filter(|issue| issue.kind == "impossible_jump").count(), 1, "{:?}", opened.issues);
+    assert_eq!(segments(folder.path(), "log.csv", &["--binding", "binding.yaml"]), wanted);
+}
+
+#[test]
+fn what_may_be_is_no_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = taught();
+    let changes: [(&str, Change); 7] = [
+        ("nothing", &|_| {}),
+        ("a place that stays for three samples", &|log| {
+            (1900..1903).for_each(|row| set(log, "right.thumb.position.x", row, 0.3));
+        }),
+        ("a place that stays", &|log| {
+            log.columns["box.position.z"].values[1900..].iter_mut().for_each(|value| *value += 0.3);
+        }),
+        ("a blow", &|log| {
+            let blow = [60.0, 200.0, 400.0, 300.0, 100.0];
+            blow.iter().zip(700..).for_each(|(force, row)| add(log, "right.thumb.force.z", row, *force));
+        }),
+        ("centimetres", &|log| {
+            log.columns["right.thumb.position.x"]
+                .values
+                .iter_mut()
+                .for_each(|value| *value = (*value * 1e2).round() / 1e2);
+        }),
+        ("a slow log", &|log| {
+            slower(log, 50);
+            add(log, "right.thumb.position.x", 30, 0.3);
+            add(log, "right.thumb.force.x", 30, 300.0);
+            ["w", "x", "y", "z"].iter().for_each(|part| set(log, &format!("box.rotation.{part}"), 30, 0.5));
+        }),
+        ("the other quaternion of the same rotation", &|log| {
+            ["w", "x", "y", "z"]
+                .iter()
+                .for_each(|part| log.columns[&format!("box.rotation.{part}")].values[1900] *= -1.0);
+        }),
+    ];
+    for (what, change) in changes {
+        let mut recording = plain.clone();
+        change(&mut recording);
+        assert_eq!(jumps(folder.path(), &recording), [], "{what}");
+    }
+}
+
+/// Rows are looked at many together where nothing happens; where a jump lies among them makes no difference.
+#[test]
+fn a_jump_is_found_wherever_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = taught();
+    for row in [1, 2, 1022, 1023, 1024, 1025, 2047, 2048, plain.time.len() - 3] {
+        let mut log = plain.clone();
+        for at in [row, row + 1] {
+            add(&mut log, "right.thumb.position.x", at, 0.3);
+            add(&mut log, "right.thumb.force.y", at, 300.0);
+            ["w", "x", "y", "z"].iter().for_each(|part| set(&mut log, &format!("box.rotation.{part}"), at, 0.5));
+        }
+        let told = jumps(folder.path(), &log);
+        assert_eq!(told.len(), 3, "row {row}: {told:?}");
+        for issue in told {
+            assert_eq!([issue.start_s, issue.end_s], [plain.time[row], plain.time[row + 1]], "{}", issue.message);
+        }
+    }
+}
