@@ -35,7 +35,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 /// # Errors
 /// No shipped scene has this name.
 pub fn scene(name: &str) -> Result<Scene, InputError> {
-    let (_, scene, _) = find(name)?;
+    let (_, scene, _) = find(name, "scene")?;
     yaml::read(scene, &format!("scenes/{name}.yaml"))
 }
 
@@ -44,13 +44,14 @@ pub fn scene(name: &str) -> Result<Scene, InputError> {
 /// # Errors
 /// No shipped operator has this name.
 pub fn operator(name: &str) -> Result<Operator, InputError> {
-    let (.., operator) = find(name)?;
+    let (.., operator) = find(name, "operator")?;
     Operator::read(operator, &format!("scenes/{name}.operator.yaml"))
 }
 
-fn find(name: &str) -> Result<(&'static str, &'static str, &'static str), InputError> {
+fn find(name: &str, what: &str) -> Result<(&'static str, &'static str, &'static str), InputError> {
     SHIPPED.iter().copied().find(|(shipped, ..)| *shipped == name).ok_or_else(|| {
         let known: Vec<_> = names().map(|name| format!("`{name}`")).collect();
-        InputError::new(name, "is no shipped scene").help(format!("shipped are {}", known.join(", ")))
+        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml"))
+            .help(format!("shipped are {}", known.join(", ")))
     })
 }
