@@ -363,6 +363,8 @@ impl Plain {
     }
 
     fn finish(&self, rows: usize) -> bool {
-        rows > 1 && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
+        rows > 1
+            && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
+            && self.jumps.iter().all(|(_, jumps)| jumps.finish())
     }
 }

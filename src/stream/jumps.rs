@@ -1,8 +1,9 @@
 //! Samples that cannot be: out and back within one or two of them, faster than anything moves, turns or presses.
 //!
 //! A marker that is taken for another, a bit that tips on the way: one such sample would be a fingertip elsewhere, a blow or a turn. It is
-//! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. What
-//! changes and stays is no such sample, nor is a blow that lasts: those were measured.
+//! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. So are the
+//! first one or two of a log and the last ones, where a device tells zeros before it sees anything. What changes amid a log and stays is no such
+//! sample, nor is a blow that lasts: those were measured.
 
 use super::dropouts::{self, LARGEST, NO_ROTATION};
 use super::frames::Issue;
@@ -100,6 +101,10 @@ pub struct Jumps {
     kind: Kind,
     recent: Vec<Sample>,
     rows: usize,
+    /// The first samples but those in mind; `None` once they are known to be good, or told.
+    first: Option<Vec<Sample>>,
+    /// Whether the sample before those in mind is as near to the first of them as it has to be.
+    settled: bool,
 }
 
 /// Samples that cannot be.
@@ -112,7 +117,13 @@ impl Jumps {
     /// Of a channel that is looked at.
     pub fn of(channel: &str) -> Option<Self> {
         let (shape, dimension, bodies) = names::channel(channel)?;
-        Kind::of(shape, dimension, bodies).map(|kind| Self { kind, recent: vec![], rows: 0 })
+        Kind::of(shape, dimension, bodies).map(|kind| Self {
+            kind,
+            recent: vec![],
+            rows: 0,
+            first: Some(vec![]),
+            settled: false,
+        })
     }
 
     /// Looks at more rows of a channel's components; whether none of them is out.
@@ -132,6 +143,7 @@ impl Jumps {
             if self.is_calm(&parts, rows.len()) {
                 first = rows.len() - 1;
                 self.recent.clear();
+                (self.first, self.settled) = (None, true);
             }
             for (at, time) in time.iter().enumerate().skip(first) {
                 found.extend(self.sample(self.rows + at, *time, &parts, at).and_then(|sample| self.take(sample)));
@@ -139,6 +151,19 @@ impl Jumps {
             self.rows += rows.len();
         }
         found
+    }
+
+    /// Whether the last rows that it looked at, when they were the last of all, are not out either.
+    pub fn finish(&self) -> bool {
+        self.at_the_end().is_none()
+    }
+
+    /// The last samples, when nothing comes after their jump that would bear them out.
+    fn at_the_end(&self) -> Option<Out> {
+        let (before, out) = self.recent.split_first()?;
+        let next = out.first()?;
+        let is_out = self.first.is_none() && self.settled && self.kind.cannot(before, next);
+        is_out.then(|| Out { samples: out.to_vec(), jump: self.kind.apart(before, next) })
     }
 
     /// Whether no component changes so much from row to row that a sample could be out, and all are measured.
@@ -189,21 +214,47 @@ impl Jumps {
     fn take(&mut self, sample: Sample) -> Option<Out> {
         self.recent.push(sample);
         while let [before, next, ..] = self.recent.as_slice() {
+            let mut began_out = None;
             if self.kind.cannot(before, next) {
                 let last = self.recent.len() - 1;
                 let out = self.recent.get(1..last).unwrap_or_default();
                 if let Some(jump) = self.kind.jump(before, out, &sample) {
                     let samples = out.to_vec();
                     self.recent.drain(..last);
+                    (self.first, self.settled) = (None, true);
                     return Some(Out { samples, jump });
                 }
                 if out.len() < LASTS {
                     return None;
                 }
+                began_out = self.at_the_beginning();
             }
-            self.recent.remove(0);
+            self.pass();
+            if began_out.is_some() {
+                self.first = None;
+                return began_out;
+            }
         }
         None
+    }
+
+    /// The samples up to a jump, when they are the first ones and what comes after it stays.
+    fn at_the_beginning(&self) -> Option<Out> {
+        let ([before, after @ ..], Some(first)) = (self.recent.as_slice(), &self.first) else { return None };
+        let stays = after.windows(2).all(|pair| matches!(pair, [a, b] if !self.kind.cannot(a, b)));
+        let samples: Vec<Sample> = first.iter().chain([before]).copied().collect();
+        let jump = self.kind.apart(before, after.first()?);
+        (stays && samples.len() <= LASTS).then_some(Out { samples, jump })
+    }
+
+    /// Goes on by a sample.
+    fn pass(&mut self) {
+        let passed = self.recent.remove(0);
+        self.settled = self.recent.first().is_some_and(|next| !self.kind.cannot(&passed, next));
+        self.first = self.first.take().filter(|first| first.len() < LASTS).map(|mut first| {
+            first.push(passed);
+            first
+        });
     }
 }
 
@@ -227,7 +278,8 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
         if parts.len() < columns.len() {
             continue;
         }
-        let found = jumps.find(&recording.time, &parts);
+        let mut found = jumps.find(&recording.time, &parts);
+        found.extend(jumps.at_the_end());
         let Some(worst) = found.iter().reduce(|worst, out| if out.jump > worst.jump { out } else { worst }) else {
             continue;
         };
@@ -254,14 +306,12 @@ fn told(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Is
         Kind::Press => (format!("{} N", Shown(worst.jump.round())), format!("({a}, {b}, {c}) N")),
         Kind::Turn => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})")),
     };
-    let (cannot, largest, are) = match samples.len() {
-        1 => ("1 sample cannot be".to_string(), "it jumps", "it is"),
-        many => (format!("{many} samples cannot be"), "the farthest jumps", "they are"),
+    let at_s = rounded(shown.time);
+    let (cannot, are) = match samples.len() {
+        1 => (format!("1 sample cannot be: {value} at {at_s} s"), "it is"),
+        many => (format!("{many} samples cannot be: the farthest, {value} at {at_s} s,"), "they are"),
     };
-    let message = format!(
-        "{cannot}: {largest} by {jump} to {value} at {} s and back at once; {are} taken as not measured",
-        rounded(shown.time)
-    );
+    let message = format!("{cannot} is {jump} from the samples about it; {are} taken as not measured");
     let (kind, channel) = ("impossible_jump".into(), channel.into());
     Some(Issue { kind, start_s: first.time, end_s: last.time, channel, message })
 }

@@ -151,6 +151,40 @@ fn what_may_be_is_no_jump() {
     }
 }
 
+/// A device that does not see yet tells zeros, and one that goes off tells anything.
+#[test]
+fn what_begins_or_ends_a_log_and_cannot_be_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = taught();
+    formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
+    // What is not measured is no part of a segment: the first begins a little later, the last ends a little sooner.
+    let names = |log: &str| {
+        let name = |line: &String| line.split(',').take(3).map(String::from).collect::<Vec<_>>();
+        segments(folder.path(), log, &[]).iter().map(name).collect::<Vec<_>>()
+    };
+    let wanted = names("plain.csv");
+    let rows = plain.time.len();
+    for (from, count) in [(0, 1), (0, 2), (rows - 1, 1), (rows - 2, 2)] {
+        let mut log = plain.clone();
+        for at in from..from + count {
+            ["x", "y", "z"].iter().for_each(|part| {
+                set(&mut log, &format!("right.thumb.position.{part}"), at, 0.0);
+                set(&mut log, &format!("box.position.{part}"), at, -0.5);
+            });
+            add(&mut log, "right.thumb.force.y", at, 300.0);
+        }
+        let told = jumps(folder.path(), &log);
+        assert_eq!(told.len(), 3, "row {from}: {told:?}");
+        for issue in told {
+            assert_eq!([issue.start_s, issue.end_s], [plain.time[from], plain.time[from + count - 1]]);
+        }
+        assert_eq!(names("log.csv"), wanted, "row {from}");
+    }
+    let mut log = plain.clone();
+    (0..3).for_each(|at| add(&mut log, "right.thumb.position.x", at, 0.3));
+    assert_eq!(jumps(folder.path(), &log), [], "three samples are no slip");
+}
+
 /// Rows are looked at many together where nothing happens; where a jump lies among them makes no difference.
 #[test]
 fn a_jump_is_found_wherever_it_is() {
