@@ -1,6 +1,6 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
-use super::rules::{RuleArgs, load};
+use super::rules::{RuleArgs, load, read_by};
 use super::source::{SourceArgs, recordings};
 use super::{Failure, flowing, live, output, printable, tellable};
 use crate::analysis::{self, Analysis, explain, json::Meta};
@@ -78,8 +78,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let outputs: Vec<&Path> = args.out.iter().chain(&args.report).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
-    let mut inputs: Vec<&Path> = logs.iter().map(PathBuf::as_path).collect();
-    inputs.extend(args.source.binding.iter().chain(&args.source.scene).chain(&args.rules.rules).map(PathBuf::as_path));
+    let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
+    let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
+    outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let mut out = String::new();
     let mut failures = Vec::new();
     // All cores share the recordings; what is found comes in the order in which they were named.

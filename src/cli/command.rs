@@ -1,7 +1,7 @@
 //! `teachtree command`: a recording in, commands for a robot out.
 
 use super::analyze::analyse;
-use super::rules::{RuleArgs, load};
+use super::rules::{RuleArgs, load, read_by};
 use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
@@ -55,8 +55,8 @@ pub enum Format {
 /// Runs `command`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (robot, parts) = open_robot(&args.robot)?;
-    let files = [&args.source.binding, &args.source.scene].into_iter().flatten().chain(&args.rules.rules);
-    let inputs: Vec<&Path> = files.chain(&parts).chain([&args.log]).map(PathBuf::as_path).collect();
+    let files = read_by(&args.source, &args.rules);
+    let inputs: Vec<&Path> = files.iter().chain(&parts).chain([&args.log]).map(PathBuf::as_path).collect();
     output::refuse_inputs(&args.out, &inputs)?;
     let opened = stream::open(&args.source.request(&args.log))?;
     let rules = load(&args.rules, &opened)?;
@@ -68,6 +68,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )?;
         return Err(Failure::No);
     }
+    // Jaws are not asked for more than they give, which is told all the same.
+    let too_hard = too_hard(&commands, &robot);
     robot::map(&mut commands, &robot, &opened.recording.scene)?;
     let text = match args.format {
         Format::Json => commands.json()?,
@@ -75,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     output::write(&args.out, &text, &inputs)?;
     output::print(&summary(&commands))?;
-    output::print(&too_hard(&commands, &robot))?;
+    output::print(&too_hard)?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
     if infeasible {
@@ -84,7 +86,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if infeasible { Err(Failure::No) } else { Ok(()) }
 }
 
-/// Fingers of which more is asked than they give.
+/// Fingers of which a person's forces ask more than they give.
 fn too_hard(commands: &Commands, robot: &Robot) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {

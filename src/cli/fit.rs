@@ -31,7 +31,7 @@ const GROUPS: usize = 8;
     after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nThe patch comes only where recordings that were held out bear it out. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
 )]
 pub struct Args {
-    /// Labelled recordings; a folder stands for all `.csv` logs in it
+    /// Labelled recordings; a folder stands for all logs in it
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// The params to change; all that have a range when left out

@@ -1,7 +1,7 @@
 //! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
 use super::analyze::{Analysed, analyse};
-use super::rules::{RuleArgs, load, load_files, name_and_value};
+use super::rules::{RuleArgs, load, load_files, name_and_value, read_by};
 use super::score::TrackArg;
 use super::source::SourceArgs;
 use super::{Failure, output};
@@ -104,13 +104,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     match &args.out {
         Some(path) => {
-            let files = args.files.iter().chain(&args.log).chain(&args.source.binding).chain(&args.source.scene);
-            let inputs: Vec<&Path> = files.map(PathBuf::as_path).collect();
+            let files = read_by(&args.source, &named(args));
+            let inputs: Vec<&Path> = files.iter().chain(&args.log).map(PathBuf::as_path).collect();
             output::write(path, &drawn, &inputs)?;
         }
         None => output::print(&drawn)?,
     }
     Ok(())
+}
+
+/// The rules that the diagram is of.
+fn named(args: &Args) -> RuleArgs {
+    RuleArgs { rules: args.files.clone(), hand: args.hand.clone(), set: args.set.clone() }
 }
 
 /// The diagram with what a recording took.
@@ -121,8 +126,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
             .into());
     }
     let opened = stream::open(&args.source.request(log))?;
-    let named = RuleArgs { rules: args.files.clone(), hand: args.hand.clone(), set: args.set.clone() };
-    let rules = load(&named, &opened)?;
+    let rules = load(&named(args), &opened)?;
     let found = analyse(&rules, &opened, None, Vec::new())?;
     let tracks: Vec<Who> = match args.track {
         Some(track) => vec![track.into()],

@@ -1,6 +1,6 @@
 //! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
 
-use super::rules::{RuleArgs, load};
+use super::rules::{RuleArgs, load, read_by};
 use super::source::SourceArgs;
 use super::tellable::{Track, tracks};
 use super::{Failure, output};
@@ -77,8 +77,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
     let log = inspect(source, time, rate)?;
     if let Some(path) = &args.skeleton {
-        let inputs = [Some(&args.log), args.source.binding.as_ref(), args.source.scene.as_ref()].into_iter().flatten();
-        let inputs: Vec<&Path> = inputs.chain(&args.rules.rules).map(PathBuf::as_path).collect();
+        let files = read_by(&args.source, &args.rules);
+        let inputs: Vec<&Path> = files.iter().chain([&args.log]).map(PathBuf::as_path).collect();
         output::write(path, &skeleton(&log), &inputs)?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args)? } else { Recognition::foreign() };

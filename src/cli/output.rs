@@ -79,8 +79,7 @@ fn is_at(file: &Path, place: &Path) -> bool {
 
 fn refuse(path: &Path, inputs: &[&Path], would_be_lost: &dyn Fn(&Path, &Path) -> bool) -> Result<(), InputError> {
     let Ok(place) = std::fs::canonicalize(path) else { return Ok(()) };
-    // The name of something shipped is no file, and nothing stands beside it.
-    if inputs.iter().any(|input| input.exists() && would_be_lost(input, &place)) {
+    if inputs.iter().any(|input| would_be_lost(input, &place)) {
         let message = "is an input of this command and would be lost";
         return Err(InputError::new(path.display().to_string(), message).help("write to another file"));
     }

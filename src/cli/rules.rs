@@ -1,10 +1,12 @@
 //! Which rules a command runs: the options that name them, and loading with all diagnostics.
 
+use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::base::diagnostic::{Severity, render};
 use crate::language::{self, Request, Rules};
 use crate::stream::Opened;
-use std::path::PathBuf;
+use crate::stream::binding::BindingFile;
+use std::path::{Path, PathBuf};
 
 /// Options that name rules.
 #[derive(clap::Args, Clone, Debug, Default)]
@@ -28,6 +30,21 @@ pub fn name_and_value(text: &str) -> Result<(String, String), String> {
 
 /// The rules of two hands.
 const OF_TWO_HANDS: &str = "bimanual.rules";
+
+/// The files that these options have a command read, those that rules use too: nothing is written over them.
+pub fn read_by(source: &SourceArgs, rules: &RuleArgs) -> Vec<PathBuf> {
+    let beside = |binding: &Path| {
+        let name = BindingFile::read(binding).ok()?.binding.hand_file?;
+        Some(binding.parent()?.join(name).display().to_string())
+    };
+    let hand_file = rules.hand.clone().or_else(|| source.binding.as_deref().and_then(beside));
+    let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
+    if !rules.rules.is_empty() || hand_file.is_some() {
+        let loaded = language::load(&Request { files: rules.rules.clone(), hand_file, ..Request::default() });
+        files.extend(loaded.sources.files.iter().map(|file| PathBuf::from(&file.name)));
+    }
+    files
+}
 
 /// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
 pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {

@@ -2,7 +2,7 @@
 
 use super::analyze::analyse;
 use super::progress::Progress;
-use super::rules::{RuleArgs, load};
+use super::rules::{RuleArgs, load, read_by};
 use super::source::{SourceArgs, all_logs};
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
     after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'"
 )]
 pub struct Args {
-    /// Recordings; a folder stands for all `.csv` logs in it
+    /// Recordings; a folder stands for all logs in it
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -135,10 +135,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {
-    let files = [&args.truth.labels, &args.sequences, &args.source.binding, &args.source.scene].into_iter().flatten();
+    let files = read_by(&args.source, &args.rules);
+    let named = [&args.truth.labels, &args.sequences].into_iter().flatten();
     let map = args.truth.map.as_deref().map(Path::new);
-    let inputs: Vec<&Path> =
-        logs.iter().chain(files).chain(&args.rules.rules).map(PathBuf::as_path).chain(map).collect();
+    let inputs: Vec<&Path> = logs.iter().chain(named).chain(&files).map(PathBuf::as_path).chain(map).collect();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
         output::write(path, &report::score::picture(score, meta), &inputs)?;
     }

@@ -2,7 +2,7 @@
 
 use super::command::{open_robot, open_scene};
 use super::progress::Progress;
-use super::source::in_scene;
+use super::source::{in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -58,8 +58,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let text = text::read(&args.commands, MAX_COMMANDS)?;
     let commands = Commands::read(&text, &file)?;
     let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
+    let scene_file = is_yaml(&args.scene).then(|| Path::new(&args.scene));
     let inputs: Vec<&Path> =
-        [&args.commands].into_iter().chain(&parts).map(PathBuf::as_path).chain([Path::new(&args.scene)]).collect();
+        [&args.commands].into_iter().chain(&parts).map(PathBuf::as_path).chain(scene_file).collect();
     output::may_record(&args.out, &inputs)?;
     let more: Vec<&Path> = args.report.iter().chain(&args.trajectory).map(PathBuf::as_path).collect();
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;

@@ -2,7 +2,10 @@
 
 use crate::base::error::InputError;
 use crate::base::yaml;
-use crate::stream::{OpenRequest, text};
+use crate::stream::csv::beside;
+use crate::stream::table::Source;
+use crate::stream::{OpenRequest, formats, names, text};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Options that say how a log is read.
@@ -31,34 +34,42 @@ pub fn is_yaml(name: &str) -> bool {
 /// An error about a scene of this name, or in this file, at its line there: where no file is known its place is keys, `bodies.cube.mass`.
 pub fn in_scene(name: &str, error: InputError) -> InputError {
     let of_scene = ["bodies", "hands"].contains(&error.place.split('.').next().unwrap_or_default());
-    if of_scene { in_yaml(name, error) } else { error }
+    of_scene.then(|| in_yaml(name, &error)).flatten().unwrap_or(error)
 }
 
 /// An error about the operator of this name, or in this file, at its line there: "operator `lift`, hands.right.steps.3".
 #[cfg(feature = "world")]
 pub fn in_operator(name: &str, error: InputError) -> InputError {
-    match error.place.strip_prefix("operator `").and_then(|place| place.split_once("`, ")) {
-        Some((_, keys)) => in_yaml(name, InputError { place: keys.into(), ..error }),
-        None => error,
-    }
+    let keys = error.place.strip_prefix("operator `").and_then(|place| place.split_once("`, "));
+    let at_keys = keys.map(|(_, keys)| InputError { place: keys.into(), ..error.clone() });
+    at_keys.and_then(|error| in_yaml(name, &error)).unwrap_or(error)
 }
 
-/// An error whose place is keys, at its line in this file; as it is where there is no file.
-fn in_yaml(name: &str, error: InputError) -> InputError {
-    match text::read(Path::new(name), yaml::MAX_BYTES as u64) {
-        Ok(text) if is_yaml(name) => yaml::located(error, &text, name),
-        _ => error,
-    }
+/// An error whose place is keys, at its line in this file; `None` where there is no file.
+fn in_yaml(name: &str, error: &InputError) -> Option<InputError> {
+    let text = is_yaml(name).then(|| text::read(Path::new(name), yaml::MAX_BYTES as u64).ok()).flatten()?;
+    Some(yaml::located(error.clone(), &text, name))
 }
 
 /// How label files end.
 pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
-/// How canonical logs end.
-const LOG_ENDINGS: [&str; 2] = ["csv", "parquet"];
+/// How logs in folders end.
+const LOG_ENDINGS: [&str; 3] = ["csv", "tsv", "parquet"];
 
-fn has_ending(file: &Path, wanted: &str) -> bool {
-    file.extension().is_some_and(|ending| ending == wanted)
+/// Whether a file may be a log by its name; other tables of text are logs where a scene stands beside them.
+fn is_log(file: &Path) -> bool {
+    let has_ending = |wanted: &&str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+    let has_scene = || beside(file, "scene.yaml").iter().any(|scene| scene.is_file());
+    let by_name = LOG_ENDINGS.iter().any(has_ending) || formats::text_ending(file) && has_scene();
+    by_name && !is_beside(file) && file.is_file()
+}
+
+/// The same logs without those that are named twice.
+fn each_once(logs: Vec<PathBuf>) -> Vec<PathBuf> {
+    let mut seen = BTreeSet::new();
+    let known = |log: &PathBuf| std::fs::canonicalize(log).unwrap_or_else(|_| log.clone());
+    logs.into_iter().filter(|log| seen.insert(known(log))).collect()
 }
 
 /// Whether a file belongs to a log that stands beside it: its events, its labels.
@@ -85,14 +96,17 @@ pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         }
         let mut found = logs_in(path)?;
         if found.is_empty() {
-            return Err(InputError::new(path.display().to_string(), "the folder has no `.csv` or `.parquet` log"));
+            return Err(InputError::new(
+                path.display().to_string(),
+                "the folder has no `.csv`, `.tsv` or `.parquet` log",
+            ));
         }
         logs.append(&mut found);
     }
-    Ok(logs)
+    Ok(each_once(logs))
 }
 
-/// The same where a folder may also be one log in parts, which a binding puts together: without one, a folder of logs that carry their scenes is meant.
+/// The same where a folder may also be one log in parts, which a binding puts together: without one, a folder with logs of ours is meant.
 ///
 /// # Errors
 /// A folder that cannot be read.
@@ -100,17 +114,23 @@ pub fn recordings(paths: &[PathBuf], binding: Option<&Path>) -> Result<Vec<PathB
     let mut logs = Vec::new();
     for path in without_companions(paths) {
         let found = if binding.is_none() && path.is_dir() { logs_in(path)? } else { Vec::new() };
-        let carries_scene = |log: &PathBuf| has_ending(log, "parquet") || log.with_extension("scene.yaml").is_file();
-        if found.iter().any(carries_scene) {
+        if found.iter().any(|log| is_canonical(log)) {
             logs.extend(found);
         } else {
             logs.push(path.clone());
         }
     }
-    Ok(logs)
+    Ok(each_once(logs))
 }
 
-/// The canonical logs in a folder, by name.
+/// Whether the columns of a log are called as ours are.
+fn is_canonical(log: &Path) -> bool {
+    let named =
+        |source: Source| source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
+    formats::open(log).is_ok_and(named)
+}
+
+/// The logs in a folder, by name.
 fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
     let fail = |error: std::io::Error| {
         InputError::new(folder.display().to_string(), format!("the folder cannot be read: {error}"))
@@ -118,7 +138,7 @@ fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
         let file = entry.map_err(fail)?.path();
-        if LOG_ENDINGS.iter().any(|ending| has_ending(&file, ending)) && !is_beside(&file) && file.is_file() {
+        if is_log(&file) {
             found.push(file);
         }
     }

@@ -12,7 +12,7 @@ use crate::stream::csv;
 use crate::stream::formats;
 use crate::stream::text;
 use crate::world::{self, Operator};
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -52,7 +52,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.noise != 1.0 {
         operator.variation = operator.variation.scaled(args.noise);
     }
-    let mut inputs = vec![PathBuf::from(&args.scene), PathBuf::from(&args.operator)];
+    let files = [&args.scene, &args.operator].into_iter().filter(|name| is_yaml(name));
+    let mut inputs: Vec<PathBuf> = files.map(PathBuf::from).collect();
     if let Some(robot) = &args.robot {
         let (robot, parts) = open_robot(robot)?;
         inputs.extend(parts);
@@ -62,10 +63,15 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Failure::Input(error) => in_operator(&args.operator, in_scene(&args.scene, error)).into(),
         other => other,
     };
+    let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
     if let Some((first, last)) = args.seeds {
-        return many(&scene, &operator, stem(&args.operator), first..=last, &args.out).map_err(in_its_file);
+        let name = stem(&args.operator);
+        let places: Vec<(u64, PathBuf)> =
+            (first..=last).map(|seed| (seed, args.out.join(format!("{name}_{seed:04}.csv")))).collect();
+        places.iter().try_for_each(|(_, place)| output::may_record(place, &inputs))?;
+        return many(&scene, &operator, &places, &args.out).map_err(in_its_file);
     }
-    output::may_record(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    output::may_record(&args.out, &inputs)?;
     let recording = teach(&scene, &operator, args.seed).map_err(in_its_file)?;
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
@@ -95,22 +101,16 @@ fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, Fai
 }
 
 /// Records many people, as many at a time as there are processors. What a seed gives does not depend on the others.
-fn many(
-    scene: &Scene,
-    operator: &Operator,
-    name: &str,
-    seeds: std::ops::RangeInclusive<u64>,
-    folder: &Path,
-) -> Result<(), Failure> {
+fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &Path) -> Result<(), Failure> {
     let cannot =
         |error: std::io::Error| InputError::new(folder.display().to_string(), format!("cannot be made: {error}"));
     std::fs::create_dir_all(folder).map_err(cannot)?;
-    let count = seeds.end() - seeds.start() + 1;
+    let count = places.len();
     let progress = Progress::new("teaching");
     let done = AtomicU64::new(0);
-    let frames = seeds.into_par_iter().map(|seed| {
-        let recording = world::teach(scene, operator, seed)?;
-        formats::write(&recording, &folder.join(format!("{name}_{seed:04}.csv")))?;
+    let frames = places.par_iter().map(|(seed, place)| {
+        let recording = world::teach(scene, operator, *seed)?;
+        formats::write(&recording, place)?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
         let idle = did(&recording).all(|(_, tasks, _)| tasks.is_empty());
         Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some(), idle))

@@ -10,7 +10,10 @@ use nalgebra::Isometry3;
 /// A taught pose goes a little into what carries the object: obstacles are lowered by this, m.
 const SUNK_M: f64 = 0.001;
 
-/// Something that is in the way of a grasp, and how to tell a person of it.
+/// Of more things than this none is left out by itself: each takes a search.
+const MANY: usize = 24;
+
+/// Something that is in the way of a grasp, and how to tell a person of it: times are those of the recording.
 pub(super) struct Around<'a> {
     pub(super) obstacle: Obstacle<'a>,
     what: String,
@@ -23,8 +26,8 @@ pub(super) fn around<'a>(task: &Task, grasp: usize, scene: &'a Scene, others: &'
     let mut around = Vec::new();
     let way = way(task, grasp);
     let held = || task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
-    let taken_s = held().next().map_or(task.start_s, |segment| segment.start_s);
-    let let_go_s = held().next_back().map_or(task.end_s, |segment| segment.start_s + segment.duration_s);
+    let taken_s = held().next().map_or(task.start_s, |segment| segment.taught_start_s);
+    let let_go_s = held().next_back().map_or(task.end_s, |segment| segment.taught_start_s + segment.duration_s);
     let ends = [(way.first(), "taken", taken_s), (way.last(), "let go", let_go_s)];
     for (at, (world_from_object, happens, when_s)) in ends.into_iter().enumerate() {
         let Some(world_from_object) = world_from_object else { continue };
@@ -67,6 +70,9 @@ pub(super) fn to_blame(around: &[Around<'_>], can: &dyn Fn(Vec<Obstacle<'_>>) ->
         names.retain(|this| without(&|it| name(it) == *this));
         names
     };
+    if around.len() > MANY {
+        return Some("what stands about it".into());
+    }
     let mut blamed = each(&|it| format!("{}{}", it.what, it.when));
     if blamed.is_empty() {
         blamed = each(&|it| it.what.clone());

@@ -162,23 +162,29 @@ impl<'a> Holder<'a> {
 
     /// The best way to take hold with `others` in the way, frame of the object.
     fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<Held, Failure> {
-        let way = self.way(task, grasp);
-        let reachable = |pose: &Isometry3<f64>| self.reaches(&way, pose);
         let wanted = self.wanted(task, grasp, others);
-        match self.mapper.map_where(&wanted, &reachable) {
-            Ok(found) => Ok(Held { mapped: self.mapped(&wanted, &found), turned: None }),
-            Err(why) => {
-                // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
-                let contacts = match &self.hand.jaws {
-                    Some(jaws) => exchanged(jaws, &wanted.contacts),
-                    None => turned_round(&wanted.contacts),
-                };
-                let other = Wanted { contacts, ..wanted.clone() };
-                let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
-                let mapped = self.mapped(&other, &found);
-                Ok(Held { mapped, turned: Some([wanted.contacts, other.contacts]) })
-            }
-        }
+        let (found, contacts) = self.found(&wanted, &self.way(task, grasp))?;
+        let by = Wanted { contacts, ..wanted.clone() };
+        let mapped = self.mapped(&by, &found);
+        let turned = (by.contacts != wanted.contacts).then_some([wanted.contacts, by.contacts]);
+        Ok(Held { mapped, turned })
+    }
+
+    /// The best grasp with which the object can be brought along its way, and the contacts with the fingers that take them.
+    fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(Grasp, Vec<Contact>), Failure> {
+        let reachable = |pose: &Isometry3<f64>| self.reaches(way, pose);
+        let why = match self.mapper.map_where(wanted, &reachable) {
+            Ok(found) => return Ok((found, wanted.contacts.clone())),
+            Err(why) => why,
+        };
+        // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
+        let contacts = match &self.hand.jaws {
+            Some(jaws) => exchanged(jaws, &wanted.contacts),
+            None => turned_round(&wanted.contacts),
+        };
+        let other = Wanted { contacts, ..wanted.clone() };
+        let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
+        Ok((found, other.contacts))
     }
 
     /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
@@ -186,10 +192,8 @@ impl<'a> Holder<'a> {
         let around = around(task, grasp, self.scene, others);
         let way = self.way(task, grasp);
         let wanted = self.wanted(task, grasp, &[]);
-        let held_with = |obstacles: Vec<Obstacle<'_>>| {
-            let wanted = Wanted { obstacles, ..wanted.clone() };
-            self.mapper.map_where(&wanted, &|pose: &Isometry3<f64>| self.reaches(&way, pose)).is_ok()
-        };
+        let held_with =
+            |obstacles: Vec<Obstacle<'_>>| self.found(&Wanted { obstacles, ..wanted.clone() }, &way).is_ok();
         match to_blame(&around, &held_with) {
             Some(blamed) => format!("{why}; it could be held without {blamed}"),
             None => why.to_string(),

@@ -32,9 +32,9 @@ pub struct Forces {
     pub fingers: f64,
     /// The share of the time in which the total force was as it was asked for.
     pub total: f64,
-    /// The hardest that a fingertip pressed, N.
+    /// How hard the fingertip pressed that did so most above what it might, or least below, N.
     pub largest: f64,
-    /// The hardest that one might, N.
+    /// How hard that one might, N.
     pub allowed: f64,
     /// Whether no fingertip pressed harder than it might.
     pub below: bool,
@@ -52,9 +52,8 @@ impl Forces {
 pub(super) struct Profile {
     fingers: Share,
     total: Share,
-    largest: f64,
-    /// How much too hard the worst fingertip pressed, N.
-    over: f64,
+    /// How hard the worst fingertip pressed, and how hard it might, N.
+    worst: Option<[f64; 2]>,
     hardest_taught: f64,
 }
 
@@ -94,9 +93,10 @@ impl Profile {
         for tip in tips {
             let exerted = tip.force_on(body);
             total += exerted;
-            self.largest = self.largest.max(exerted.norm());
-            let limit = hand.finger(tip.finger).map_or(f64::INFINITY, |finger| finger.force);
-            self.over = self.over.max(exerted.norm() - limit.min(self.allowed()));
+            let limit = hand.finger(tip.finger).map_or(f64::INFINITY, |finger| finger.force).min(self.allowed());
+            if self.worst.is_none_or(|[pressed, might]| exerted.norm() - limit > pressed - might) {
+                self.worst = Some([exerted.norm(), limit]);
+            }
             let Some(asked) = asked(target, tip.finger).filter(|asked| asked.norm() > ASKED_N) else { continue };
             asked_of_all += asked;
             sum += asked.norm();
@@ -111,15 +111,9 @@ impl Profile {
     }
 
     /// What came of it.
-    pub(super) fn judge(&self, hand: &HandModel) -> Forces {
-        let limit = hand.fingers.iter().map(|finger| finger.force).fold(0.0, f64::max);
-        Forces {
-            fingers: self.fingers.value(),
-            total: self.total.value(),
-            largest: self.largest,
-            allowed: limit.min(self.allowed()),
-            below: self.over <= 0.0,
-        }
+    pub(super) fn judge(&self) -> Forces {
+        let [largest, allowed] = self.worst.unwrap_or([0.0, self.allowed()]);
+        Forces { fingers: self.fingers.value(), total: self.total.value(), largest, allowed, below: largest <= allowed }
     }
 }
 

@@ -395,7 +395,7 @@ impl Tally {
             palm_error: self.palm_error,
             largest_force: self.largest_force,
             force_error: self.force_errors.0 / f64::max(self.force_errors.1, 1.0),
-            forces: self.profile.judge(&by.doer.hand),
+            forces: self.profile.judge(),
             searched,
             fell_s: None,
             done: off <= WITHIN_M && turned <= WITHIN_RAD,

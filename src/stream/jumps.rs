@@ -8,6 +8,7 @@
 use super::dropouts::{self, LARGEST, NO_ROTATION};
 use super::frames::Issue;
 use super::names;
+use super::strangers::Stranger;
 use crate::base::channels::Shape;
 use crate::base::recording::Recording;
 use crate::base::shown::Shown;
@@ -21,8 +22,9 @@ const AGREES: f64 = 0.2;
 const PLACE: (f64, f64) = (0.020, 500.0);
 /// What a jump of a rotation is at least, rad, and the acceleration that it takes, rad/s².
 const TURN: (f64, f64) = (std::f64::consts::FRAC_PI_3, 5000.0);
-/// What a jump of a fingertip's force is at least, N, and how fast it changes, N/s: more than a finger can bear, sooner than in a blow.
-const PRESS: (f64, f64) = (100.0, 10_000.0);
+/// What a jump of a fingertip's force is at least, N, and by how much more that grows with the square of the time, N/s²: a blow takes milliseconds, and
+/// between samples that are farther apart it may come and go.
+const PRESS: (f64, f64) = (100.0, 1e8);
 
 /// How many rows are looked at together.
 const CHUNK: usize = 1024;
@@ -46,7 +48,7 @@ impl Kind {
         }
     }
 
-    /// What a jump is at least, and how fast.
+    /// What a jump is at least, and what it takes for the square of the time.
     const fn limits(self) -> (f64, f64) {
         match self {
             Self::Place => PLACE,
@@ -73,7 +75,7 @@ impl Kind {
     fn cannot(self, a: &Sample, b: &Sample) -> bool {
         let (apart, secs) = (self.apart(a, b), b.time - a.time);
         let (least, rate) = self.limits();
-        apart >= least && apart > rate * if self == Self::Press { secs } else { secs * secs }
+        apart >= least && apart > rate * secs * secs
     }
 
     /// How far off samples are when they are out and back.
@@ -263,7 +265,9 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
     let first = |name: &String| {
         names::meaning(name).filter(|meaning| meaning.component == 0).map(|meaning| meaning.channel.to_string())
     };
-    let channels: Vec<String> = recording.columns.keys().filter_map(first).collect();
+    // What the scene does not know is read by nobody.
+    let known = recording.columns.keys().filter(|name| Stranger::of(name, &recording.scene).is_none());
+    let channels: Vec<String> = known.filter_map(first).collect();
     let mut issues = vec![];
     for channel in channels {
         let Some(mut jumps) = Jumps::of(&channel) else { continue };

@@ -1,4 +1,4 @@
-//! What rolls: contacts of round sides, computed anew at each step.
+//! What rolls: contacts of round sides, computed anew as they turn.
 //!
 //! parry keeps the points and the normal of a contact while bodies turn by less than a degree. On a face that is exact; on a round side the contact
 //! would go along with the side, and what carries a lying cylinder would push it on from behind, faster and faster.
@@ -54,15 +54,14 @@ impl<D, C: Default + Copy> PersistentQueryDispatcher<D, C> for Rolling {
 
     fn contact_manifold_convex_convex(
         &self,
-        pos12: &Pose,
-        one: &dyn Shape,
-        other: &dyn Shape,
+        _: &Pose,
+        _: &dyn Shape,
+        _: &dyn Shape,
         _: Option<&dyn NormalConstraints>,
         _: Option<&dyn NormalConstraints>,
         _: Real,
-        manifold: &mut ContactManifold<D, C>,
+        _: &mut ContactManifold<D, C>,
     ) -> Result<(), Unsupported> {
-        Self::let_go(pos12, one, other, manifold);
         Err(Unsupported)
     }
 }

@@ -51,7 +51,7 @@ pub fn operator(name: &str) -> Result<Operator, InputError> {
 fn find(name: &str, what: &str) -> Result<(&'static str, &'static str, &'static str), InputError> {
     SHIPPED.iter().copied().find(|(shipped, ..)| *shipped == name).ok_or_else(|| {
         let known: Vec<_> = names().map(|name| format!("`{name}`")).collect();
-        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml"))
+        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml or .yml"))
             .help(format!("shipped are {}", known.join(", ")))
     })
 }

@@ -243,6 +243,41 @@ fn an_input_is_never_written_over() {
     assert!(std::fs::read(&log).unwrap() == before);
 }
 
+/// Neither what rules use, nor a scene that many people are taught in, nor a log among others; and a report that cannot be kept leaves nothing behind.
+#[test]
+fn what_is_read_on_the_way_is_not_written_over_either() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    let run = |args: &[&str]| teachtree_in(folder.path(), args);
+    let taught = run(&["teach", "stamp", "stamp", "--seeds", "1..1", "-o", "people"]);
+    assert!(taught.status.success(), "{}", complained(&taught));
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules");
+    for name in ["contact.rules", "single_hand.rules", "hand_force.rules", "stream.rules"] {
+        std::fs::copy(shipped.join(name), path(name)).unwrap();
+    }
+    std::fs::write(path("top.rules"), "use \"contact.rules\"\n").unwrap();
+    let log = "people/stamp_0001.csv";
+    for args in [
+        &["analyze", log, "--rules", "top.rules", "--report", "page.html", "-o", "contact.rules"][..],
+        &["command", log, "--robot", "both_hands", "--rules", "top.rules", "-o", "contact.rules"],
+        &["score", log, "--rules", "top.rules", "-o", "contact.rules"],
+        &["graph", "top.rules", "-o", "contact.rules"],
+        &["inspect", log, "--rules", "top.rules", "--skeleton", "contact.rules"],
+        &["teach", "people/stamp_0001.scene.yaml", "stamp", "--seeds", "1..1", "-o", "people"],
+        &["analyze", "people", "--format", "csv", "-o", log],
+    ] {
+        let output = run(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", said(&output));
+        assert!(
+            complained(&output).contains("is an input of this command and would be lost"),
+            "{args:?}: {}",
+            complained(&output)
+        );
+    }
+    assert!(!path("page.html").exists());
+    assert_eq!(std::fs::read(path("contact.rules")).unwrap(), std::fs::read(shipped.join("contact.rules")).unwrap());
+}
+
 /// Two things in one file would leave one of them; a recording under a name that cannot be read again would be lost.
 #[test]
 fn one_file_is_not_written_twice() {

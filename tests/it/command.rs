@@ -1,6 +1,6 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
-use crate::program::{complained, teachtree};
+use crate::program::{complained, teachtree, teachtree_in};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::error::InputError;
@@ -547,6 +547,13 @@ fn a_recording_is_taught_again_in_its_place() {
     // What it is simulated from, and the scene that it reads, are not to be lost.
     let lost = teachtree(&["teach", &path("mine.scene.yaml"), &operator, "-o", &log]);
     assert!(complained(&lost).contains("mine.scene.yaml: is an input of this command"), "{}", complained(&lost));
+
+    // A folder or a file that is called like something shipped is not it.
+    let there = |args: &[&str]| teachtree_in(folder.path(), args);
+    for _ in 0..2 {
+        let taught = there(&["teach", "stamp", "stamp", "-o", "stamp"]);
+        assert!(taught.status.success(), "{}", complained(&taught));
+    }
 
     let line = script.lines().position(|line| line.contains("close: {")).unwrap();
     let wrong = script.lines().enumerate().map(|(at, text)| match at == line {

@@ -72,8 +72,12 @@ fn equal_conditions_are_shared() {
 
 /// Opens a graph for one right hand with a thumb at 1 kHz.
 fn open_for_a_hand(graph: &Graph) -> Result<Plan, String> {
+    open_at(graph, 1000.0)
+}
+
+fn open_at(graph: &Graph, rate_hz: f64) -> Result<Plan, String> {
     let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
-    let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
+    let layout = Layout { rate_hz, hands: vec![hand] };
     open(graph, &layout, Width::Wide).map_err(|error| error.to_string())
 }
 
@@ -104,4 +108,11 @@ fn windows_that_no_memory_holds_are_refused() {
     assert!(open_for_a_hand(&graph(&rules("60 s"))).is_ok());
     let refused = load_text("test.rules", &rules("1000000 s")).diagnostics;
     assert!(refused.iter().any(|it| it.message == "a duration is at most an hour"), "{refused:?}");
+    // An hour may be too long for a log that is fast, and many of them for any.
+    let refused = open_at(&graph(&rules("3600 s")), 2000.0).unwrap_err();
+    assert!(refused.contains("is 7200000 samples at 2000.0 Hz, at most 4000000 are counted"), "{refused}");
+    let many: Vec<String> = (0..20).map(|at| format!("rate(speed, {} s) > 1 m/s^2", 3600 - at)).collect();
+    let many = rules("1 s").replace("rate(speed, 1 s) > 1 m/s^2", &many.join(" and "));
+    let refused = open_for_a_hand(&graph(&many)).unwrap_err();
+    assert!(refused.contains("MB of state, at most 256 MB are taken"), "{refused}");
 }

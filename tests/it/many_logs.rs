@@ -145,6 +145,13 @@ fn a_folder_of_recordings_is_told_as_its_recordings() {
     let all = run(&["analyze", "people", "--format", "json"]);
     assert_eq!(all, run(&[&["analyze", "--format", "json"], &logs[..]].concat()));
     assert_eq!(all.0.matches("teachtree.analysis/1").count(), 3);
+    // What is named twice is told once, and by its columns a log is one, also where no scene stands beside it.
+    assert_eq!(all, run(&["analyze", "people", "people/stamp_0002.csv", "--format", "json"]));
+    std::fs::create_dir(folder.path().join("bare")).unwrap();
+    std::fs::copy(folder.path().join("people/stamp_0001.csv"), folder.path().join("bare/A.CSV")).unwrap();
+    std::fs::copy(folder.path().join("people/stamp_0002.csv"), folder.path().join("bare/b.tsv")).unwrap();
+    let bare = run(&["analyze", "bare", "--scene", "people/stamp_0001.scene.yaml", "--format", "json"]);
+    assert_eq!(bare.0.matches("teachtree.analysis/1").count(), 2, "{}", bare.1);
     // A report is of one recording.
     assert!(run(&["analyze", "people", "--report", "page.html"]).1.contains("found several"));
 }

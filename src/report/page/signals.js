@@ -102,7 +102,8 @@ function tellScale(panel, entry) {
   const [least, greatest] = entry.extremes;
   const told = [greatest > entry.scale[1] && greatest, least < entry.scale[0] && least].filter((value) => value !== false);
   const numbers = told.map((value) => brief(entry, value)).join(" and ");
-  button.textContent = entry.whole ? "usual scale" : `▲ up to ${numbers}`;
+  const [mark, ways] = greatest > entry.scale[1] ? ["▲", "up to"] : ["▼", "down to"];
+  button.textContent = entry.whole ? "usual scale" : `${mark} ${ways} ${numbers}`;
   button.title = entry.whole ? "Leave a few frames out of the scale again" : "A few frames lie beyond this scale; show them whole";
 }
 

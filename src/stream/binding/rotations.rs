@@ -16,6 +16,10 @@ const TURNED: f64 = 2.5;
 /// … in this time, s.
 const WITHIN: f64 = 0.1;
 
+/// This share of a log's samples is more than its bad ones, and so are so many at its beginning.
+const SHARE: f64 = 0.01;
+const FIRST: usize = 3;
+
 /// Tells of a rotation whose angles, rad, are none: beyond a turn from the start on or suddenly, as degrees are. Turns that were counted come
 /// one after the other.
 pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
@@ -28,11 +32,13 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     };
     let is_odd = |column: &&Column| {
         let samples = measured(column);
-        let starts = samples.first().is_some_and(|(_, value)| value.abs() > BEYOND);
-        let beyond = samples.iter().any(|(_, value)| value.abs() > BEYOND);
+        let enough = |count: usize| count as f64 > SHARE * samples.len() as f64;
+        let is_beyond = |(_, value): &&(f64, f64)| value.abs() > BEYOND;
+        let starts = samples.iter().take(FIRST).filter(is_beyond).count() == FIRST;
+        let beyond = samples.iter().filter(is_beyond).count();
         let mut from = 0;
-        let mut sudden = samples.iter().enumerate().skip(1).map(|(row, (at, value))| {
-            while from + 1 < row && samples.get(from).is_some_and(|(then, _)| at - then > WITHIN) {
+        let sudden = samples.iter().enumerate().skip(1).filter(|(row, (at, value))| {
+            while from + 1 < *row && samples.get(from).is_some_and(|(then, _)| at - then > WITHIN) {
                 from += 1;
             }
             let turned = samples
@@ -40,7 +46,7 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
                 .map_or(0.0, |(then, before)| (value - before).abs() * WITHIN / (at - then).max(WITHIN));
             turned > TURNED
         });
-        starts || (beyond && sudden.any(|sudden| sudden))
+        starts || (enough(beyond) && enough(sudden.count()))
     };
     if !columns.iter().any(is_odd) {
         return None;

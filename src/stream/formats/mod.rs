@@ -97,7 +97,7 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
 }
 
 /// Whether a name ends as that of a table of text.
-fn text_ending(path: &Path) -> bool {
+pub fn text_ending(path: &Path) -> bool {
     TEXT_ENDINGS.contains(&ending(path).as_str())
 }
 

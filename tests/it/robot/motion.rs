@@ -249,7 +249,13 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
 
 #[test]
 fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
-    let (commands, scene) = lift(1.0, 1.0);
+    let (mut commands, scene) = lift(1.0, 1.0);
+    // It was taught some time after the recording began.
+    let task = &mut commands.tasks[0];
+    (task.start_s, task.end_s) = (7.0, 10.0);
+    for (segment, taught_start_s) in task.segments.iter_mut().zip([7.0, 7.5, 9.0]) {
+        segment.taught_start_s = taught_start_s;
+    }
     let why = |beside: &[(&str, &str)]| {
         let mut scene = scene.clone();
         for (name, body) in beside {
@@ -264,11 +270,15 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
     let rail = "position: [100 mm, 75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
     let told =
         why(&[("rail", rail), ("far", "position: [100 mm, 275 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 20 mm]}]")]);
-    assert!(told.ends_with("it could be held without `rail` where `cube` is taken, at 0.0 s"), "{told}");
+    assert!(told.ends_with("it could be held without `rail` where `cube` is taken, at 7.0 s"), "{told}");
     // High enough to be met where the cube is let go too.
     let high = "position: [100 mm, 75 mm, 120 mm], parts: [{box: [120 mm, 20 mm, 240 mm]}]";
     let told = why(&[("rail", high)]);
     assert!(told.ends_with("it could be held without `rail`"), "{told}");
+    // Two of them, each of which is enough.
+    let other = "position: [100 mm, -75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
+    let told = why(&[("rail", rail), ("other", other)]);
+    assert!(told.ends_with("it could be held without what stands about it"), "{told}");
     assert_eq!(why(&[]), "");
 }
 

@@ -111,7 +111,7 @@ fn what_cannot_be_scored_is_said() {
     let labels = folder.path().join("1_segments.csv");
     std::fs::write(&labels, "label,start_s,end_s\nGrasp,0,1\n").unwrap();
     for (args, wanted) in [
-        (vec!["score", empty], "the folder has no `.csv` or `.parquet` log"),
+        (vec!["score", empty], "the folder has no `.csv`, `.tsv` or `.parquet` log"),
         (with(&[]), "the log does not say what is true"),
         (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
         (with(&["--labels", "docs"]), "the log has no label file"),

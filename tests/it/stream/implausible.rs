@@ -82,6 +82,12 @@ fn degrees_that_are_read_as_radians_are_told() {
     assert_eq!(angles(folder, "", |time| (170.0 + 10.0 * time) % 360.0 - 180.0).len(), 1);
     assert_eq!(angles(folder, " [deg]", turned), [""; 0]);
     assert_eq!(angles(folder, " [deg]", |time| 720.0 * time), [""; 0]);
+    // A bad sample is no degree.
+    for bad_s in [0.0, 0.5] {
+        let told = angles(folder, "", |time| if time == bad_s { 90.0 } else { 0.3 });
+        assert!(told.iter().all(|told| told.starts_with("impossible_jump ")), "{told:?}");
+        assert_eq!(told.len(), 1);
+    }
     // Turns that are counted.
     assert_eq!(angles(folder, "", |time| 12.0 * time), [""; 0]);
     assert_eq!(angles(folder, "", |time| (6.0 * time).sin() * 3.1), [""; 0]);

@@ -114,7 +114,11 @@ fn a_bad_sample_is_taken_out_before_a_log_is_resampled() {
 fn what_may_be_is_no_jump() {
     let folder = tempfile::tempdir().unwrap();
     let plain = taught();
-    let changes: [(&str, Change); 7] = [
+    let blow = |log: &mut Recording| {
+        let blow = [60.0, 200.0, 400.0, 300.0, 100.0];
+        blow.iter().zip(700..).for_each(|(force, row)| add(log, "right.thumb.force.z", row, *force));
+    };
+    let changes: [(&str, Change); 10] = [
         ("nothing", &|_| {}),
         ("a place that stays for three samples", &|log| {
             (1900..1903).for_each(|row| set(log, "right.thumb.position.x", row, 0.3));
@@ -122,9 +126,22 @@ fn what_may_be_is_no_jump() {
         ("a place that stays", &|log| {
             log.columns["box.position.z"].values[1900..].iter_mut().for_each(|value| *value += 0.3);
         }),
-        ("a blow", &|log| {
-            let blow = [60.0, 200.0, 400.0, 300.0, 100.0];
-            blow.iter().zip(700..).for_each(|(force, row)| add(log, "right.thumb.force.z", row, *force));
+        ("a blow", &blow),
+        ("a blow of which two samples are left", &|log| {
+            blow(log);
+            slower(log, 2);
+        }),
+        ("a blow of which one sample is left", &|log| {
+            blow(log);
+            log.columns.values_mut().for_each(|column| column.values.rotate_left(2));
+            slower(log, 10);
+        }),
+        ("something that the scene does not have", &|log| {
+            for part in ["x", "y", "z"] {
+                let mut column = log.columns[&format!("box.position.{part}")].clone();
+                column.values[1900] += 1.0;
+                log.columns.insert(format!("lamp.position.{part}"), column);
+            }
         }),
         ("centimetres", &|log| {
             log.columns["right.thumb.position.x"]

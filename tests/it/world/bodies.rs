@@ -88,6 +88,33 @@ fn a_cylinder_rolls_as_it_should_and_not_by_itself() {
     assert!((moved - expected).abs() < 0.01 * expected, "{moved} m, expected {expected} m");
 }
 
+/// A cylinder lies on another one that is fixed, at 20 degrees to the side of its top, and slides down without friction and without a turn.
+#[test]
+fn a_cylinder_slides_down_another_one_as_it_should() {
+    let (start, end) = (20.0_f64.to_radians(), 40.0_f64.to_radians());
+    let apart = 0.056;
+    let [x, z] = [apart * start.sin(), apart * start.cos()].map(|way| way * 1e3);
+    let text = format!(
+        "name: slide
+bodies:
+  can: {{role: object, mass: 100 g, friction: 0, position: [{x} mm, 0 mm, {z} mm], rotation: [0.7071067811865476, 0.7071067811865476, 0, 0], parts: [{{cylinder: [28 mm, 140 mm]}}]}}
+  log: {{role: support, friction: 0, position: [0 mm, 0 mm, 0 mm], rotation: [0.7071067811865476, 0.7071067811865476, 0, 0], parts: [{{cylinder: [28 mm, 140 mm]}}]}}
+hands: {{}}"
+    );
+    let mut world = world(&yaml::read(&text, "slide.yaml").unwrap());
+    let seen = (0..1000).find_map(|_| {
+        run(&mut world, 1e-3, |_| ());
+        let can = world.observation().bodies[0];
+        let [x, z] = [can.pose.translation.x, can.pose.translation.z];
+        (x.atan2(z) > end).then_some((x, z, can.velocity.norm()))
+    });
+    let (x, z, speed) = seen.unwrap();
+    // What it has lost in height it has in speed.
+    let expected = (2.0 * 9.81 * apart * (start.cos() - x.atan2(z).cos())).sqrt();
+    assert!((speed - expected).abs() < 0.01 * expected, "{speed} m/s, expected {expected} m/s");
+    assert!((x.hypot(z) - apart).abs() < 1e-4, "{} m apart, expected {apart} m", x.hypot(z));
+}
+
 #[test]
 fn friction_on_a_slope_is_reported() {
     let tilt = 0.2_f64;
