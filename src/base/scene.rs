@@ -3,7 +3,6 @@
 
 use super::hands::{Finger, Side};
 use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, with_direction};
-use super::yaml::each_once;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
@@ -18,10 +17,9 @@ pub struct Scene {
     #[serde(default = "standard_gravity")]
     pub gravity: [Acceleration; 3],
     /// The bodies by name, in file order.
-    #[serde(deserialize_with = "each_once")]
     pub bodies: IndexMap<String, Body>,
     /// The hands and their fingertips, in the order of the log.
-    #[serde(default, deserialize_with = "each_once")]
+    #[serde(default)]
     pub hands: IndexMap<Side, Hand>,
 }
 
@@ -50,7 +48,7 @@ pub struct Body {
     #[serde(default = "no_rotation", deserialize_with = "with_direction")]
     pub rotation: [f64; 4],
     /// Sockets fixed to this body: holes, or pegs that hollow objects are put on.
-    #[serde(default, deserialize_with = "each_once", skip_serializing_if = "IndexMap::is_empty")]
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sockets: IndexMap<String, Socket>,
     /// The point of this body that enters a socket, body frame; the origin when left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -1,14 +1,13 @@
 //! Reading YAML: the only place that names the YAML crate. Every error carries file, line and column, and speaks of keys and lists,
 //! not of the types that read them.
 
+mod twice;
+
 use super::error::InputError;
 use super::shown::Shown;
-use indexmap::IndexMap;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserializer, Serialize};
 use std::fmt;
-use std::hash::Hash;
-use std::marker::PhantomData;
 
 /// The largest YAML text that is read, in bytes.
 pub const MAX_BYTES: usize = 1 << 20;
@@ -29,6 +28,13 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         let message = format!("the brackets stand more than {MAX_DEPTH} deep in each other");
         return Err(InputError::new(format!("{file}:{line}:{column}"), message));
     }
+    let mut documents = serde_yaml::Deserializer::from_str(text);
+    if let Some(error) = documents.find_map(|document| twice::Once.deserialize(document).err())
+        && let (message, Some(at)) = (error.to_string(), error.location())
+        && let Some(message) = twice::said(&message)
+    {
+        return Err(InputError::new(format!("{file}:{}:{}", at.line(), at.column()), message));
+    }
     serde_yaml::from_str(text).map_err(|error| {
         let place = match error.location() {
             Some(at) => format!("{file}:{}:{}", at.line(), at.column()),
@@ -38,52 +44,6 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         // The crate appends the place that we already give.
         InputError::new(place, in_plain_words(message.split(" at line ").next().unwrap_or(&message)))
     })
-}
-
-/// A map as a list: its entries in the order of the text, also those whose key stands there twice.
-pub struct Entries<K, V>(pub Vec<(K, V)>);
-
-impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Deserialize<'de> for Entries<K, V> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Collect<K, V>(PhantomData<(K, V)>);
-        impl<'de, K: Deserialize<'de>, V: Deserialize<'de>> Visitor<'de> for Collect<K, V> {
-            type Value = Entries<K, V>;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a map")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
-                let mut entries = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    entries.push(entry);
-                }
-                Ok(Entries(entries))
-            }
-        }
-        deserializer.deserialize_map(Collect(PhantomData))
-    }
-}
-
-/// A map of which each key stands there once.
-///
-/// # Errors
-/// A key that is there twice.
-pub fn each_once<'de, K, V, D>(deserializer: D) -> Result<IndexMap<K, V>, D::Error>
-where
-    K: Deserialize<'de> + Eq + Hash + fmt::Display,
-    V: Deserialize<'de>,
-    D: Deserializer<'de>,
-{
-    let Entries(entries) = Entries::deserialize(deserializer)?;
-    let mut map = IndexMap::with_capacity(entries.len());
-    for (key, value) in entries {
-        if map.contains_key(&key) {
-            return Err(D::Error::custom(format!("`{key}` is there twice")));
-        }
-        map.insert(key, value);
-    }
-    Ok(map)
 }
 
 /// Where the value at these keys stands, one below the other, an item of a list by its number from 0: `file:line:column`; of keys that are not there

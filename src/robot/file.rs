@@ -17,7 +17,7 @@ use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::{Force, Length, Mass};
 use crate::base::shown::Shown;
-use crate::base::yaml::{self, Entries};
+use crate::base::yaml;
 use assembly::assembly;
 use indexmap::IndexMap;
 use joints::{JointFile, dofs, made_joint};
@@ -43,21 +43,17 @@ struct RobotFile {
     name: String,
     #[serde(default)]
     root: Option<String>,
-    #[serde(default = "none")]
-    links: Entries<String, LinkFile>,
-    #[serde(default = "none")]
-    joints: Entries<String, JointFile>,
+    #[serde(default)]
+    links: IndexMap<String, LinkFile>,
+    #[serde(default)]
+    joints: IndexMap<String, JointFile>,
     /// A URDF file beside this one, in place of links and joints.
     #[serde(default)]
     urdf: Option<String>,
     #[serde(default)]
     hand: Option<HandFile>,
-    #[serde(default = "none")]
-    parts: Entries<String, PartFile>,
-}
-
-fn none<V>() -> Entries<String, V> {
-    Entries(Vec::new())
+    #[serde(default)]
+    parts: IndexMap<String, PartFile>,
 }
 
 #[derive(Deserialize)]
@@ -88,7 +84,7 @@ struct SolidFile {
 pub(super) struct HandFile {
     side: Side,
     palm: String,
-    fingers: Entries<Finger, FingerFile>,
+    fingers: IndexMap<Finger, FingerFile>,
 }
 
 #[derive(Deserialize)]
@@ -161,7 +157,7 @@ fn from_text(
     let parsed: RobotFile = yaml::read(text, file)?;
     let places = Places { text, file };
     let built = if let Some(urdf) = &parsed.urdf {
-        if parsed.root.is_some() || parsed.links.0.len() + parsed.joints.0.len() + parsed.parts.0.len() > 0 {
+        if parsed.root.is_some() || parsed.links.len() + parsed.joints.len() + parsed.parts.len() > 0 {
             let message = "stands beside `root`, `links`, `joints` or `parts`, wanted one of them";
             return Err(places.error("urdf", "", message.into()));
         }
@@ -174,13 +170,13 @@ fn from_text(
             built.hands.insert(side, made);
         }
         built
-    } else if parsed.parts.0.is_empty() {
+    } else if parsed.parts.is_empty() {
         single(parsed, &places)?
     } else {
         let beside = [
             ("root", parsed.root.is_some()),
-            ("links", !parsed.links.0.is_empty()),
-            ("joints", !parsed.joints.0.is_empty()),
+            ("links", !parsed.links.is_empty()),
+            ("joints", !parsed.joints.is_empty()),
             ("hand", parsed.hand.is_some()),
         ];
         if let Some((key, _)) = beside.iter().find(|(_, there)| *there) {
@@ -232,19 +228,9 @@ impl Places<'_> {
 
 /// A tree of links and joints.
 fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
-    let RobotFile { name, root, links: Entries(links), joints: Entries(joints), hand, .. } = file;
+    let RobotFile { name, root, links, joints, hand, .. } = file;
     let root =
         root.ok_or_else(|| InputError::new(places.file, "the key `root` is missing: the link that stands still"))?;
-    for (section, names) in [
-        ("links", links.iter().map(|(name, _)| name).collect::<Vec<_>>()),
-        ("joints", joints.iter().map(|(name, _)| name).collect()),
-    ] {
-        for (at, name) in names.iter().enumerate() {
-            if names[..at].contains(name) {
-                return Err(places.error(section, name, "is there twice".into()));
-            }
-        }
-    }
     if links.len() > MAX_LINKS {
         return Err(places.error("links", "", format!("there are {}, at most {MAX_LINKS} are read", links.len())));
     }
@@ -261,7 +247,7 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
         if joint.child == root {
             return Err(places.error("joints", name, format!("has the child `{root}`, but that is the root")));
         }
-        if let Some((other, _)) = joints[..at].iter().find(|(_, one)| one.child == joint.child) {
+        if let Some((other, _)) = joints.iter().take(at).find(|(_, one)| one.child == joint.child) {
             let message = format!("has the child `{}`, which hangs at `{other}` already", joint.child);
             return Err(places.error("joints", name, message));
         }
@@ -274,13 +260,13 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
         at += 1;
     }
     if let Some((name, _)) = links.iter().find(|(name, _)| !order.contains(name)) {
-        let message = format!("does not hang on the root `{root}`: the tree does not close");
+        let message = format!("does not hang on the root `{root}`: {}", above(name, &joints));
         return Err(places.error("links", name, message));
     }
     let dofs = dofs(&joints, places)?;
     let mut built = Robot { name, links: Vec::new(), dofs, hands: IndexMap::new() };
     for name in &order {
-        let Some((_, link)) = links.iter().find(|(known, _)| known == name) else { continue };
+        let Some((_, link)) = links.get_key_value(name) else { continue };
         let (mut made, hangs) = (made_link(name, link, places)?, joints.iter().find(|(_, joint)| joint.child == *name));
         if let Some((joint_name, joint)) = hangs {
             made.parent = built.link(&joint.parent).unwrap_or(0);
@@ -295,6 +281,26 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
         built.hands.insert(side, made);
     }
     Ok(built)
+}
+
+/// What a link hangs on, that does not hang on the root.
+fn above(link: &str, joints: &IndexMap<String, JointFile>) -> String {
+    let mut way = vec![link];
+    loop {
+        let at = way[way.len() - 1];
+        let Some((joint, file)) = joints.iter().find(|(_, joint)| joint.child == at) else {
+            return format!("`{at}` is the child of no joint");
+        };
+        if file.parent == at {
+            return format!("`{at}` hangs on itself, by `{joint}`");
+        }
+        if let Some(begins) = way.iter().position(|known| *known == file.parent) {
+            let ring: Vec<String> =
+                way[begins..].iter().chain([&way[begins]]).map(|link| format!("`{link}`")).collect();
+            return format!("{} hang on each other in a ring", ring.join(", "));
+        }
+        way.push(&file.parent);
+    }
 }
 
 fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, InputError> {
@@ -378,11 +384,8 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
         .link(&file.palm)
         .ok_or_else(|| refuse("palm", format!("found `{}`, wanted the name of a link", file.palm)))?;
     let mut specs = Vec::new();
-    for (finger, file) in &file.fingers.0 {
+    for (finger, file) in &file.fingers {
         let name = finger.name();
-        if specs.iter().any(|spec: &FingerSpec| spec.finger == *finger) {
-            return Err(refuse(name, "is there twice".into()));
-        }
         let link = robot
             .link(&file.link)
             .ok_or_else(|| refuse(name, format!("ends at the link `{}`, which is not there", file.link)))?;

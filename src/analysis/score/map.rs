@@ -1,7 +1,7 @@
 //! From foreign names to ours: `S1: [Move, Approach]`, `S2: Grasp`, `S9: mask` (docs/score.md).
 
 use crate::base::error::InputError;
-use crate::base::yaml::{self, Entries};
+use crate::base::yaml;
 use crate::language::rules::Rules;
 use crate::stream::names::nearest;
 use indexmap::IndexMap;
@@ -20,7 +20,7 @@ pub struct NameMap {
 }
 
 /// A name in YAML, where `1` is a number.
-#[derive(Deserialize)]
+#[derive(PartialEq, Eq, Hash, Deserialize)]
 #[serde(untagged, expecting = "wanted a name")]
 enum Name {
     Text(String),
@@ -40,11 +40,11 @@ impl NameMap {
     /// # Errors
     /// What is no map from names to names.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let map: Entries<Name, Names> = yaml::read(text, file).map_err(|error| {
+        let map: IndexMap<Name, Names> = yaml::read(text, file).map_err(|error| {
             error.help("a map has lines such as `S1: [Move, Approach]`, `S2: Grasp` and `S9: mask`")
         })?;
         let mut entries = IndexMap::new();
-        for (foreign, ours) in map.0 {
+        for (foreign, ours) in map {
             let foreign = match foreign {
                 Name::Text(text) => text,
                 Name::Number(number) => number.to_string(),

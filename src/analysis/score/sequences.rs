@@ -4,7 +4,7 @@
 use super::map::Known;
 use super::tally::Tally;
 use crate::base::error::InputError;
-use crate::base::yaml::{self, Entries};
+use crate::base::yaml;
 use indexmap::IndexMap;
 use serde::Deserialize;
 
@@ -27,11 +27,12 @@ impl Sequences {
     /// # Errors
     /// What is no such map, and names that the rules do not have.
     pub fn read(text: &str, file: &str, known: &Known) -> Result<Self, InputError> {
-        let lines: Entries<String, Lines> = yaml::read(text, file).map_err(|error| {
-            error.help("wanted lines such as `pick_and_place: Move Approach Grasp Translate Place Release`")
+        let lines: IndexMap<String, Lines> = yaml::read(text, file).map_err(|error| {
+            let line = "pick_and_place: Move Approach Grasp Translate Place Release";
+            error.help(format!("wanted lines such as `{line}`; several sequences of one task are a list"))
         })?;
         let mut tasks = IndexMap::new();
-        for (task, lines) in lines.0 {
+        for (task, lines) in lines {
             let lines = match lines {
                 Lines::One(line) => vec![line],
                 Lines::Several(lines) => lines,
@@ -49,10 +50,7 @@ impl Sequences {
             if sequences.is_empty() || sequences.iter().any(Vec::is_empty) {
                 return Err(InputError::new(file, format!("the sequence of `{task}` is empty")));
             }
-            if tasks.insert(task.clone(), sequences).is_some() {
-                return Err(InputError::new(file, format!("`{task}` stands there twice"))
-                    .help("several sequences of one task are a list"));
-            }
+            tasks.insert(task, sequences);
         }
         Ok(Self { tasks })
     }

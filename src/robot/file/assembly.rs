@@ -21,12 +21,7 @@ pub(super) fn assembly(
     let mut links = vec![Link::massless("world", Vec::new())];
     let mut whole = Robot { name: file.name, links: Vec::new(), dofs: Vec::new(), hands: IndexMap::new() };
     let mut hands: Vec<(Side, String, usize, Vec<FingerSpec>)> = Vec::new();
-    let mut named: Vec<String> = Vec::new();
-    for (part, PartFile { robot, on, at, turned, source }) in &file.parts.0 {
-        if named.contains(part) {
-            return Err(refuse(part, "is there twice".into()));
-        }
-        named.push(part.clone());
+    for (part, PartFile { robot, on, at, turned, source }) in &file.parts {
         if source.trim().is_empty() {
             return Err(refuse(part, "has an empty `source`".into()));
         }

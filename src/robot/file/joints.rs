@@ -5,6 +5,7 @@ use super::{Places, SPEEDS_UP_S, no_turn};
 use crate::base::error::InputError;
 use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
 use crate::base::shown::Shown;
+use indexmap::IndexMap;
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
 use std::f64::consts::TAU;
@@ -60,7 +61,7 @@ struct CoupledFile {
 }
 
 /// What can be driven: the joints that are not coupled.
-pub(super) fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Result<Vec<Dof>, InputError> {
+pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) -> Result<Vec<Dof>, InputError> {
     let mut dofs = Vec::new();
     for (name, joint) in joints {
         let refuse = |message: String| places.error("joints", name, message);
@@ -72,7 +73,7 @@ pub(super) fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Resul
             if own.contains(&true) {
                 return Err(refuse("is coupled, and has limits of its own".into()));
             }
-            match joints.iter().find(|(other, _)| *other == coupled.to) {
+            match joints.iter().find(|(other, _)| **other == coupled.to) {
                 None => return Err(refuse(format!("is coupled to `{}`, which is no joint", coupled.to))),
                 Some((_, other)) if other.coupled.is_some() => {
                     return Err(refuse(format!("is coupled to `{}`, which is coupled itself", coupled.to)));
@@ -135,7 +136,7 @@ pub(super) fn dofs(joints: &[(String, JointFile)], places: &Places<'_>) -> Resul
 pub(super) fn made_joint(
     name: &str,
     joint: &JointFile,
-    joints: &[(String, JointFile)],
+    joints: &IndexMap<String, JointFile>,
     dofs: &[Dof],
     places: &Places<'_>,
 ) -> Result<Joint, InputError> {
