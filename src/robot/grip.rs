@@ -33,7 +33,14 @@ impl Grip {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
-        for dof in hand.fingers.iter().flat_map(|finger| &finger.dofs).map(|dof| &limb.dofs[*dof]) {
+        let dofs = || hand.fingers.iter().flat_map(|finger| &finger.dofs).map(|dof| &limb.dofs[*dof]);
+        if let Some(name) = mapped.joints.keys().find(|name| dofs().all(|dof| dof.name != **name)) {
+            return Err(format!(
+                "has a grasp with the joint `{name}`, which the hand of `{}` does not have",
+                limb.name
+            ));
+        }
+        for dof in dofs() {
             let Some(value) = mapped.joints.get(&dof.name) else { continue };
             let [low, high] = dof.range;
             if !(low - ROUNDED..=high + ROUNDED).contains(value) {

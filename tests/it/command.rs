@@ -170,8 +170,20 @@ fn a_page_shows_what_the_robot_did() {
     let drawn = text.split("aria-label=\"total force on the object, z, N\"").nth(1).unwrap();
     let curve = drawn.split("class=\"line c0\" d=\"M").nth(2).unwrap().split('"').next().unwrap();
     assert!(curve.contains('l') && curve.len() > 200, "{curve}");
+    // Joints that the hand does not have are somebody's mistake.
+    let made = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
+    let mut foreign = made.clone();
+    let joints = &mut foreign.tasks[0].grasps[0].mapped.as_mut().unwrap().joints;
+    let value = joints.remove("right_hand/thumb_1").unwrap();
+    joints.insert("right_hand/thump_1".into(), value);
+    let misspelt = path("misspelt.json");
+    std::fs::write(&misspelt, foreign.json().unwrap()).unwrap();
+    let said = teachtree(&["simulate", &misspelt, "--scene", "pick_and_place", "-o", &path("none.csv")]);
+    assert_eq!(said.status.code(), Some(2));
+    let told = complained(&said);
+    assert!(told.contains("the joint `right_hand/thump_1`, which the hand of `both hands` does not have"), "{told}");
     // A grasp that the hand cannot take is an answer, not a mistake.
-    let mut without = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
+    let mut without = made;
     without.tasks[0].grasps[0].mapped = None;
     without.tasks[0].grasps[0].infeasible = Some("thumb cannot reach its contact: 24.8 mm are missing".into());
     let refused = path("refused.json");
