@@ -29,7 +29,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         return Err(InputError::new(format!("{file}:{line}:{column}"), message));
     }
     let mut documents = serde_yaml::Deserializer::from_str(text);
-    if let Some(error) = documents.find_map(|document| twice::Once.deserialize(document).err())
+    if let Some(error) = documents.find_map(|document| twice::search(document).err())
         && let (message, Some(at)) = (error.to_string(), error.location())
         && let Some(message) = twice::said(&message)
     {

@@ -2,7 +2,6 @@
 
 use crate::base::error::InputError;
 use crate::stream::csv::beside;
-#[cfg(feature = "world")]
 use crate::stream::formats;
 use crate::stream::whole;
 use std::io::{IsTerminal, Write};
@@ -61,13 +60,16 @@ pub fn refuse_one_for_two(places: &[&Path]) -> Result<(), InputError> {
 /// What stands beside a log and is read with it.
 const BESIDE: [&str; 2] = ["scene.yaml", "events.csv"];
 
-/// Refuses a place that is one of the inputs, or stands beside one.
+/// Refuses a place that is one of the inputs, stands beside one, or is a file in a folder that is one.
 ///
 /// # Errors
 /// When it is.
 pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     let is_beside = |input: &Path, place: &Path| {
-        is_at(input, place) || BESIDE.iter().flat_map(|ending| beside(input, ending)).any(|file| is_at(&file, place))
+        let log = formats::without_episode(input);
+        let in_folder = log.is_dir() && std::fs::canonicalize(&log).is_ok_and(|folder| place.starts_with(folder));
+        let files = || BESIDE.iter().flat_map(|ending| beside(input, ending));
+        in_folder || is_at(input, place) || files().any(|file| is_at(&file, place))
     };
     refuse(path, inputs, &is_beside)
 }

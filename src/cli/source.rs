@@ -60,21 +60,26 @@ const LOG_ENDINGS: [&str; 3] = ["csv", "tsv", "parquet"];
 /// Whether a file may be a log by its name; other tables of text are logs where a scene stands beside them.
 fn is_log(file: &Path) -> bool {
     let has_ending = |wanted: &&str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
-    let has_scene = || beside(file, "scene.yaml").iter().any(|scene| scene.is_file());
-    let by_name = LOG_ENDINGS.iter().any(has_ending) || formats::text_ending(file) && has_scene();
+    // `a.scene.yaml` is that of `a.csv`.
+    let [_, own_scene] = beside(file, "scene.yaml");
+    let by_name = LOG_ENDINGS.iter().any(has_ending) || formats::text_ending(file) && own_scene.is_file();
     by_name && !is_beside(file) && file.is_file()
 }
 
 /// The same logs without those that are named twice.
 fn each_once(logs: Vec<PathBuf>) -> Vec<PathBuf> {
     let mut seen = BTreeSet::new();
-    let known = |log: &PathBuf| std::fs::canonicalize(log).unwrap_or_else(|_| log.clone());
+    // What a link leads to may have another scene beside it.
+    let known = |log: &PathBuf| {
+        let folder = log.parent().and_then(|folder| std::fs::canonicalize(folder.join(".")).ok());
+        folder.zip(log.file_name()).map_or_else(|| log.clone(), |(folder, name)| folder.join(name))
+    };
     logs.into_iter().filter(|log| seen.insert(known(log))).collect()
 }
 
 /// Whether a file belongs to a log that stands beside it: its events, its labels.
 pub fn is_beside(file: &Path) -> bool {
-    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
     LABEL_ENDINGS.iter().chain(&[".events.csv"]).any(|ending| name.ends_with(ending))
 }
 

@@ -274,6 +274,11 @@ fn what_is_read_on_the_way_is_not_written_over_either() {
             complained(&output)
         );
     }
+    // A folder may be a log in parts.
+    std::fs::create_dir(path("parts")).unwrap();
+    std::fs::write(path("parts/a.csv"), "t,x\n0,1\n1,2\n").unwrap();
+    let lost = run(&["inspect", "parts", "--skeleton", "parts/a.csv"]);
+    assert!(complained(&lost).contains("is an input of this command"), "{}", complained(&lost));
     assert!(!path("page.html").exists());
     assert_eq!(std::fs::read(path("contact.rules")).unwrap(), std::fs::read(shipped.join("contact.rules")).unwrap());
 }

@@ -96,6 +96,16 @@ fn a_scene_in_a_binding_is_checked() {
     assert!(teachtree(&["analyze", LOG, "--binding", &binding]).status.success());
 }
 
+/// A text may say much in few words: a list of which another one has many aliases. That is refused before it is written out.
+#[test]
+fn aliases_that_say_too_much_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("zzz: &a [{}1]\nb: [{}*a]\n", "1, ".repeat(100_000), "*a, ".repeat(50_000));
+    let scene = file(&folder, "scene.yaml", &text);
+    let told = refused(&["teach", &scene, "stamp", "-o", folder.path().join("a.csv").to_str().unwrap()]);
+    assert!(told.contains("the text has more than 1048576 values when its aliases are written out"), "{told}");
+}
+
 /// A JSON file that is empty or was cut has no column to look at.
 #[test]
 fn json_that_ends_too_early_is_told_without_a_column() {

@@ -1,33 +1,48 @@
 //! Keys that stand in a mapping twice, anywhere in a text: whoever reads it into a map would keep the last one and drop the others without a word.
 
+use crate::base::yaml::MAX_BYTES;
 use serde::de::{
     DeserializeSeed, Deserializer, EnumAccess, Error, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor,
 };
+use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// What an error of this search begins and ends with.
-const SAYS: [&str; 2] = ["the key `", "is there twice"];
+/// What errors of this search begin and end with.
+const TWICE: [&str; 2] = ["the key `", "is there twice"];
+const MUCH: [&str; 2] = ["the text", "its aliases are written out"];
+/// A text without aliases has fewer values.
+const MOST: usize = MAX_BYTES;
 
 /// What an error of this search says, without the place that the crate puts about it; `None` of any other error: what else is wrong with a text is
 /// told by who reads it into types.
 pub(super) fn said(message: &str) -> Option<&str> {
-    let [begins, ends] = SAYS;
-    message.get(message.find(begins)?..message.find(ends)? + ends.len())
+    let between = |[begins, ends]: [&str; 2]| message.get(message.find(begins)?..message.find(ends)? + ends.len());
+    between(TWICE).or_else(|| between(MUCH))
+}
+
+/// The search through a text.
+pub(super) fn search<'de, D: Deserializer<'de>>(text: D) -> Result<(), D::Error> {
+    Once(&Cell::new(0)).deserialize(text)
 }
 
 /// Goes through all of a value, and stops at the first key that its mapping had already.
-pub(super) struct Once;
+#[derive(Clone, Copy)]
+struct Once<'s>(&'s Cell<usize>);
 
-impl<'de> DeserializeSeed<'de> for Once {
+impl<'de> DeserializeSeed<'de> for Once<'_> {
     type Value = ();
 
     fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<(), D::Error> {
+        self.0.set(self.0.get() + 1);
+        if self.0.get() > MOST {
+            return Err(D::Error::custom(format!("{} has more than {MOST} values when {}", MUCH[0], MUCH[1])));
+        }
         from.deserialize_any(self)
     }
 }
 
-impl<'de> Visitor<'de> for Once {
+impl<'de> Visitor<'de> for Once<'_> {
     type Value = ();
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -37,19 +52,19 @@ impl<'de> Visitor<'de> for Once {
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<(), A::Error> {
         let mut seen = BTreeSet::new();
         while map.next_key_seed(Key(&mut seen))?.is_some() {
-            map.next_value_seed(Self)?;
+            map.next_value_seed(self)?;
         }
         Ok(())
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<(), A::Error> {
-        while items.next_element_seed(Self)?.is_some() {}
+        while items.next_element_seed(self)?.is_some() {}
         Ok(())
     }
 
     fn visit_enum<A: EnumAccess<'de>>(self, tagged: A) -> Result<(), A::Error> {
         let (IgnoredAny, value) = tagged.variant()?;
-        value.newtype_variant_seed(Self)
+        value.newtype_variant_seed(self)
     }
 
     fn visit_unit<E>(self) -> Result<(), E> {
@@ -96,6 +111,6 @@ impl<'de> Visitor<'de> for Key<'_> {
     }
 
     fn visit_str<E: Error>(self, key: &str) -> Result<(), E> {
-        if self.0.insert(key.into()) { Ok(()) } else { Err(E::custom(format!("{}{key}` {}", SAYS[0], SAYS[1]))) }
+        if self.0.insert(key.into()) { Ok(()) } else { Err(E::custom(format!("{}{key}` {}", TWICE[0], TWICE[1]))) }
     }
 }

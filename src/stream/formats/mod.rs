@@ -110,6 +110,11 @@ fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
+/// A log without the number of an episode behind it.
+pub fn without_episode(path: &Path) -> PathBuf {
+    episode(path).0
+}
+
 /// A path and the episode that stands behind it; a file that is really called so is no episode.
 fn episode(path: &Path) -> (PathBuf, Option<usize>) {
     let text = path.to_string_lossy();
