@@ -159,9 +159,13 @@ pub(crate) fn in_plain_words(message: &str) -> String {
         }
     }
     // A part of a body is one of these beside its place; serde cannot name what stands there instead.
-    message.replace(
+    let message = message.replace(
         "no variant of enum Shape found in flattened data",
         "has no shape, wanted one of `box`, `cylinder`, `ball`",
+    );
+    message.replace(
+        "found character that cannot start any token",
+        "found a tab, or another sign with which nothing begins: YAML is indented with blanks",
     )
 }
 

@@ -27,6 +27,9 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
 #[cfg(feature = "world")]
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     formats::check_name(path)?;
+    if path.is_dir() {
+        return Err(InputError::new(path.display().to_string(), "is a folder, wanted the name of a log"));
+    }
     of_recording(path).iter().try_for_each(|file| refuse(file, inputs, &is_at))
 }
 

@@ -185,7 +185,12 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
             "if the stamps are in {unit}, say `time [{unit}]` in the header or in a binding; without a unit they are in s"
         )
     } else {
-        format!("if the stamps are in s and the header or a binding calls them {unit}, say `time [s]` there")
+        // So many thousands too short: what is called `us` may be ms.
+        let names: Vec<&str> = ["s"].into_iter().chain(UNITS.map(|(name, _)| name)).collect();
+        let thousands = names.iter().position(|name| *name == unit).unwrap_or_default();
+        let pairs = names.iter().skip(thousands).zip(&names);
+        let pairs: Vec<String> = pairs.map(|(called, is)| format!("`{called}`, say `time [{is}]`")).collect();
+        format!("if the header or a binding calls the stamps {}", pairs.join("; if "))
     };
     Err(error.help(help))
 }

@@ -5,6 +5,7 @@ mod page;
 
 use crate::analysis::build::{chapter, leaves};
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::ops::Range;
 use teachtree::analysis::{Analysis, analyse, explain, json::Meta};
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape};
@@ -361,10 +362,24 @@ fn a_knock_does_not_set_the_scale_and_is_told() {
     let beyond = |drawing: &str| drawing.matches("<text class=\"beyond\"").count();
     let (entry, drawing) = knocked(&[]);
     assert!(entry["scale"].is_null() && beyond(&drawing) == 0);
+    let calm = entry;
     // A knock of two frames, and a blow of a fifteenth of a second, which lasts.
     let (entry, drawing) = knocked(&[(3000..3002, 61.5), (6500..6567, 3.0)]);
     let scale: Vec<f64> = entry["scale"].as_array().unwrap().iter().map(|end| end.as_f64().unwrap()).collect();
     assert!(scale[0] >= -0.5 && (3.0..4.0).contains(&scale[1]), "{scale:?}");
+    // Elsewhere it is drawn as without the knock, as finely as this scale shows it: a thousandth of it, and a step of what is written.
+    let drawn = |entry: &Value| {
+        let pieces = line(&entry["curves"][0][1]);
+        let between = |pair: &[(i64, f64)]| {
+            let ((from, a), (to, b)) = (pair[0], pair[1]);
+            (from..to).map(|at| (at, a + (b - a) * (at - from) as f64 / (to - from) as f64)).collect::<Vec<_>>()
+        };
+        pieces.iter().flat_map(|piece| piece.windows(2).flat_map(between)).collect::<BTreeMap<i64, f64>>()
+    };
+    let far = |at: &i64| !(2500..7100).contains(at);
+    let (without, with) = (drawn(&calm), drawn(&entry));
+    let off = without.iter().filter(|(at, _)| far(at)).map(|(at, value)| (value - with[at]).abs()).fold(0.0, f64::max);
+    assert!(off < (scale[1] - scale[0]) / 1000.0 + 61.5 / 20_000.0, "{off} N");
     // The curve itself goes as high as it did, and the drawing says how high.
     let highest = line(&entry["curves"][0][1]).into_iter().flatten().map(|knot| knot.1).fold(f64::MIN, f64::max);
     assert!((highest - 61.5).abs() < 0.01, "{highest}");

@@ -57,7 +57,7 @@ struct Moved<'a> {
 
 impl Moved<'_> {
     fn curve(&self, values: &[f64], within: f64) -> Value {
-        curve(values, &self.frames.stretches, Thinning { within, most: self.most })
+        curve(values, &self.frames.stretches, Thinning { within, drawn: None, most: self.most })
     }
 
     /// A column of the recording, by frame.

@@ -23,6 +23,8 @@ const COARSEST: f64 = 1.0 / 125.0;
 pub(super) struct Thinning {
     /// How far the line may be from a sample, in the unit of the values; at least the two-thousandth part of the range is allowed.
     pub within: f64,
+    /// The range of the values that is drawn, where that is less than all of it: shares are of this one.
+    pub drawn: Option<f64>,
     /// How many knots there may be, about.
     pub most: usize,
 }
@@ -40,7 +42,8 @@ pub(super) fn curve(values: &[f64], stretches: &[Range<usize>], thinning: Thinni
         return json!({ "v": least + 0.0 });
     }
     let range = if greatest > least { (greatest - least).min(f64::MAX) } else { 1.0 };
-    let lines: Vec<Vec<Knot>> = thin(values, &pieces, range, thinning);
+    let drawn = thinning.drawn.map_or(range, |drawn| drawn.min(range));
+    let lines: Vec<Vec<Knot>> = thin(values, &pieces, drawn, thinning);
     let (base, step) = (if least.is_finite() { least } else { 0.0 }, range / LEVELS);
     json!({ "a": base, "s": step, "k": base64(&packed(&lines, base, step)) })
 }
