@@ -4,8 +4,8 @@ use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::base::diagnostic::{Severity, render};
 use crate::language::{self, Request, Rules};
-use crate::stream::Opened;
 use crate::stream::binding::BindingFile;
+use crate::stream::{Opened, hand_file_of};
 use std::path::{Path, PathBuf};
 
 /// Options that name rules.
@@ -33,11 +33,8 @@ const OF_TWO_HANDS: &str = "bimanual.rules";
 
 /// The files that these options have a command read, those that rules use too: nothing is written over them.
 pub fn read_by(source: &SourceArgs, rules: &RuleArgs) -> Vec<PathBuf> {
-    let beside = |binding: &Path| {
-        let name = BindingFile::read(binding).ok()?.binding.hand_file?;
-        Some(binding.parent()?.join(name).display().to_string())
-    };
-    let hand_file = rules.hand.clone().or_else(|| source.binding.as_deref().and_then(beside));
+    let of_binding = |binding: &Path| Some(hand_file_of(binding, BindingFile::read(binding).ok()?.binding.hand_file?));
+    let hand_file = rules.hand.clone().or_else(|| source.binding.as_deref().and_then(of_binding));
     let mut files: Vec<PathBuf> = source.binding.iter().chain(&source.scene).chain(&rules.rules).cloned().collect();
     if !rules.rules.is_empty() || hand_file.is_some() {
         let loaded = language::load(&Request { files: rules.rules.clone(), hand_file, ..Request::default() });

@@ -86,7 +86,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     if resample.is_none() {
         issues.extend(missing::put_back(&mut recording));
     }
-    let hand_file = hand_file.map(|name| beside(binding, name));
+    let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
 }
 
@@ -121,8 +121,8 @@ impl Opened {
     }
 }
 
-/// A hand file of one's own lies beside the binding that names it; others come with the program, or are found from where it runs.
-fn beside(binding: &Path, name: String) -> String {
+/// The hand file that a binding names: one of one's own lies beside it; others come with the program, or are found from where it runs.
+pub fn hand_file_of(binding: &Path, name: String) -> String {
     let own = binding.parent().map(|folder| folder.join(&name)).filter(|path| path.is_file());
     own.map_or(name, |path| path.display().to_string())
 }

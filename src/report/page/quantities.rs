@@ -295,14 +295,14 @@ fn evaluated<'a>(
     }
     let limits: Vec<f64> = thresholds.iter().map(|threshold| threshold.value).collect();
     let curves = rows.iter().map(|(_, row)| row.as_slice());
-    let mut drawn = None;
+    let mut seen = None;
     if let Some(Scale { least, greatest, left: true }) = scale_of(curves, &limits, frames.layout.rate_hz) {
-        drawn = Some((greatest - least) * scale);
+        seen = Some((greatest - least) * scale);
         fields.insert("scale".into(), json!([least * scale, greatest * scale]));
     }
     let drawn = rows.into_iter().map(|(name, mut row)| {
         row.iter_mut().for_each(|value| *value *= scale);
-        json!([name, curve(&row, &frames.stretches, Thinning { within: 0.0, drawn, most })])
+        json!([name, curve(&row, &frames.stretches, Thinning { within: 0.0, drawn: seen, most })])
     });
     fields.insert("curves".into(), drawn.collect());
     Ok(Some(entry))

@@ -10,8 +10,9 @@
 use serde_json::{Value, json};
 use std::ops::Range;
 
-/// The steps between the least and the greatest value of a curve.
+/// The steps in the range of a curve that is drawn, and how many times as large the whole range counts at most: numbers stay short.
 const LEVELS: f64 = 20_000.0;
+const TIMES: f64 = 10_000.0;
 /// Changes between true and false that are told of one curve.
 const MAX_TOGGLES: usize = 4000;
 /// The bound that is tried first, and the coarsest, as shares of the range.
@@ -42,9 +43,9 @@ pub(super) fn curve(values: &[f64], stretches: &[Range<usize>], thinning: Thinni
         return json!({ "v": least + 0.0 });
     }
     let range = if greatest > least { (greatest - least).min(f64::MAX) } else { 1.0 };
-    let drawn = thinning.drawn.map_or(range, |drawn| drawn.min(range));
+    let drawn = thinning.drawn.map_or(range, |drawn| drawn.clamp(range / TIMES, range));
     let lines: Vec<Vec<Knot>> = thin(values, &pieces, drawn, thinning);
-    let (base, step) = (if least.is_finite() { least } else { 0.0 }, range / LEVELS);
+    let (base, step) = (if least.is_finite() { least } else { 0.0 }, drawn / LEVELS);
     json!({ "a": base, "s": step, "k": base64(&packed(&lines, base, step)) })
 }
 
@@ -162,7 +163,7 @@ fn packed(lines: &[Vec<Knot>], base: f64, step: f64) -> Vec<u8> {
     for line in lines {
         number(&mut bytes, line.len());
         for (at, value) in line {
-            let now = ((value - base) / step).round().clamp(0.0, LEVELS) as i64;
+            let now = ((value - base) / step).round().clamp(0.0, TIMES * LEVELS) as i64;
             let change = now - level;
             number(&mut bytes, at - frame);
             number(&mut bytes, ((change << 1) ^ (change >> 63)).unsigned_abs() as usize);
