@@ -1,7 +1,7 @@
-//! `cargo bench --bench logs [-- FRAMES]`: the way of logs from file to labels, each figure beside that of a peer measured in the same run.
+//! `cargo bench --bench logs [-- FRAMES]`: logs from file to labels, each figure compared with a peer in the same run.
 //!
-//! The logs are made in a temporary folder and are gone afterwards; with an hour of two hands, 3.6 million frames, that takes 8 GB. Peers
-//! in Python (polars, pyarrow) are measured where they are installed. All take their turn in every round; medians count.
+//! The logs are written to a temporary folder and deleted at the end; an hour of two hands, 3.6 million frames, takes 8 GB. Peers
+//! in Python (polars, pyarrow) are measured where they are installed. All run in turns in every round; medians are reported.
 #![allow(missing_docs, reason = "a program")]
 #![allow(
     clippy::print_stdout,
@@ -64,7 +64,7 @@ fn main() {
     let mut contest = Contest::new(EACH * logs.len());
     contest.enter("analyze, four logs, two cores", || analyze(&logs, 2).seconds);
     contest.enter("the same on one core", || analyze(&logs, 1).seconds);
-    // What the machine gives at most: nothing is shared by two processes.
+    // The upper limit of the machine: two processes share nothing.
     let halves = || {
         std::thread::scope(|scope| logs.chunks(2).for_each(|half| drop(scope.spawn(|| analyze(half, 1)))));
     };
@@ -93,7 +93,7 @@ fn read(path: &Path) {
     drop(black_box(formats::open(path).expect("opens").read(&wants, None).expect("reads")));
 }
 
-/// Those who do the same work, and how long they took, s.
+/// The candidates for one task, and their times, s.
 struct Contest<'a> {
     rows: usize,
     names: Vec<&'a str>,
@@ -117,7 +117,7 @@ impl<'a> Contest<'a> {
         }
     }
 
-    /// Lets all take their turn; prints the rows a second of each, and how many times as fast the first one is.
+    /// Runs all in turns; prints the rows per second of each, and the ratio of the first one to the others.
     fn run(mut self, warm_up: usize, rounds: usize) {
         let mut times = vec![vec![]; self.runs.len()];
         for round in 0..warm_up.min(rounds - 1) + rounds {
@@ -147,13 +147,13 @@ fn median(times: &mut [f64]) -> f64 {
     times[times.len() / 2]
 }
 
-/// What a run of the program took.
+/// The time and memory of a run of the program.
 struct Took {
     seconds: f64,
     resident_kb: u64,
 }
 
-/// Runs `analyze` over logs as a program of its own.
+/// Runs `analyze` on logs as a separate process.
 fn analyze(logs: &[PathBuf], cores: usize) -> Took {
     let start = Instant::now();
     let mut child = Command::new(env!("CARGO_BIN_EXE_teachtree"))
@@ -165,7 +165,7 @@ fn analyze(logs: &[PathBuf], cores: usize) -> Took {
         .expect("the program runs");
     let mut resident_kb = 0;
     let status = loop {
-        // The most that was in memory, as far as the system tells.
+        // The peak memory, where the system reports it.
         let told = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
         let most =
             told.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse().ok());

@@ -1,25 +1,111 @@
-//! teachtree: a declarative rule language that turns a recorded demonstration into a robot program.
+//! teachtree: a declarative rule language that turns a recorded demonstration into named primitives and tasks, and those into a robot program.
 //!
-//! ```text
-//! scene + operator ──▶ world ──▶ recording ──▶ stream ──▶ engine ──▶ analysis ──▶ report
-//!                                                           ▲
-//!                                    rules ──▶ language ──▶ graph
+//! A [`Log`] is a recording of hands and objects: poses, contact forces, times. [`Rules`] are text: they say what a *Grasp* or a *Release* is
+//! (primitives) and which sequences of them are a *pick_and_place* (tasks). Rules analyze a log; the [`Analysis`] lists [`Task`]s with their
+//! [`Segment`]s, says why each frame has its label ([`Analysis::explain`]), and prints itself as JSON, CSV, text and HTML.
+//! Everything has the defaults of the command line `teachtree analyze`.
+//!
 //! ```
+//! # fn main() -> Result<(), teachtree::Error> {
+//! // A recording of robosuite, whose columns a binding describes. `Log::open("demonstration.csv")` reads logs with our own names.
+//! let log = teachtree::Log::options()
+//!     .binding("demos/robosuite/panda_lift.binding.yaml")
+//!     .open("demos/robosuite/lift_demo_1.csv")?;
+//! let rules = teachtree::Rules::for_log(&log)?;
+//! let analysis = rules.analyze(&log)?;
+//! for task in analysis.tasks() {
+//!     println!("{task}");
+//! }
+//! # assert!(!analysis.tasks().is_empty());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! - logs: [`Log::open`] (CSV, Parquet, MCAP, ROS bags, JSON lines, LeRobot, …), [`Log::options`] (binding, scene), [`Log::from_columns`] (memory);
+//! - rules: [`Rules::for_log`] (the shipped ones), [`Rules::options`] (files, texts, params, hand file);
+//! - results: [`Analysis`], [`Track`], [`Task`], [`Segment`], [`Issue`]; [`Rules::observability`] lists what cannot be detected in a log;
+//! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
+//!
+//! docs/embedding.md goes through all of it. Features: `parquet` and `mcap` (formats of logs), `world` (simulation, robots), `cli`, `lsp`; with
+//! `default-features = false` the library reads text formats and analyzes them.
 
-pub mod analysis;
-pub mod base;
-pub mod command;
-pub mod engine;
-pub mod graph;
-pub mod language;
-pub mod report;
-pub mod stream;
+#![cfg_attr(
+    not(feature = "internals"),
+    allow(dead_code, unused_imports, reason = "commands, tests and benches use what a build without them does not")
+)]
 
+#[cfg(not(feature = "internals"))]
+mod analysis;
+#[cfg(not(feature = "internals"))]
+mod base;
 #[cfg(feature = "cli")]
-pub mod cli;
-#[cfg(feature = "lsp")]
+mod cli;
+#[cfg(not(feature = "internals"))]
+mod command;
+#[cfg(not(feature = "internals"))]
+mod engine;
+#[cfg(not(feature = "internals"))]
+mod graph;
+#[cfg(not(feature = "internals"))]
+mod language;
+#[cfg(all(not(feature = "internals"), feature = "lsp"))]
+mod lsp;
+#[cfg(not(feature = "internals"))]
+mod report;
+#[cfg(all(not(feature = "internals"), feature = "world"))]
+mod robot;
+mod session;
+#[cfg(not(feature = "internals"))]
+mod stream;
+#[cfg(all(not(feature = "internals"), feature = "world"))]
+mod world;
+
+// Tests, benches and measuring examples look behind the interface.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod analysis;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod base;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod command;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod engine;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod graph;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod language;
+#[cfg(all(feature = "internals", feature = "lsp"))]
+#[doc(hidden)]
 pub mod lsp;
-#[cfg(feature = "world")]
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod report;
+#[cfg(all(feature = "internals", feature = "world"))]
+#[doc(hidden)]
 pub mod robot;
-#[cfg(feature = "world")]
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod stream;
+#[cfg(all(feature = "internals", feature = "world"))]
+#[doc(hidden)]
 pub mod world;
+
+pub use analysis::Who;
+pub use base::diagnostic::Severity;
+pub use base::error::ErrorKind;
+pub use base::hands::Side;
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub use cli::main as command_line;
+pub use report::Style;
+pub use session::{
+    Analysis, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, Log, LogOptions,
+    Observability, OnSegment, Position, Question, Rules, RulesOptions, Scene, Segment, Task, Track, TrackObservability,
+    Undetectable,
+};
+pub use stream::frames::Issue;

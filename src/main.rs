@@ -1,5 +1,5 @@
 //! The `teachtree` command.
 
 fn main() -> std::process::ExitCode {
-    teachtree::cli::main()
+    teachtree::command_line()
 }

@@ -1,4 +1,4 @@
-//! From rule files to rules that are ready to run: the shipped ones, and a generated set a hundred times as large.
+//! The time from rule files to compiled rules: the shipped ones, and a generated set a hundred times as large.
 
 use crate::measure::{Wanted, figure, heading, median};
 use std::fmt::Write;
@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 use teachtree::base::hands::{Finger, Side};
-use teachtree::engine::open::open;
-use teachtree::engine::plan::Plan;
+use teachtree::engine::compiled::instantiate::instantiate;
+use teachtree::engine::compiled::plan::Plan;
 use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{self, Request};
@@ -17,12 +17,12 @@ use teachtree::stream::frames::{HandLayout, Layout};
 const PROGRAM: &str = env!("CARGO_BIN_EXE_teachtree");
 const SHIPPED: &str = "rules/bimanual.rules";
 const ROUNDS: usize = 21;
-/// Primitives of generated sets, with so many conditions each.
+/// Numbers of primitives of generated sets, and of conditions per primitive.
 const PRIMITIVES: [usize; 3] = [250, 500, 1000];
 const CONDITIONS_EACH: usize = 5;
-/// Quantities that the conditions are about.
+/// The quantities of the conditions.
 const QUANTITIES: usize = 50;
-/// Conditions of a file: a rule file has at most 50,000 words and symbols.
+/// Conditions per file: a rule file has at most 50,000 words and symbols.
 const CONDITIONS_A_FILE: usize = 2500;
 
 pub fn section() {
@@ -41,7 +41,7 @@ pub fn section() {
     let graph = lower(&rules);
     figure("of that: read and checked", milliseconds(ROUNDS, || drop(load(Path::new(SHIPPED)))), "ms", Wanted::Nothing);
     figure("of that: lowered", milliseconds(ROUNDS, || drop(lower(&rules))), "ms", Wanted::Nothing);
-    let opened = milliseconds(ROUNDS, || drop(open(&graph, &layout(), Width::Wide)));
+    let opened = milliseconds(ROUNDS, || drop(instantiate(&graph, &layout(), Width::Wide)));
     figure("of that: opened for two hands", opened, "ms", Wanted::Nothing);
 
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -54,7 +54,7 @@ pub fn section() {
         let read = start.elapsed().as_secs_f64();
         let graph = lower(&rules);
         let lowered = start.elapsed().as_secs_f64();
-        let plan = open(&graph, &layout(), Width::Wide).expect("1 kHz suits the rules");
+        let plan = instantiate(&graph, &layout(), Width::Wide).expect("1 kHz suits the rules");
         let opened = start.elapsed().as_secs_f64();
         figure("read and checked", read, "s", Wanted::Nothing);
         figure("lowered", lowered - read, "s", Wanted::Nothing);
@@ -86,7 +86,7 @@ fn milliseconds(rounds: usize, mut run: impl FnMut()) -> f64 {
     median(std::iter::repeat_n((), rounds).map(time).collect())
 }
 
-/// Makes the shipped rules ready once.
+/// Compiles the shipped rules once.
 pub fn ready() {
     drop(std::hint::black_box(compiled(Path::new(SHIPPED))));
 }
@@ -96,7 +96,7 @@ fn run(program: &str, arguments: &[&str]) {
     assert!(status.success(), "{arguments:?} failed");
 }
 
-/// How long `teachtree check` takes, s, and its largest resident memory, MB: what Linux tells while it runs; not a number elsewhere.
+/// Returns the time of `teachtree check`, s, and its largest resident memory, MB, as Linux reports it; NaN on other systems.
 fn peak(rules: &Path) -> (f64, f64) {
     let start = Instant::now();
     let mut child =
@@ -122,10 +122,10 @@ fn load(main: &Path) -> language::Rules {
 }
 
 fn compiled(main: &Path) -> Plan {
-    open(&lower(&load(main)), &layout(), Width::Wide).expect("1 kHz suits the rules")
+    instantiate(&lower(&load(main)), &layout(), Width::Wide).expect("1 kHz suits the rules")
 }
 
-/// Two hands with five fingers each and six bodies to touch, at 1 kHz.
+/// The slots of two hands with five fingers each and six bodies to touch, at 1 kHz.
 fn layout() -> Layout {
     let fingers = vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
     let contacts = (1..=6).map(|at| format!("body {at}")).collect::<Vec<_>>();
@@ -142,7 +142,7 @@ fn steps(plan: &Plan) -> f64 {
     (plan.numbers.len() + plan.conditions.len() + plan.memories.len() + tests) as f64
 }
 
-/// Writes a rule set of so many primitives into a folder: conditions of all kinds, each used by one choice of the tree.
+/// Writes a rule set with the given number of primitives into a folder: conditions of all kinds, each used by one choice of the tree.
 fn write_rules(folder: &Path, primitives: usize) -> PathBuf {
     let folder = folder.join(primitives.to_string());
     fs::create_dir_all(&folder).expect("a folder can be made");

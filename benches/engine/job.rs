@@ -1,4 +1,4 @@
-//! The job on which labelling programs are compared: twelve predicates and a tree, as rules, in rows by hand, and in blocks of columns by an expert.
+//! The job of the comparison: twelve predicates and a tree, as rules, as a hand-written row loop, and as an expert's blocks of columns.
 
 pub mod by_hand;
 pub mod data;
@@ -65,14 +65,14 @@ pub fn section() {
     }
 }
 
-/// How many frames are labelled otherwise, or by one of both only.
+/// Returns the number of frames with different labels, or with a label in one of both only.
 pub fn differing(runs: &Runs, truth: &Runs) -> usize {
     let labels = |runs: &Runs| -> Vec<u8> { runs.iter().flat_map(|(label, frames)| vec![*label; *frames]).collect() };
     let (runs, truth) = (labels(runs), labels(truth));
     runs.len().abs_diff(truth.len()) + runs.iter().zip(&truth).filter(|(found, wanted)| found != wanted).count()
 }
 
-/// The leaves of the right hand by rules in numbers of a width, as positions in a list of names.
+/// Returns the leaves of the right hand, computed by rules in numbers of a width, as positions in a list of names.
 pub fn runs_by_rules<R: Real>(graph: &Graph, frames: &Frames, names: &[&str]) -> Runs {
     let leaves = evaluate_in::<R>(graph, frames, usize::MAX).expect("the rate suits the rules");
     let hand = leaves.iter().flat_map(|leaves| &leaves.hands[&Side::Right]);
@@ -88,7 +88,7 @@ fn by_rules<R: Real>(graph: &Graph, frames: &Frames) -> Runs {
     runs_by_rules::<R>(graph, frames, &LABELS)
 }
 
-/// The job's columns under the names that rules know.
+/// Maps the job's columns to channels.
 pub fn frames<T: Clone>(rules: &Rules, columns: &[Vec<T>]) -> Frames
 where
     Column: From<Vec<T>>,
@@ -112,7 +112,7 @@ where
             "wall.flag" => vec![(0, 44)],
             "fingers.position" => (0..5).map(|slot| (slot, 13 + 6 * slot as usize)).collect(),
             "fingers.force" => (0..5).map(|slot| (slot, 16 + 6 * slot as usize)).collect(),
-            // Read by no rule of the job.
+            // No rule of the job reads this channel.
             _ => vec![],
         };
         for (slot, first) in places {

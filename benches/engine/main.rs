@@ -1,8 +1,8 @@
-//! `cargo bench --bench engine`: the compiled rules against the same jobs written by hand, in the same run, on one core; what windows, frames one
-//! by one, and the compiler cost. `cargo bench --bench engine -- streaming` runs one section; `week`, which takes minutes, runs only
-//! when asked for.
+//! `cargo bench --bench engine`: the compiled rules compared with the same jobs written by hand, in the same run, on one core; the cost of windows,
+//! live frames and compilation. `cargo bench --bench engine -- streaming` runs one section; `week`, which takes minutes, runs only
+//! on request.
 //!
-//! Labels of what is compared are checked frame by frame. Each figure stands beside what is wanted of it.
+//! The labels of all candidates are compared frame by frame. Each figure is printed with its target.
 #![allow(missing_docs, reason = "a program")]
 #![allow(
     clippy::print_stdout,
@@ -29,7 +29,7 @@ const SECTIONS: [(&str, fn()); 8] = [
     ("compilation", compilation::section),
     ("ready", compilation::ready),
 ];
-/// Those that run only when asked for.
+/// The sections that run only on request.
 const ASKED_FOR: [&str; 2] = ["week", "ready"];
 
 fn main() {

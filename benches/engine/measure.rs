@@ -1,8 +1,8 @@
-//! Taking times and telling them: contestants take their turns round by round, so that whatever disturbs the machine disturbs all of them alike.
+//! Measures and prints times: all candidates run in turns, round by round, so that other work on the machine affects all of them.
 
 use std::time::Instant;
 
-/// A name and what it does.
+/// A candidate: its name and its function.
 pub struct Contestant<'a> {
     pub name: String,
     run: Box<dyn FnMut() + 'a>,
@@ -14,7 +14,7 @@ impl<'a> Contestant<'a> {
     }
 }
 
-/// The fastest time of each, in seconds: whatever else runs on a machine only makes rounds slower. A first round is not counted.
+/// Returns the fastest time of each candidate, s, since other work on the machine only slows rounds down. The first round is not counted.
 pub fn race(rounds: usize, contestants: &mut [Contestant<'_>]) -> Vec<f64> {
     let mut times = vec![f64::INFINITY; contestants.len()];
     for round in 0..=rounds {
@@ -29,29 +29,29 @@ pub fn race(rounds: usize, contestants: &mut [Contestant<'_>]) -> Vec<f64> {
     times
 }
 
-/// The median.
+/// Returns the median.
 pub fn median(mut numbers: Vec<f64>) -> f64 {
     numbers.sort_by(f64::total_cmp);
     numbers[numbers.len() / 2]
 }
 
-/// What a figure is held against.
+/// The target of a figure.
 #[derive(Clone, Copy)]
 pub enum Wanted {
     AtLeast(f64),
     AtMost(f64),
-    /// Told for comparison only.
+    /// No target; for comparison only.
     Nothing,
 }
 
 use Wanted::{AtLeast, AtMost, Nothing};
 
-/// The heading of a table.
+/// Prints the heading of a table.
 pub fn heading(text: &str) {
     println!("\n{text}");
 }
 
-/// A line of a table: what was found beside what is wanted.
+/// Prints a row of a table: the figure and its target.
 pub fn figure(name: &str, found: f64, unit: &str, wanted: Wanted) {
     let digits = if found.abs() < 10.0 { 2 } else { 1 };
     let (told, met) = match wanted {

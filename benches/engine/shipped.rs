@@ -1,4 +1,4 @@
-//! The shipped rules on what was taught in shipped scenes, over and over.
+//! The shipped rules on repeated recordings of shipped scenes.
 
 pub mod by_hand;
 mod rows;
@@ -16,27 +16,27 @@ use teachtree::report;
 use teachtree::stream::frames::{Column, Frames, Values};
 use teachtree::world::{shipped, teach};
 
-/// Scenes of one hand.
+/// Scenes with one hand.
 const ONE_HAND: [&str; 4] = ["pick_and_press", "peg_in_hole", "push_and_trace", "pick_and_follow"];
-/// Scenes of two hands.
+/// Scenes with two hands.
 pub const TWO_HANDS: [&str; 2] = ["hand_over_left_to_right", "hold_and_insert"];
-/// Bodies that the target of a scene may touch, at most. (Four would do for some, but the compiler makes faster code of five.)
+/// The largest number of bodies that a scene's target may touch. (Four suffice for some, but the compiler's code for five is faster.)
 const CONTACTS: usize = 5;
-/// Most scenes of one hand are made for three fingers: the others are there, but idle.
+/// Most scenes with one hand use three fingers; the others are present and idle.
 const FINGERS: [Finger; 5] = [Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
 const FRAMES: usize = 200_000;
-/// Beside the job, as many as it has.
+/// The number of frames beside the job: the same as the job's.
 const FRAMES_TWO_HANDS: usize = 1_000_000;
 const ROUNDS: usize = 15;
 
-/// Rules that are ready to run, and a log of at least so many frames in one stretch.
+/// Compiled rules, and a log of at least the given number of frames without a gap.
 pub struct Shipped {
     pub graph: Graph,
     pub frames: Frames,
 }
 
 impl Shipped {
-    /// Teaches a scene to hands of five fingers and repeats it.
+    /// Records a scene with hands of five fingers and repeats it.
     pub fn new(rules: &str, scene: &str, frames: usize) -> Self {
         let request = Request { files: vec![rules.into()], needs_tree: true, ..Request::default() };
         let rules = language::load(&request).rules.expect("shipped rules are right");
@@ -55,7 +55,7 @@ impl Shipped {
     }
 }
 
-/// A log over and over in one stretch, in columns of 32 bits.
+/// Repeats a log without a gap, in columns of 32 bits.
 fn repeated(log: &Frames, frames: usize) -> Frames {
     let times = frames.div_ceil(log.len);
     let column =
@@ -70,7 +70,7 @@ fn repeated(log: &Frames, frames: usize) -> Frames {
     }
 }
 
-/// `single_hand.rules` and `contact.rules` against their translation.
+/// Compares `single_hand.rules` and `contact.rules` with their translation.
 pub fn one_hand() {
     heading(&format!("single_hand.rules and contact.rules against their translation by hand, {FRAMES} frames a scene"));
     for scene in ONE_HAND {
@@ -108,7 +108,7 @@ fn against_by_hand(scene: &str, job: &Shipped) {
     figure(&told("rules to the faster one by hand"), rules / wide.max(narrow), "", Wanted::AtLeast(0.6));
 }
 
-/// All three rule files with two hands against the row loop of the job with twelve predicates.
+/// Compares all three rule files with two hands with the row loop of the job with twelve predicates.
 pub fn two_hands() {
     heading(&format!("all three rule files with two hands, {FRAMES_TWO_HANDS} frames a scene, columns of 32 bits"));
     let rows = job::data::rows(FRAMES_TWO_HANDS, 1);

@@ -1,14 +1,14 @@
-//! Frame by frame, as a live log comes in: how long each frame takes.
+//! The time of each frame of a live log.
 
 use crate::measure::{Wanted, figure, heading, median};
 use crate::shipped::{Shipped, TWO_HANDS};
 use std::time::{Duration, Instant};
-use teachtree::engine::stepper::Stepper;
+use teachtree::engine::live::Stepper;
 use teachtree::stream::frames::Values;
 
 const FRAMES: usize = 100_000;
 const WEEK: usize = 7 * 24 * 3_600_000;
-/// How often a log is gone through; the median of what is found each time counts.
+/// Number of passes through a log; the median of the passes is reported.
 const PASSES: usize = 5;
 
 pub fn section() {
@@ -26,7 +26,7 @@ pub fn section() {
     }
 }
 
-/// A week at 1 kHz in one stretch: what is in memory before and after it.
+/// A week at 1 kHz without a gap: the memory before and after it.
 pub fn week() {
     heading("a simulated week frame by frame, all three rule files with two hands: minutes of it");
     let job = Shipped::new("rules/bimanual.rules", TWO_HANDS[0], FRAMES);
@@ -41,7 +41,7 @@ pub fn week() {
     figure("in memory more than before it", resident_kb() - before, "kB", Wanted::AtMost(64.0));
 }
 
-/// What the program has in memory, as far as the system tells, kB.
+/// Returns the resident memory of the program, kB, where the system reports it.
 fn resident_kb() -> f64 {
     let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let resident =
@@ -54,12 +54,12 @@ fn sorted(mut times: Vec<u64>) -> Vec<u64> {
     times
 }
 
-/// The time that a share of all frames does not take longer than.
+/// Returns a quantile of the times.
 fn at(sorted: &[u64], share: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * share) as usize] as f64
 }
 
-/// A log that comes in, again and again.
+/// A log that is replayed frame by frame, repeatedly.
 struct Live<'a> {
     stepper: Stepper,
     columns: Vec<Values<'a>>,
@@ -75,7 +75,7 @@ impl<'a> Live<'a> {
         Self { row: vec![0.0; columns.len()], columns, stepper, runs: 0 }
     }
 
-    /// Takes a frame in; how long that took.
+    /// Processes one frame and returns its time.
     fn frame(&mut self, frame: usize) -> Duration {
         for (value, column) in self.row.iter_mut().zip(&self.columns) {
             *value = column.get(frame).unwrap_or_default();
@@ -92,7 +92,7 @@ impl<'a> Live<'a> {
     }
 }
 
-/// Nanoseconds of each frame.
+/// Returns the time of each frame, ns.
 fn times(job: &Shipped) -> Vec<u64> {
     let mut live = Live::new(job);
     let times = (0..job.frames.len).map(|frame| live.frame(frame).as_nanos() as u64).collect();

@@ -1,5 +1,5 @@
-//! What windows and conditions cost: a window of one second no more than one of 20 ms, many conditions as much as there are of them, rules that
-//! share a condition nothing.
+//! The cost of windows and conditions: a window of one second costs as much as one of 20 ms, the cost of conditions is proportional to their number,
+//! and a rule that shares a condition costs nothing.
 
 use crate::job;
 use crate::measure::{Contestant, Wanted, figure, heading, race};
@@ -16,7 +16,7 @@ const WINDOWS: [&str; 2] = ["20 ms", "1 s"];
 const CONDITIONS: [usize; 4] = [10, 20, 40, 80];
 const SHARING: [usize; 3] = [1, 10, 100];
 
-/// Each operator with a window, on quantities that cross their thresholds all the time, and all of them in one tree.
+/// Each operator with a window, on quantities that cross their thresholds frequently, all in one tree.
 const OPERATORS: [(&str, &str); 5] = [
     ("for", "(pressed) for window"),
     ("within last", "(pressed) within last window"),
@@ -25,7 +25,7 @@ const OPERATORS: [(&str, &str); 5] = [
     ("a latch of `for`", "moved"),
 ];
 
-/// Rules that ask for conditions in turn, with a window.
+/// Rules that test conditions in turn, with a window.
 fn windowed(conditions: &[&str], window: &str) -> String {
     let mut rules = format!(
         "stream {{ for each hand {{ fingers.force : vec3 N per finger }} }}
@@ -45,7 +45,7 @@ tree windows for each hand {{\n  pressed and moving => One\n"
 }
 
 struct Job {
-    /// Before the first frame.
+    /// The state before the first frame.
     evaluator: Evaluator,
     frames: Frames,
 }
@@ -61,7 +61,7 @@ impl Job {
         }
     }
 
-    /// How many runs of leaves there are.
+    /// Returns the number of runs of leaves.
     fn run(&self) -> usize {
         let (mut evaluator, mut runs) = (self.evaluator.clone(), 0);
         let inputs = evaluator.plan().inputs.clone();
@@ -73,7 +73,7 @@ impl Job {
     }
 }
 
-/// Nanoseconds a frame of each.
+/// Returns the time per frame of each candidate, ns.
 fn race_of(jobs: &[Job]) -> Vec<f64> {
     let mut contestants: Vec<Contestant> =
         jobs.iter().map(|job| Contestant::new("", || _ = black_box(job.run()))).collect();
@@ -112,12 +112,12 @@ pub fn section() {
     for ((rules, time), job) in SHARING.iter().zip(&times).zip(&jobs) {
         figure(&format!("{rules} rules, {} runs of leaves", job.run()), *time, "ns/frame", Wanted::Nothing);
     }
-    // Rules cost something on the few frames on which the label changes.
+    // Rules have a cost on the few frames on which the label changes.
     let rule = (times[2] - times[0]) / (SHARING[2] - SHARING[0]) as f64;
     figure("one more rule that shares it, to one more condition", rule / condition, "", Wanted::AtMost(0.1));
 }
 
-/// A tree that asks for so many conditions one after the other. Thresholds and windows are all different, but so near to each other that all
+/// Returns a tree with the given number of conditions, one after the other. Thresholds and windows are all different, but so similar that all
 /// conditions change about equally often.
 fn distinct(count: usize) -> String {
     let mut rules = String::from("primitive Idle, Up, Down\nfor each hand {\n");
@@ -132,7 +132,7 @@ fn distinct(count: usize) -> String {
     rules + "  else => Idle\n}\n"
 }
 
-/// A tree whose label moves on by one of so many rules whenever one condition comes to hold.
+/// Returns a tree with the given number of rules whose label advances by one whenever one condition becomes true.
 fn sharing(count: usize) -> String {
     let labels: Vec<String> = (0..=count).map(|at| format!("P{at}")).collect();
     let mut rules = format!("primitive {}\ntree shared for each hand {{\n  from(none) => P0\n", labels.join(", "));

@@ -1,7 +1,7 @@
-//! `cargo bench --bench grasp`: grasp mapping beside `scipy.optimize.differential_evolution` on the same hand and the same problems, in the same run.
+//! `cargo bench --bench grasp`: grasp mapping compared with `scipy.optimize.differential_evolution` on the same hand and problems, in the same run.
 //!
-//! The script beside it is given the links of the robot, works out the same cost from them, and searches ten times with different seeds.
-//! (`-- 3`: three times). First both are asked what the same poses cost: unless they agree, nothing is compared.
+//! The Python script receives the links of the robot, computes the same cost from them, and searches ten times with different seeds
+//! (`-- 3`: three times). First both compute the cost of the same poses; unless they agree, the bench stops.
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, clippy::expect_used, reason = "a program that stops when something is wrong")]
 
@@ -20,14 +20,14 @@ use teachtree::base::scene::{Body, Shape};
 use teachtree::robot::grasp::{Contact, Effort, Grasp, LARGEST_PAD_ANGLE, Mapper, Wanted};
 use teachtree::robot::{self, HandModel, MAX_DOFS, Robot, Solid};
 
-/// So many searches of the peer for each problem, unless the command says how many.
+/// Default number of searches of the peer for each problem.
 const SEEDS: usize = 10;
-/// Ours is timed for so long, s.
+/// Duration of the timing of our search, s.
 const LONG_S: f64 = 1.0;
-/// So many poses are compared, as far from our solution as a fifth of this at first, m and rad.
+/// Number of compared poses, and their largest distance from our solution, m and rad; the first is at a fifth of it.
 const LOOKS: usize = 40;
 const FAR: f64 = 1.0;
-/// Costs and measures of the same pose agree to this share.
+/// Relative tolerance of costs and measures of the same pose.
 const AGREED: f64 = 1e-6;
 
 fn main() {
@@ -76,7 +76,7 @@ fn main() {
     println!("would be six more: {differences:.3}.");
 }
 
-/// The chapter's cube, and the first of the list with two, three, four and five fingers.
+/// The cube of Kawasaki et al. (2014), and the first grasps of the list with two, three, four and five fingers.
 fn problems() -> Vec<(String, Body, Vec<Contact>)> {
     let at = |finger, x: f64, side: f64| Contact {
         finger,
@@ -96,7 +96,7 @@ fn problems() -> Vec<(String, Body, Vec<Contact>)> {
     problems
 }
 
-/// What we find, how long that takes on average, and what it is compared at.
+/// Our result, its mean time, and the poses of the comparison.
 struct Ours {
     grasp: Grasp,
     effort: Effort,
@@ -114,7 +114,7 @@ fn map(mapper: &Mapper<'_>, object: &Body, contacts: &[Contact]) -> Ours {
         rounds += 1.0;
     }
     let seconds = begun.elapsed().as_secs_f64() / rounds;
-    // Ever farther from the solution, in ever other directions.
+    // At increasing distances from the solution, in different directions.
     let share = |index: usize, row: usize| 2.0 * (((6 * index + row) as f64) * 0.618_033_988_749_895).fract() - 1.0;
     let look = |index: usize| {
         let far = FAR * (index as f64 / LOOKS as f64).powi(2) + 0.001;
@@ -126,13 +126,13 @@ fn map(mapper: &Mapper<'_>, object: &Body, contacts: &[Contact]) -> Ours {
     Ours { effort, seconds, looks: (0..LOOKS).map(look).collect(), grasp }
 }
 
-/// Every look at a pose; and the same with six more for every slope.
+/// The number of evaluations; and with six more for each gradient.
 fn counted(effort: &Effort) -> [u64; 2] {
     let looks = effort.costs + effort.fits + effort.slopes;
     [looks, looks + 6 * effort.slopes]
 }
 
-/// Of the peer: the measure of what costs least over all seeds, though edges of shapes may be in the way between its balls; the mean of time and of evaluations.
+/// The peer's result: the measure of the cheapest pose over all seeds (edges of shapes may lie between its spheres), and mean time and evaluations.
 struct Theirs {
     measure: f64,
     seconds: f64,
@@ -140,7 +140,7 @@ struct Theirs {
 }
 
 impl Theirs {
-    /// Checked against ours: what poses cost, and the measure of what was found.
+    /// For comparison with ours: costs of poses, and the measure of the result.
     fn of(answer: &Value, ours: &Ours, mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Self {
         for (look, theirs) in ours.looks.iter().zip(list::numbers(&answer["costs"])) {
             let (cost, _) = mapper.cost(wanted, look).expect("the hand has the fingers");
@@ -163,20 +163,20 @@ impl Theirs {
     }
 }
 
-/// The pose of six coordinates about a point.
+/// Returns the pose given by six coordinates about a point.
 fn pose(x: &[f64], middle: &Point3<f64>) -> Isometry3<f64> {
     let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x[3], x[4], x[5]));
     Isometry3::from_parts((middle.coords + Vector3::new(x[0], x[1], x[2])).into(), turn)
 }
 
-/// The middle of the fingertips on their contacts.
+/// Returns the center of the fingertips on their contacts.
 fn middle(mapper: &Mapper<'_>, wanted: &Wanted<'_>) -> Point3<f64> {
     let radius = |finger| mapper.hand().finger(finger).map_or(0.0, |model| model.radius);
     let tips = wanted.contacts.iter().map(|it| it.point.coords + it.normal * radius(it.finger));
     Point3::from(tips.sum::<Vector3<f64>>() / wanted.contacts.len() as f64)
 }
 
-/// What the script finds, when it can run.
+/// Runs the script and returns its result, if it can run.
 fn evolution(given: &Value) -> Option<Vec<Value>> {
     let has = Command::new("python3").args(["-c", "import scipy.optimize"]).stderr(Stdio::null()).status();
     has.ok().filter(std::process::ExitStatus::success)?;
@@ -217,9 +217,9 @@ fn problem(object: &Body, contacts: &[Contact], looks: &[Isometry3<f64>]) -> Val
     })
 }
 
-/// The links of the robot and what its hand says of fingertips.
+/// Returns the links of the robot and the fingertips of its hand.
 fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
-    let links = robot.links.iter().map(|link| {
+    let links = robot.tree.links.iter().map(|link| {
         let at = &link.parent_from_joint;
         let joint = link
             .joint
@@ -237,7 +237,7 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
             "capsules": capsules.collect::<Vec<_>>(),
         })
     });
-    let at_rest = robot.forward(&vec![0.0; robot.dofs.len()]);
+    let at_rest = robot.tree.forward(&vec![0.0; robot.tree.dofs.len()]);
     let fingers = hand.fingers.iter().map(|finger| {
         let pad = at_rest[hand.palm] * finger.posture(&[0.0; MAX_DOFS]).pad;
         json!({
@@ -256,7 +256,7 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
     });
     json!({
         "links": links.collect::<Vec<_>>(),
-        "ranges": robot.dofs.iter().map(|dof| dof.range).collect::<Vec<_>>(),
+        "ranges": robot.tree.dofs.iter().map(|dof| dof.range).collect::<Vec<_>>(),
         "palm": hand.palm,
         "palm_boxes": boxes.collect::<Vec<_>>(),
         "fingers": fingers.collect::<Vec<_>>(),

@@ -1,4 +1,4 @@
-//! The logs that are measured: the table of the engine's job, and demonstrations of the virtual environment over and over.
+//! The measured logs: the table of the engine's job, and repeated demonstrations of the virtual environment.
 
 #[path = "../engine/job/data.rs"]
 #[allow(dead_code, reason = "the engine's bench uses more of it")]
@@ -45,8 +45,8 @@ pub fn job(rows: usize, csv: &Path, parquet: &Path) {
     });
 }
 
-/// A demonstration with one hand or two, over and over, as Parquet. Numbers differ from round to round as those of sensors do, so that
-/// they cannot be packed.
+/// Writes a repeated demonstration with one hand or two as Parquet. Numbers differ between repetitions as those of sensors do, so that
+/// they cannot be compressed.
 pub fn two_hands(frames: usize, path: &Path) {
     let recording = taught("hold_and_insert");
     let (titles, columns) = columns(&recording);
@@ -65,7 +65,7 @@ pub fn one_hand_csv(frames: usize, path: &Path) {
     for row in 0..frames {
         for column in 0..titles.len() {
             let delimiter = if column == 0 { "" } else { "," };
-            // As many digits as a logger writes.
+            // The usual number of digits of a logger.
             let value = value(&columns, column, row);
             write!(out, "{delimiter}{}", (value * 1e7).round() / 1e7).expect("there is room");
         }
@@ -80,7 +80,7 @@ fn taught(name: &str) -> Recording {
     teach(&scene, &operator, 3).expect("it is taught")
 }
 
-/// The titles, and the columns; none for the time.
+/// Returns the titles and the columns; `None` for the time.
 fn columns(recording: &Recording) -> (Vec<String>, Vec<&[f64]>) {
     let title = |(name, column): (&String, &teachtree::base::recording::Column)| match column.dimension.si_unit() {
         unit if unit.is_empty() => name.clone(),
@@ -91,7 +91,7 @@ fn columns(recording: &Recording) -> (Vec<String>, Vec<&[f64]>) {
     (titles, std::iter::once(&[][..]).chain(columns).collect())
 }
 
-/// A value of a demonstration that begins anew when it ends.
+/// Returns a value of a repeated demonstration.
 fn value(columns: &[&[f64]], column: usize, row: usize) -> f64 {
     let values = columns[column];
     if values.is_empty() {
@@ -101,7 +101,7 @@ fn value(columns: &[&[f64]], column: usize, row: usize) -> f64 {
     if value == 0.0 || value == 1.0 {
         return value;
     }
-    // A part in a thousand million, told by the place.
+    // A relative change of 1e-9, determined by the position.
     let mixed = (row as u64 ^ ((column as u64) << 40)).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
     value * (1.0 + (mixed as f64 / (1 << 24) as f64 - 0.5) * 1e-9)
 }

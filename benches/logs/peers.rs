@@ -1,4 +1,4 @@
-//! What the program is held against: arrow's own column reader, and programs in Python.
+//! The peers of the comparison: arrow's column reader, and programs in Python.
 
 use parquet::column::reader::ColumnReader;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader, Lines, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-/// Decodes all columns of numbers of a file, into a vector each.
+/// Decodes all numeric columns of a file into one vector each.
 pub fn arrow_columns(path: &Path) -> Vec<Vec<f64>> {
     let reader = SerializedFileReader::new(File::open(path).expect("opens")).expect("is Parquet");
     let columns = reader.metadata().file_metadata().schema_descr().num_columns();
@@ -27,14 +27,14 @@ pub fn arrow_columns(path: &Path) -> Vec<Vec<f64>> {
     values
 }
 
-/// A Python program that does its work once for each line it is sent, and answers how many seconds that took.
+/// A Python program that repeats its work for each line of input and answers with the time, s.
 pub struct Python {
     child: Child,
     answers: Lines<BufReader<ChildStdout>>,
 }
 
 impl Python {
-    /// Starts it with a file, and lets it do its work once; `None` where it cannot.
+    /// Starts it with a file and runs its work once; `None` if it cannot run.
     pub fn new(script: &str, file: &Path) -> Option<Self> {
         let mut command = Command::new("python3");
         let piped = command.args(["-c", script]).arg(file).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -49,7 +49,7 @@ impl Python {
         self.answers.next()?.ok()?.trim().parse().ok()
     }
 
-    /// How long it takes, s.
+    /// Runs the work once and returns the time, s.
     pub fn seconds(&mut self) -> f64 {
         self.ask().expect("it did so before")
     }

@@ -1,5 +1,5 @@
-//! `cargo bench --bench world`: steps a second of the virtual environment with ten fingertips in contact, beside MuJoCo on the same scene in the same run
-//! (when `python3` has the package `mujoco`), and the forces beside their closed forms.
+//! `cargo bench --bench world`: steps per second of the virtual environment with ten fingertips in contact, compared with MuJoCo on the same scene in
+//! the same run (if `python3` has the package `mujoco`), and the forces compared with their closed forms.
 #![allow(missing_docs, reason = "a program")]
 #![allow(clippy::print_stdout, clippy::expect_used, reason = "a program that stops when something is wrong")]
 
@@ -10,11 +10,11 @@ use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
 use teachtree::world::{Coupling, Fingertips, HandTarget, Observation, TouchLaw, World};
 
-/// The cube of the chapter in its box; a hand presses on each of two sides.
+/// The cube of Kawasaki et al. (2014) in its box; a hand presses on each of two sides.
 const SCENE: &str = include_str!("scene.yaml");
-/// How far beyond the faces the device wants the fingertips to be, m.
+/// Commanded penetration of the fingertips into the faces, m.
 const PRESS: f64 = 0.010;
-/// How far the cube is lifted, m.
+/// Height of the lift, m.
 const LIFT: f64 = 0.050;
 const STEPS: usize = 20_000;
 const ROUNDS: usize = 5;
@@ -47,7 +47,7 @@ fn main() {
     }
 }
 
-/// The cube, pressed from both sides, lifted, and held; and the steps a second while it is held.
+/// Presses the cube from both sides, lifts and holds it; returns the steps per second while it is held.
 fn held(scene: &Scene) -> (World, f64) {
     let mut world = World::new(scene, Fingertips::default()).expect("the scene can be simulated");
     for step in 0..1500 {
@@ -62,7 +62,7 @@ fn held(scene: &Scene) -> (World, f64) {
     (world, STEPS as f64 / start.elapsed().as_secs_f64())
 }
 
-/// Five fingertips on each of the faces across x.
+/// Returns five fingertip positions on each of the faces across x.
 fn targets(lift: f64) -> [HandTarget; 2] {
     const SPOTS: [[f64; 2]; 5] = [[0.0, 0.060], [0.03, 0.075], [-0.03, 0.075], [0.03, 0.045], [-0.03, 0.045]];
     [-1.0, 1.0].map(|side| HandTarget {
@@ -72,14 +72,14 @@ fn targets(lift: f64) -> [HandTarget; 2] {
     })
 }
 
-/// The mean press of a fingertip along x and the lift of all together, N.
+/// Returns the mean pressing force of a fingertip along x and the total lifting force, N.
 fn felt(seen: &Observation) -> (f64, f64) {
     let tips = || seen.hands.iter().flat_map(|hand| &hand.tips);
     let press = tips().map(|tip| tip.force_on(0).x.abs()).sum::<f64>() / tips().count() as f64;
     (press, tips().map(|tip| tip.force_on(0).z).sum())
 }
 
-/// Steps a second of MuJoCo, when it is there.
+/// Returns the steps per second of MuJoCo, if it is installed.
 fn mujoco() -> Option<f64> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/world/mujoco_scene.py");
     let run = Command::new("python3").args([script, &STEPS.to_string()]).output().ok()?;

@@ -1,4 +1,4 @@
-//! The list of grasps in `tests/fixtures/grasps.json`, as it is written and read.
+//! The list of grasps in `tests/fixtures/grasps.json`: its types, reading and writing.
 
 use nalgebra::{Point3, Vector3};
 use serde_json::Value;
@@ -7,7 +7,7 @@ use teachtree::base::scene::Body;
 use teachtree::base::yaml;
 use teachtree::robot::grasp::Contact;
 
-/// Where it is kept.
+/// The path of the list.
 pub const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fixtures/grasps.json");
 
 /// The grasps.
@@ -29,7 +29,7 @@ pub fn read(grasp: &Value) -> (Body, Vec<Contact>) {
     (body(grasp["shape"].as_str().expect("a shape")), contacts.collect())
 }
 
-/// An object of this shape, which is written as in a scene.
+/// Creates an object from a shape in the notation of scenes.
 pub fn body(shape: &str) -> Body {
     yaml::read(&format!("{{role: object, mass: 50 g, parts: [{{{shape}}}]}}"), "shape").expect("it was written here")
 }

@@ -2,12 +2,12 @@
 //!
 //! `cargo run --release --example grasps -- generate` draws grasps that are known to be feasible and writes `tests/fixtures/grasps.json`
 //! with a reference for each; `… -- refer` keeps the grasps and looks for better references, which are never lowered;
-//! `cargo run --release --example grasps` maps them and prints how well.
+//! `cargo run --release --example grasps` maps them and prints the results.
 //!
-//! The generator: a shape (box, cylinder or ball, turned by chance) of 20 to 110 mm; two to five fingers, the thumb among them; a point
+//! The generator: a shape (box, cylinder or ball, randomly rotated) of 20 to 110 mm; two to five fingers, the thumb among them; a point
 //! on the surface for the thumb, and points for the fingers on the other side, 20 to 30 mm apart in a row; then up to 20 000 palm poses about
-//! them, until all fingers reach with measures of at least 0.03, pads look at the surface and everything is clear: a solution is known.
-//! The reference is the best of that solution, of it polished, and of ten long global searches (differential evolution, 48 members, 200 generations).
+//! them, until all fingers reach with measures of at least 0.03, pads face the surface and everything is clear: then a solution is known.
+//! The reference is the best of that solution, of the same after a local search, and of ten long global searches (differential evolution, 48 members, 200 generations).
 
 #![allow(clippy::expect_used, reason = "a measurement that cannot be made ends here")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is what it is for")]
@@ -28,11 +28,11 @@ const LEAST: f64 = 0.03;
 const TRIES: usize = 20_000;
 const SEARCHES: usize = 10;
 const GENERATIONS: usize = 200;
-/// A grasp is mapped again and again for so long, s of the processor.
+/// Processor time, s, for which the mapping of a grasp is repeated.
 const LONG_S: f64 = 0.02;
 const FINGERS: [Finger; 4] = [Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
 
-/// splitmix64, as numbers from 0 to 1.
+/// The generator splitmix64, with outputs from 0 to 1.
 struct Chance(u64);
 
 impl Chance {
@@ -64,7 +64,7 @@ fn main() {
     }
 }
 
-/// Shape as YAML, and contacts.
+/// Draws a shape (as YAML) and contacts.
 fn draw(chance: &mut Chance) -> Option<(String, Vec<Contact>)> {
     let mm = |m: f64| (m * 1e4).round() / 10.0;
     let kind = (chance.next() * 3.0) as usize;
@@ -170,7 +170,7 @@ fn refer(hand: &HandModel, mut found: Vec<Value>) {
         let searches = (0..SEARCHES).filter_map(|_| {
             mapper.search_everywhere(&wanted, GENERATIONS, &mut || chance.next()).ok().map(|grasp| grasp.measure)
         });
-        // What was found once is not forgotten.
+        // A reference is never lowered.
         let before = grasp["reference"].as_f64().unwrap_or(0.0);
         let reference = searches.fold(polished.max(start).max(before), f64::max);
         grasp["reference"] = json!((reference * 1e6).round() / 1e6);
@@ -179,7 +179,7 @@ fn refer(hand: &HandModel, mut found: Vec<Value>) {
     std::fs::write(FILE, format!("[\n{}\n]\n", lines.join(",\n"))).expect("the list can be written");
 }
 
-/// A grasp with a known solution, if this seed gives one.
+/// Returns a grasp with a known solution, if this seed gives one.
 fn feasible(mapper: &Mapper<'_>, seed: u64) -> Option<Value> {
     let mut chance = Chance(seed);
     let (shape, contacts) = draw(&mut chance)?;
@@ -220,7 +220,7 @@ fn known(grasp: &Value) -> Isometry3<f64> {
     teachtree::base::geometry::pose([n[0], n[1], n[2]], [n[3], n[4], n[5], n[6]])
 }
 
-/// For how long this thread has had a processor, s, which other work on the machine does not change; where the system does not tell, the time of day.
+/// Returns the processor time of this thread, s, which other work on the machine does not affect; the time of day where the system has no such clock.
 fn on_processor() -> f64 {
     let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
     let told = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());

@@ -1,29 +1,29 @@
-//! The coordination of two hands that was found, against the true one.
+//! The recognized coordination of two hands compared with the true one.
 
 use teachtree::analysis::score::{NameMap, Share, TrackTruth, Truth};
 use teachtree::analysis::{Analysis, Who};
 use teachtree::base::hands::Side;
 use teachtree::base::recording::Recording;
 
-/// A named stretch of time, s.
+/// A named interval, s.
 type Named = (String, f64, f64);
 
-/// What is counted of the coordination in a recording.
+/// The counts of the coordination in a recording.
 pub struct Coordination {
-    /// There is none, and that is true.
+    /// For a recording without coordination: none is found.
     pub none: Option<bool>,
-    /// The primitives of both hands, one after the other, are the true ones.
+    /// The sequence of primitives of both hands is the true one.
     pub same: bool,
-    /// Hand-overs that are found, with who gives and who takes.
+    /// Passes found with the correct giver and receiver.
     pub passes: Share,
-    /// Hand-overs that are none.
+    /// Passes found where there is none.
     pub false_passes: usize,
-    /// How far the ends of hand-overs are off, s.
+    /// Errors of the ends of Passes, s.
     pub off_s: Vec<f64>,
 }
 
 impl Coordination {
-    /// Nothing when the recording has one hand.
+    /// Returns `None` for a recording of one hand.
     pub fn new(recording: &Recording, analysis: &Analysis) -> Option<Self> {
         let truth = Truth::of_recording(recording, &NameMap::default())?;
         let of_truth = |who: Who| truth.tracks.iter().find(|track| track.who == who).map(spans);
@@ -67,7 +67,7 @@ fn spans(track: &TrackTruth) -> Vec<Named> {
     track.primitives.iter().map(|span| (span.name().to_string(), span.start_s, span.end_s)).collect()
 }
 
-/// Whether a hand lets go at this time: its Release begins there, give or take a tenth of a second.
+/// Whether a Release of the hand begins within 0.1 s of `at_s`.
 fn releases(list: Option<Vec<Named>>, at_s: f64) -> bool {
     list.iter().flatten().any(|(name, start_s, _)| name == "Release" && (start_s - at_s).abs() < 0.1)
 }

@@ -1,4 +1,4 @@
-//! Rule files in, a rule set that is ready to run out; and the same rules with all their numbers scaled.
+//! Loads rule files into a rule set that is ready to run, and scales all params of a rule set.
 
 use teachtree::analysis::{self, Analysis};
 use teachtree::base::channels::ChannelSpec;
@@ -12,14 +12,14 @@ use teachtree::language::{self, Request, Rules};
 use teachtree::report;
 use teachtree::stream::frames::Frames;
 
-/// Rules that are ready to run.
+/// Compiled rules.
 pub struct RuleSet {
     pub rules: Rules,
     graph: Graph,
     channels: Vec<ChannelSpec>,
 }
 
-/// What rules say about a recording.
+/// The result of a run on a recording.
 pub struct Said {
     pub frames: Frames,
     pub leaves: Vec<Leaves>,
@@ -27,7 +27,7 @@ pub struct Said {
 }
 
 impl RuleSet {
-    /// Loads a shipped file with these params changed: name, and value with unit.
+    /// Loads a shipped file; `overrides` are pairs of a param's name and its value with unit.
     pub fn load(file: &str, overrides: Vec<(String, String)>) -> Result<Self, String> {
         let request = Request { files: vec![file.into()], overrides, needs_tree: true, ..Request::default() };
         let loaded = language::load(&request);
@@ -45,7 +45,7 @@ impl RuleSet {
         Ok(Said { frames, leaves, analysis })
     }
 
-    /// All params times `factor`, those that would leave their range at its end; and the names of the latter.
+    /// Returns all params times `factor`, limited to their ranges, and the names of those that were limited.
     pub fn scaled(&self, factor: f64) -> (Vec<(String, String)>, Vec<String>) {
         let mut at_their_end = Vec::new();
         let params = self.rules.params.iter().map(|param| {

@@ -1,21 +1,21 @@
-//! What was counted of many people in, tables in Markdown out.
+//! Tables in Markdown from the counts of many trials.
 
 use crate::coordination::Coordination;
-use crate::person::{Person, Rulesets, STRESSES, Seen};
+use crate::trial::{Rulesets, STRESSES, Seen, Trial};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use teachtree::analysis::score::{Share, Tally};
 
-/// The channels with which each person was seen, in the order of `Person::seen`.
+/// The channels with which each trial was analyzed, in the order of `Trial::seen`.
 const CHANNELS: [&str; 3] = ["all channels", "without contact flags", "forces and poses only"];
 
 /// `199 of 200, 99.5 % (97.2 to 99.9)`.
-fn told(share: Share) -> String {
+fn format_share(share: Share) -> String {
     let Some((rate, (low, high))) = share.rate().zip(share.bounds()) else { return "–".into() };
     format!("{} of {}, {} ({} to {})", share.right, share.of, percent(rate), hundred(low), hundred(high))
 }
 
-/// Never rounded to 100 while something is missing.
+/// Rounded down, so that only a full share is 100.
 fn percent(rate: f64) -> String {
     format!("{} %", hundred(rate))
 }
@@ -52,65 +52,65 @@ fn count(cases: impl IntoIterator<Item = bool>) -> Share {
     share
 }
 
-/// The counts of all people, seen with some channels.
-fn tally(people: &[Person], channels: usize) -> Tally {
+/// The counts of all trials, with one choice of channels.
+fn tally(trials: &[Trial], channels: usize) -> Tally {
     let mut all = Tally::default();
-    people.iter().for_each(|person| all.add(&person.seen[channels].tally));
+    trials.iter().for_each(|trial| all.add(&trial.seen[channels].tally));
     all
 }
 
-fn negative(people: &[Person], channels: usize) -> Share {
-    sum(people.iter().map(|person| person.seen[channels].negative))
+fn negative(trials: &[Trial], channels: usize) -> Share {
+    sum(trials.iter().map(|trial| trial.seen[channels].negative))
 }
 
 /// The scenes in their order.
-fn scenes(people: &[Person]) -> Vec<&[Person]> {
-    people.chunk_by(|one, next| one.scene == next.scene).collect()
+fn scenes(trials: &[Trial]) -> Vec<&[Trial]> {
+    trials.chunk_by(|one, next| one.scene == next.scene).collect()
 }
 
 /// Tasks found, pooled and by name; and what was found where there is none.
-pub fn tasks(people: &[Person]) -> String {
-    let tallies = [0, 1, 2].map(|channels| tally(people, channels));
+pub fn tasks(trials: &[Trial]) -> String {
+    let tallies = [0, 1, 2].map(|channels| tally(trials, channels));
     let row = |name: &str, shares: [Share; 3]| {
-        std::iter::once(name.to_string()).chain(shares.map(told)).collect::<Vec<String>>()
+        std::iter::once(name.to_string()).chain(shares.map(format_share)).collect::<Vec<String>>()
     };
     let of = |tally: &Tally, task: &str| tally.task_measures().get(task).map(|task| task.found).unwrap_or_default();
     let names: BTreeSet<String> = tallies[0].task_measures().keys().map(|name| name.to_string()).collect();
     let mut rows = vec![row("**all tasks**", tallies.each_ref().map(Tally::tasks_found))];
     rows.extend(names.iter().map(|name| row(&format!("`{name}`"), tallies.each_ref().map(|tally| of(tally, name)))));
-    rows.push(row("**no task, none found**", [0, 1, 2].map(|channels| negative(people, channels))));
+    rows.push(row("**no task, none found**", [0, 1, 2].map(|channels| negative(trials, channels))));
     let mut falsely = vec!["false tasks anywhere".to_string()];
     falsely.extend(tallies.iter().map(|tally| tally.false_tasks().to_string()));
     rows.push(falsely);
     table(&["true task", CHANNELS[0], CHANNELS[1], CHANNELS[2]], rows)
 }
 
-/// Which tasks went wrong, by scene, and whose they are.
-pub fn wrong(people: &[Person]) -> String {
+/// The wrong tasks by scene, with their seeds.
+pub fn wrong(trials: &[Trial]) -> String {
     let mut wrong: BTreeMap<(&str, &str, &str), Vec<String>> = BTreeMap::new();
-    for person in people {
-        for pair in person.seen[0].pairs() {
+    for trial in trials {
+        for pair in trial.seen[0].pairs() {
             if pair.is_true() && !pair.is_right() || pair.is_false_alarm() {
-                let seeds = wrong.entry((person.scene, &pair.truth, &pair.result)).or_default();
-                seeds.push(person.seed.to_string());
+                let seeds = wrong.entry((trial.scene, &pair.truth, &pair.result)).or_default();
+                seeds.push(trial.seed.to_string());
             }
         }
     }
     if wrong.is_empty() {
-        return "Nothing was.".into();
+        return "None.".into();
     }
     let rows = wrong.into_iter().map(|((scene, truth, result), seeds)| {
         let more = if seeds.len() > 12 { ", …" } else { "" };
         let first = seeds.iter().take(12).map(String::as_str).collect::<Vec<_>>().join(", ");
         vec![format!("`{scene}`"), truth.into(), result.into(), seeds.len().to_string(), format!("{first}{more}")]
     });
-    table(&["scene", "true", "found", "how often", "seeds"], rows)
+    table(&["scene", "true", "found", "count", "seeds"], rows)
 }
 
 /// Frames and segments.
-pub fn segments(people: &[Person]) -> String {
+pub fn segments(trials: &[Trial]) -> String {
     let rows = CHANNELS.iter().enumerate().map(|(channels, name)| {
-        let tally = tally(people, channels);
+        let tally = tally(trials, channels);
         let mut row = vec![name.to_string(), rate(tally.accuracy())];
         row.extend(tally.f1().map(rate));
         row.push(rate(tally.edit()));
@@ -120,8 +120,8 @@ pub fn segments(people: &[Person]) -> String {
 }
 
 /// Errors of the boundaries that a contact makes, by the primitive that begins.
-pub fn boundaries(people: &[Person]) -> String {
-    let all = tally(people, 0);
+pub fn boundaries(trials: &[Trial]) -> String {
+    let all = tally(trials, 0);
     let row = |name: String, tally: &Tally| {
         let errors = tally.contact_errors();
         let found = format!("{} of {}", errors.found.right, errors.found.of);
@@ -139,37 +139,38 @@ pub fn boundaries(people: &[Person]) -> String {
     table(&["begins", "found", "median, ms", "95th percentile, ms", "earliest, ms", "latest, ms"], rows)
 }
 
-fn by_paper(people: &[Person]) -> Share {
-    sum(people.iter().filter(|person| !person.incident).map(|person| person.expected))
+fn by_paper(trials: &[Trial]) -> Share {
+    sum(trials.iter().filter(|trial| !trial.incident).map(|trial| trial.expected))
 }
 
-fn by_truth(people: &[Person]) -> Share {
-    sum(people.iter().map(|person| person.seen[0].tally.task_sequences()))
+fn by_truth(trials: &[Trial]) -> Share {
+    sum(trials.iter().map(|trial| trial.seen[0].tally.task_sequences()))
 }
 
 /// Sequences of primitives, by scene.
-pub fn sequences(people: &[Person]) -> String {
-    let row = |name: String, people: &[Person]| vec![name, told(by_paper(people)), told(by_truth(people))];
-    let mut rows = vec![row("**all**".into(), people)];
+pub fn sequences(trials: &[Trial]) -> String {
+    let row =
+        |name: String, trials: &[Trial]| vec![name, format_share(by_paper(trials)), format_share(by_truth(trials))];
+    let mut rows = vec![row("**all**".into(), trials)];
     rows.extend(
-        scenes(people).into_iter().filter_map(|people| Some(row(format!("`{}`", people.first()?.scene), people))),
+        scenes(trials).into_iter().filter_map(|trials| Some(row(format!("`{}`", trials.first()?.scene), trials))),
     );
-    table(&["scene", "as in the chapter, no incident", "as the relabelled truth, everybody"], rows)
+    table(&["scene", "as in the paper, no incident", "as the relabeled truth, all operators"], rows)
 }
 
-/// Recordings whose tasks stay right when they are recorded or judged otherwise.
-pub fn stress(people: &[Person]) -> String {
-    let tried = people.iter().filter(|person| !person.stress.is_empty());
-    let as_they_are = count(tried.map(|person| person.seen[0].is_right()));
-    let mut rows = vec![vec!["as they are".to_string(), told(as_they_are)]];
+/// The recordings whose tasks are right under each stress condition.
+pub fn stress(trials: &[Trial]) -> String {
+    let tried = trials.iter().filter(|trial| !trial.stress.is_empty());
+    let as_they_are = count(tried.map(|trial| trial.seen[0].is_right()));
+    let mut rows = vec![vec!["as they are".to_string(), format_share(as_they_are)]];
     rows.extend(STRESSES.iter().enumerate().map(|(at, stress)| {
-        let right = people.iter().filter_map(|person| person.stress.get(at).copied());
-        vec![stress.name.to_string(), told(count(right))]
+        let right = trials.iter().filter_map(|trial| trial.stress.get(at).copied());
+        vec![stress.name.to_string(), format_share(count(right))]
     }));
     table(&["recordings", "all tasks right, no other found"], rows)
 }
 
-/// Which numbers of the rules were not scaled in full.
+/// The params that reached the end of their range when scaled.
 pub fn ends(rules: &Rulesets) -> String {
     let [low, high] = rules.at_their_end.each_ref().map(|names| match names.as_slice() {
         [] => "none".to_string(),
@@ -178,46 +179,46 @@ pub fn ends(rules: &Rulesets) -> String {
     format!("at × 0.75: {low}; at × 1.25: {high}")
 }
 
-/// How many of the recordings that were played backwards are what they may not be.
-pub fn backwards(people: &[Person]) -> String {
-    let taken = count(people.iter().filter_map(|person| person.backwards));
-    let who = people.iter().filter(|person| person.backwards == Some(true));
-    let who: Vec<String> = who.map(|person| format!("`{}` {}", person.scene, person.seed)).collect();
-    let told = if who.is_empty() { String::new() } else { format!(" ({})", who.join(", ")) };
-    format!("{} of {}{told}", taken.right, taken.of)
+/// The number of recordings recognized as a peg-in-hole although they were played backward.
+pub fn backwards(trials: &[Trial]) -> String {
+    let taken = count(trials.iter().filter_map(|trial| trial.backwards));
+    let who = trials.iter().filter(|trial| trial.backwards == Some(true));
+    let who: Vec<String> = who.map(|trial| format!("`{}` {}", trial.scene, trial.seed)).collect();
+    let seeds = if who.is_empty() { String::new() } else { format!(" ({})", who.join(", ")) };
+    format!("{} of {}{seeds}", taken.right, taken.of)
 }
 
-/// What the base rules say alone.
-pub fn additivity(people: &[Person]) -> String {
+/// Agreement with the base rules alone.
+pub fn additivity(trials: &[Trial]) -> String {
     let of = |apart: bool| {
-        let cases = people.iter().filter_map(|person| person.additive.as_ref());
+        let cases = trials.iter().filter_map(|trial| trial.additive.as_ref());
         count(cases.filter(|additive| additive.apart == apart).map(|additive| additive.same))
     };
     let rows = [
-        vec!["none of the four occurs: the same frame for frame".to_string(), told(of(true))],
-        vec!["one occurs, tasks of the first five: the same tasks".to_string(), told(of(false))],
+        vec!["none of the four occurs: the same frame for frame".to_string(), format_share(of(true))],
+        vec!["one occurs, tasks of the first five: the same tasks".to_string(), format_share(of(false))],
     ];
     table(&["recordings", "same without `contact.rules`"], rows)
 }
 
-/// The pooled figures of sets of people, beside each other.
-pub fn pooled(sets: &[(String, &[Person])]) -> String {
-    type Figure = (&'static str, fn(&[Person]) -> String);
+/// The pooled results of several sets of trials, side by side.
+pub fn pooled(sets: &[(String, &[Trial])]) -> String {
+    type Figure = (&'static str, fn(&[Trial]) -> String);
     let figures: [Figure; 12] = [
-        ("tasks right, all channels", |people| told(tally(people, 0).tasks_found())),
-        ("tasks right, without contact flags", |people| told(tally(people, 1).tasks_found())),
-        ("tasks right, forces and poses only", |people| told(tally(people, 2).tasks_found())),
-        ("no task, none found", |people| told(negative(people, 0))),
-        ("recordings with all tasks right and no other", |people| {
-            told(count(people.iter().map(|person| Seen::is_right(&person.seen[0]))))
+        ("tasks right, all channels", |trials| format_share(tally(trials, 0).tasks_found())),
+        ("tasks right, without contact flags", |trials| format_share(tally(trials, 1).tasks_found())),
+        ("tasks right, forces and poses only", |trials| format_share(tally(trials, 2).tasks_found())),
+        ("no task, none found", |trials| format_share(negative(trials, 0))),
+        ("recordings with all tasks right and no other", |trials| {
+            format_share(count(trials.iter().map(|trial| Seen::is_right(&trial.seen[0]))))
         }),
-        ("boundaries by contact, median, ms", |people| ms(tally(people, 0).contact_errors().median_s())),
-        ("boundaries by contact, 95th percentile, ms", |people| ms(tally(people, 0).contact_errors().p95_s())),
-        ("F1 at 50 %", |people| rate(tally(people, 0).f1()[2])),
-        ("frames right", |people| rate(tally(people, 0).accuracy())),
-        ("edit score", |people| rate(tally(people, 0).edit())),
-        ("sequences as in the chapter, no incident", |people| told(by_paper(people))),
-        ("sequences as the relabelled truth", |people| told(by_truth(people))),
+        ("boundaries by contact, median, ms", |trials| ms(tally(trials, 0).contact_errors().median_s())),
+        ("boundaries by contact, 95th percentile, ms", |trials| ms(tally(trials, 0).contact_errors().p95_s())),
+        ("F1 at 50 %", |trials| rate(tally(trials, 0).f1()[2])),
+        ("frames right", |trials| rate(tally(trials, 0).accuracy())),
+        ("edit score", |trials| rate(tally(trials, 0).edit())),
+        ("sequences as in the paper, no incident", |trials| format_share(by_paper(trials))),
+        ("sequences as the relabeled truth", |trials| format_share(by_truth(trials))),
     ];
     let mut head = vec!["pooled".to_string()];
     head.extend(sets.iter().map(|(seeds, _)| format!("seeds {seeds}")));
@@ -225,24 +226,24 @@ pub fn pooled(sets: &[(String, &[Person])]) -> String {
     table(
         &head,
         figures.map(|(name, of)| {
-            std::iter::once(name.to_string()).chain(sets.iter().map(|(_, people)| of(people))).collect()
+            std::iter::once(name.to_string()).chain(sets.iter().map(|(_, trials)| of(trials))).collect()
         }),
     )
 }
 
 /// The coordination of two hands, by scene.
-pub fn coordination(people: &[Person]) -> String {
-    let rows = scenes(people).into_iter().filter_map(|people| {
-        let both: Vec<&Coordination> = people.iter().filter_map(|person| person.both.as_ref()).collect();
+pub fn coordination(trials: &[Trial]) -> String {
+    let rows = scenes(trials).into_iter().filter_map(|trials| {
+        let both: Vec<&Coordination> = trials.iter().filter_map(|trial| trial.both.as_ref()).collect();
         let mut off_s: Vec<f64> = both.iter().flat_map(|both| both.off_s.iter().copied()).collect();
         off_s.sort_by(f64::total_cmp);
         let at = |share: f64| off_s.get(((off_s.len() as f64 - 1.0) * share).round() as usize).copied();
         Some(vec![
-            format!("`{}`", people.first()?.scene),
-            told(sum(people.iter().map(|person| person.seen[0].tally.tasks_found()))),
-            told(count(both.iter().map(|both| both.same))),
-            told(count(both.iter().filter_map(|both| both.none))),
-            told(sum(both.iter().map(|both| both.passes))),
+            format!("`{}`", trials.first()?.scene),
+            format_share(sum(trials.iter().map(|trial| trial.seen[0].tally.tasks_found()))),
+            format_share(count(both.iter().map(|both| both.same))),
+            format_share(count(both.iter().filter_map(|both| both.none))),
+            format_share(sum(both.iter().map(|both| both.passes))),
             both.iter().map(|both| both.false_passes).sum::<usize>().to_string(),
             format!("{} / {}", ms(at(0.5)), ms(at(0.95))),
         ])
@@ -250,7 +251,7 @@ pub fn coordination(people: &[Person]) -> String {
     let head = [
         "scene",
         "tasks right",
-        "coordination as it was",
+        "coordination right",
         "none found where none is",
         "Pass: giver and receiver right",
         "false Pass",

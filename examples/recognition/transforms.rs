@@ -1,12 +1,12 @@
-//! A recording in, the same demonstration as it would have been recorded otherwise out: slower, at another rate, elsewhere, backwards, with
-//! fewer sensors. Columns are told by their dimension and by the components that they have, so no list of names is kept here.
+//! Transforms of a recording: slower, at another rate, rotated, backward, with fewer sensors. Columns are classified by their dimension and
+//! their components, not by a list of names.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use teachtree::base::quantity::Quantity;
 use teachtree::base::recording::Recording;
 use teachtree::base::units::Dimension;
 
-/// The same motion in `factor` times the time: speeds become smaller by it, forces stay.
+/// Stretches time by `factor`: speeds are divided by it, forces are unchanged.
 pub fn slowed(mut recording: Recording, factor: f64) -> Recording {
     recording.time.iter_mut().for_each(|time| *time *= factor);
     recording.events.iter_mut().for_each(|event| event.time_s *= factor);
@@ -14,7 +14,7 @@ pub fn slowed(mut recording: Recording, factor: f64) -> Recording {
     recording
 }
 
-/// The same motion from its end to its beginning: a contact that was made is lost.
+/// Reverses time: a contact that was made is lost.
 pub fn reversed(mut recording: Recording) -> Recording {
     let ends_s =
         recording.time.first().copied().unwrap_or_default() + recording.time.last().copied().unwrap_or_default();
@@ -34,11 +34,11 @@ pub fn reversed(mut recording: Recording) -> Recording {
     recording
 }
 
-/// At another rate, Hz: each new row is the nearest old one, labels and flags included.
+/// Resamples to `rate_hz`: each new row is the nearest old one, labels and flags included.
 pub fn resampled(mut recording: Recording, rate_hz: f64) -> Recording {
     let time = std::mem::take(&mut recording.time);
     let (Some(&start_s), Some(&end_s)) = (time.first(), time.last()) else { return recording };
-    // A row at the very end counts, whatever rounding says.
+    // A row at the very end is kept in spite of rounding.
     let count = ((end_s - start_s) * rate_hz + 1e-6) as usize + 1;
     recording.time = (0..count).map(|row| start_s + row as f64 / rate_hz).collect();
     let nearest = |at: f64| {
@@ -55,7 +55,7 @@ pub fn resampled(mut recording: Recording, rate_hz: f64) -> Recording {
     recording
 }
 
-/// Turned about the vertical axis of the reference frame, rad: everything that was measured, and the bodies of the scene.
+/// Rotates all vectors, and the bodies of the scene, about the vertical axis of the reference frame; angle in rad.
 pub fn turned(mut recording: Recording, angle: f64) -> Recording {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let of_x = |name: &String| name.strip_suffix(".x").map(str::to_string);
@@ -74,7 +74,7 @@ pub fn turned(mut recording: Recording, angle: f64) -> Recording {
                     let [wt, xt, yt, zt] = turned_rotation(&turn, [w[row], x[row], y[row], z[row]]);
                     (w[row], x[row], y[row], z[row]) = (wt, xt, yt, zt);
                 }
-                // A name with fewer components is no vector of the reference frame.
+                // A channel with fewer components is no vector of the reference frame.
                 _ => {}
             }
         }
@@ -92,13 +92,13 @@ pub fn turned(mut recording: Recording, angle: f64) -> Recording {
     recording
 }
 
-/// Without the flags that say which fingertips touch.
+/// Removes the contact flags of the fingertips.
 pub fn without_flags(mut recording: Recording) -> Recording {
     recording.columns.retain(|name, _| !(name.ends_with(".contact") && name.split('.').count() == 3));
     recording
 }
 
-/// Without the forces between bodies.
+/// Removes the forces between bodies.
 pub fn without_contacts(mut recording: Recording) -> Recording {
     recording.columns.retain(|name, _| !name.starts_with("contact."));
     recording

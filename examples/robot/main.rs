@@ -1,13 +1,16 @@
-//! `cargo run --release --example robot -- 1..20` prints the table of docs/robot.md: what comes of people's demonstrations when the robot of two arms
-//! carries them out in the scene in which they were given; `-- 1..10 peg` of the scenes whose names contain `peg`, or of the one with that name. With
-//! `displaced` among the names every object stands up to 20 mm and 10° elsewhere, and the robot is told so; with `unknown` the robot sees every object up to
-//! 2 mm to each side of where it is, in scenes that end in contact. The name of another shipped robot among them, such as `arm_with_gripper`, takes
-//! that one. What was not done, and tasks that the same
-//! rules find otherwise in the robot's recording, are told beside it.
-#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
+//! `cargo run --release --example robot -- 1..20` prints the table of docs/robot.md: the robot with two arms executes the demonstrations of simulated
+//! operators in their scenes. Further arguments:
+//!
+//! - `peg`: only scenes whose names contain `peg`, or the one with that name;
+//! - `displaced`: every object is up to 20 mm and 10° elsewhere, known to the robot;
+//! - `unknown`: the robot sees every object up to 2 mm to each side of its true position, in scenes that end in contact;
+//! - the name of another shipped robot, such as `arm_with_gripper`.
+//!
+//! Tasks that were not done, and tasks that the rules find differently in the robot's recording, are listed.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
 #[path = "../recognition/ruleset.rs"]
-#[allow(dead_code, reason = "the other example needs more of it")]
+#[allow(dead_code, reason = "the other example uses all of it")]
 mod ruleset;
 
 use nalgebra::{UnitQuaternion, Vector3};
@@ -18,7 +21,7 @@ use teachtree::analysis::{Analysis, Track};
 use teachtree::base::error::InputError;
 use teachtree::base::geometry::unit;
 use teachtree::base::scene::{Role, Scene};
-use teachtree::robot::simulate::{Outcome, simulate_seeing};
+use teachtree::robot::simulation::{Outcome, simulate_seeing};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
 
@@ -47,21 +50,21 @@ const SCENES: [&str; 22] = [
     "independent",
 ];
 
-/// Scenes that end in contact with something that stands fast.
+/// Scenes that end in contact with a fixed body.
 const END_IN_CONTACT: [&str; 7] =
     ["pick_and_place", "pick_and_press", "stamp", "peg_in_hole", "peg_in_hole_tight", "turn_knob", "turn_screw"];
 
-/// What the robot does not expect, or only knows of.
+/// Displacements of objects, known or unknown to the robot.
 #[derive(Clone, Copy, Default)]
 struct Elsewhere {
     displaced: bool,
     unknown: bool,
 }
 
-/// What came of a demonstration.
+/// The result of one demonstration.
 struct Came {
     outcomes: Vec<Outcome>,
-    /// The tasks that were commanded, and those that rules find in the robot's recording.
+    /// The commanded tasks, and those that the rules find in the robot's recording.
     tasks: [Vec<String>; 2],
 }
 
@@ -87,15 +90,15 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let robot = robot::open(robot, &|file| Err(InputError::new(file, "is no shipped robot")))
         .map_err(|error| error.to_string())?;
     println!(
-        "| scene | people | done | farthest, of those done | forces kept | same tasks | not done |\n|---|---|---|---|---|---|---|"
+        "| scene | operators | done | largest error of those done | forces kept | same tasks | not done |\n|---|---|---|---|---|---|---|"
     );
-    let (mut people, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
+    let (mut operators, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
     let says = |what: &str| wanted.iter().any(|word| *word == what);
     let elsewhere = Elsewhere { displaced: says("displaced"), unknown: says("unknown") };
     let wanted: Vec<&String> = wanted.into_iter().filter(|word| *word != "displaced" && *word != "unknown").collect();
     let named = |word: &str, scene: &str| if SCENES.contains(&word) { word == scene } else { scene.contains(word) };
     let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|word| named(word, scene));
-    // What stands in a socket or a nest cannot stand elsewhere.
+    // An object in a socket or a nest cannot be elsewhere.
     let stands_free =
         |scene: &&str| !(elsewhere.displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
     let ends_in_contact = |scene: &&str| !elsewhere.unknown || END_IN_CONTACT.contains(scene);
@@ -152,18 +155,18 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                 }
             }
         }
-        people += came.len();
+        operators += came.len();
         all_done += done;
         all_kept += kept;
         all_same += same;
         let (off, turned, failed) = (off * 1e3, turned.to_degrees(), failed.join(", "));
         println!("| `{scene}` | {} | {done} | {off:.1} mm, {turned:.1}° | {kept} | {same} | {failed} |", came.len());
     }
-    println!("| all | {people} | {all_done} | | {all_kept} | {all_same} | |");
+    println!("| all | {operators} | {all_done} | | {all_kept} | {all_same} | |");
     Ok(())
 }
 
-/// A person's demonstration, from the recording to what the robot made of it; rules are those for one hand and for both.
+/// Runs one demonstration from the recording to the robot's result; the rules are those for one hand and for both.
 fn carried_out(
     scene: &str,
     seed: u64,
@@ -185,7 +188,7 @@ fn carried_out(
     Ok(Came { outcomes: performance.outcomes, tasks: [commanded, names(&again)].map(sorted) })
 }
 
-/// Hands may begin in another order.
+/// Compares tasks by hand, since the hands may begin in another order.
 fn sorted(mut names: Vec<String>) -> Vec<String> {
     names.sort();
     names
@@ -198,12 +201,12 @@ fn names(said: &Analysis) -> Vec<String> {
     said.tracks.iter().flat_map(named).collect()
 }
 
-/// From -1 to 1, the same for the same seed: the golden ratio spreads seeds evenly.
+/// Returns a number from -1 to 1 for a seed; the golden ratio distributes seeds evenly.
 fn share(seed: u64, step: u64) -> f64 {
     2.0 * (((3 * seed + step) as f64 * 0.618_033_988_749_895).fract()) - 1.0
 }
 
-/// Every object that stands by itself up to 20 mm to either side and up to 10° turned, the same way for the same seed.
+/// Displaces every free object by up to 20 mm to either side and rotates it by up to 10°, determined by the seed.
 fn with_objects_elsewhere(mut scene: Scene, seed: u64) -> Scene {
     for body in scene.bodies.values_mut().filter(|body| body.role == Role::Object) {
         body.position[0].0 += 0.020 * share(seed, 0);

@@ -2,7 +2,7 @@
 
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{Branch, Choice, Expr, ExprKind, Rules, Then};
 use crate::stream::frames::Frames;
@@ -45,12 +45,12 @@ impl Coverage {
     /// When the rate of the log cannot honour a duration of the rules.
     pub fn add(&mut self, rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Result<(), InputError> {
         for leaves in leaves {
-            let mut probe = Probe::new(rules, frames, leaves);
+            let mut inspector = Inspector::new(rules, frames, leaves);
             let sides = leaves.hands.keys().copied().map(Some).chain([None]);
             for side in sides.collect::<Vec<_>>() {
-                if let Some(tree) = probe.tree(side) {
+                if let Some(tree) = inspector.tree(side) {
                     let all: Vec<usize> = (0..leaves.frames.len()).collect();
-                    self.branch(&mut probe, &tree.root, side, all)?;
+                    self.branch(&mut inspector, &tree.root, side, all)?;
                 }
             }
         }
@@ -85,10 +85,10 @@ impl Coverage {
     }
 
     /// Follows the frames that reach a branch, counted from the beginning of the stretch.
-    fn branch(
+    fn branch<'a>(
         &mut self,
-        probe: &mut Probe,
-        branch: &Branch,
+        inspector: &mut Inspector<'a>,
+        branch: &'a Branch,
         side: Option<Side>,
         mut reach: Vec<usize>,
     ) -> Result<(), InputError> {
@@ -96,16 +96,16 @@ impl Coverage {
         for (at, choice) in branch.choices.iter().enumerate() {
             let (taken, rest) = match &choice.condition {
                 Some(condition) => {
-                    self.condition(probe, condition, side, &reach)?;
-                    let column = probe.column(condition, side)?;
+                    self.condition(inspector, condition, side, &reach)?;
+                    let truth = inspector.truth(condition, side)?;
                     // The last choice of a branch is taken whenever the others are not.
-                    reach.into_iter().partition(|frame| at == last || column.holds(0, *frame))
+                    reach.into_iter().partition(|frame| at == last || truth.holds(0, *frame))
                 }
                 None => (reach, Vec::new()),
             };
-            self.choice(probe.rules(), choice, !taken.is_empty());
+            self.choice(inspector.rules(), choice, !taken.is_empty());
             if let Then::Branch(below) = &choice.then {
-                self.branch(probe, below, side, taken)?;
+                self.branch(inspector, below, side, taken)?;
             }
             reach = rest;
         }
@@ -118,23 +118,23 @@ impl Coverage {
     }
 
     /// Notes each part of a condition that is no `and`, `or` or `not`.
-    fn condition(
+    fn condition<'a>(
         &mut self,
-        probe: &mut Probe,
-        expr: &Expr,
+        inspector: &mut Inspector<'a>,
+        expr: &'a Expr,
         side: Option<Side>,
         reach: &[usize],
     ) -> Result<(), InputError> {
         match &expr.kind {
-            ExprKind::Not(inner) => self.condition(probe, inner, side, reach),
+            ExprKind::Not(inner) => self.condition(inspector, inner, side, reach),
             ExprKind::And(parts) | ExprKind::Or(parts) => {
-                parts.iter().try_for_each(|part| self.condition(probe, part, side, reach))
+                parts.iter().try_for_each(|part| self.condition(inspector, part, side, reach))
             }
             _ => {
-                let column = probe.column(expr, side)?;
-                let seen = seen(&mut self.conditions, probe.rules(), expr.span);
-                seen.yes |= reach.iter().any(|frame| column.holds(0, *frame));
-                seen.no |= reach.iter().any(|frame| !column.holds(0, *frame));
+                let truth = inspector.truth(expr, side)?;
+                let seen = seen(&mut self.conditions, inspector.rules(), expr.span);
+                seen.yes |= reach.iter().any(|frame| truth.holds(0, *frame));
+                seen.no |= reach.iter().any(|frame| !truth.holds(0, *frame));
                 Ok(())
             }
         }

@@ -21,7 +21,7 @@ use super::json::printed;
 use super::{Analysis, Segment, Who};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
 use crate::stream::frames::Frames;
@@ -157,13 +157,13 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
     let side = question.who.side();
     let mut explained: Vec<Explanation> = Vec::new();
     for (leaves, frames) in asked(analysed, question)? {
-        let mut probe = Probe::new(analysed.rules, analysed.frames, leaves);
-        if probe.tree(side).is_none() {
+        let mut inspector = Inspector::new(analysed.rules, analysed.frames, leaves);
+        if inspector.tree(side).is_none() {
             let message = format!("there is no tree that labels `{}` in this recording", question.who);
             return Err(InputError::new("--track", message).help("tracks are left, right and both"));
         }
         let nearest = match &labels {
-            Some(labels) => why_not::why_not(&mut probe, side, frames.clone(), labels)?,
+            Some(labels) => why_not::why_not(&mut inspector, side, frames.clone(), labels)?,
             None => None,
         };
         if labels.is_some() && nearest.is_none() {
@@ -175,12 +175,12 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
         }
         let mut before: Option<(Vec<usize>, Option<Label>)> = None;
         for frame in frames.clone() {
-            let now = (probe.path(side, frame)?, probe.leaf(side, frame));
+            let now = (inspector.path(side, frame)?, inspector.leaf(side, frame));
             if before.as_ref() != Some(&now) {
                 if explained.len() == MAX_BLOCKS {
                     return Ok(explained);
                 }
-                let mut block = block(analysed, &mut probe, question.who, frame)?;
+                let mut block = block(analysed, &mut inspector, question.who, frame)?;
                 block.task = side.and_then(|side| task::of(analysed.rules, analysed.frames, leaves, side, frame));
                 explained.push(block);
                 before = Some(now);
@@ -252,24 +252,24 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
 /// Why a track has its label on a frame, without the task.
 fn block<'a>(
     analysed: &Analysed<'a>,
-    probe: &mut Probe<'a>,
+    inspector: &mut Inspector<'a>,
     who: Who,
     frame: usize,
 ) -> Result<Explanation, InputError> {
     let rules = analysed.rules;
     let side = who.side();
     let time = |frame: usize| analysed.frames.time.get(frame).copied().unwrap_or_default();
-    let taken = probe.path(side, frame)?;
+    let taken = inspector.path(side, frame)?;
     let mut path = Vec::new();
     let mut latches: Vec<LatchState> = Vec::new();
-    let mut branch: Option<&Branch> = probe.tree(side).map(|tree| &tree.root);
+    let mut branch: Option<&Branch> = inspector.tree(side).map(|tree| &tree.root);
     for (depth, taken) in taken.iter().enumerate() {
         let Some(open) = branch else { break };
         for (at, choice) in open.choices.iter().enumerate().take(taken + 1) {
             let reason = match &choice.condition {
                 Some(condition) => {
-                    latches_of(probe, condition, side, frame, &mut latches)?;
-                    Some(Reasons { probe }.reason(condition, Spot::new(side, frame))?)
+                    latches_of(inspector, condition, side, frame, &mut latches)?;
+                    Some(Reasons { inspector }.reason(condition, Spot::new(side, frame))?)
                 }
                 None => None,
             };
@@ -286,15 +286,16 @@ fn block<'a>(
             _ => None,
         });
     }
-    let run = probe.run(side, frame);
+    let run = inspector.run(side, frame);
     let leaf = run.and_then(|run| run.label).map_or("separate".to_string(), |label| rules.label_name(label));
     let track = analysed.analysis.track(who);
     let segment = |segments: &[Segment]| segments.iter().find(|segment| segment.frames.contains(&frame)).cloned();
     let raw = track.and_then(|track| segment(&track.segments));
     let settled = raw.filter(|raw| raw.primitive != leaf).map(|raw| {
         let lasted = run.map_or(0.0, |run| (run.end - run.start) as f64 / analysed.frames.layout.rate_hz);
-        let covered =
-            side.and_then(|_| probe.leaf(None, frame)).is_some_and(|label| rules.label_name(label) == raw.primitive);
+        let covered = side
+            .and_then(|_| inspector.leaf(None, frame))
+            .is_some_and(|label| rules.label_name(label) == raw.primitive);
         let what = if covered {
             "the tree over both hands speaks for this hand here".to_string()
         } else {
@@ -308,7 +309,7 @@ fn block<'a>(
         time_s: time(frame),
         frame,
         until_s: time(frame),
-        tree: probe.tree(side).map_or(String::new(), |tree| tree.name.clone()),
+        tree: inspector.tree(side).map_or(String::new(), |tree| tree.name.clone()),
         leaf,
         since_s: time(run.map_or(frame, |run| run.start)),
         path,
@@ -337,7 +338,7 @@ fn became(rules: &Rules, segment: Segment, what: String) -> Became {
 
 /// The latches that a condition names itself.
 fn latches_of<'a>(
-    probe: &mut Probe<'a>,
+    inspector: &mut Inspector<'a>,
     condition: &'a Expr,
     side: Option<Side>,
     frame: usize,
@@ -350,16 +351,16 @@ fn latches_of<'a>(
         }
     });
     for part in named {
-        let reasons = Reasons { probe };
+        let reasons = Reasons { inspector };
         let latch = reasons.text(part);
         if found.iter().any(|known| known.latch == latch) {
             continue;
         }
-        let start = probe.leaves().frames.start;
-        let column = probe.kept(part, side)?;
+        let start = inspector.leaves().frames.start;
+        let column = inspector.truth(part, side)?;
         let on = column.holds(0, frame - start);
         let differs = column.last_otherwise(0, frame - start, on);
-        let since_s = differs.and_then(|at| probe.frames().time.get(start + at + 1).copied());
+        let since_s = differs.and_then(|at| inspector.frames().time.get(start + at + 1).copied());
         found.push(LatchState { latch, on, since_s });
     }
     Ok(())

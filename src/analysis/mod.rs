@@ -30,8 +30,8 @@ pub use rounds::MAX_ROUNDS;
 
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::open::frames as frames_of;
 use crate::engine::runs::Leaves;
+use crate::engine::semantics::samples;
 use crate::language::rules::{RelabelKind, Rules};
 use crate::stream::frames::{Frames, Issue};
 use crate::stream::series::Series;
@@ -163,7 +163,7 @@ pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
         RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
     });
     for duration in settling.chain(keys).chain(limits).filter(|duration| duration.value > 0.0) {
-        frames_of(duration.value, rate_hz)
+        samples(duration.value, rate_hz)
             .map_err(|error| InputError { place: rules.sources.place(duration.span), ..error })?;
     }
     Ok(())

@@ -1,10 +1,10 @@
-//! The vocabulary of channels: what a value per frame can be, and the derived channels that `stream` computes for the rules.
-//! A log carries the raw ones; a rule file declares in `stream { … }` which raw ones it reads.
+//! The vocabulary of channels: the types of a value per frame, and the derived channels that `stream` computes for the rules.
+//! A log contains the raw channels; a rule file declares those that it reads in `stream { … }`.
 
 use super::hands::Side;
 use super::units::Dimension;
 
-/// What one element of a channel is.
+/// The type of one element of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shape {
     /// True or false; 1.0 or 0.0 in a column.
@@ -20,7 +20,7 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The names of the components as they end a column name; one empty name for a value that is one column.
+    /// Returns the suffixes of the component columns; one empty suffix for a value in one column.
     pub const fn components(self) -> &'static [&'static str] {
         match self {
             Self::Bool | Self::Scalar | Self::Object => &[""],
@@ -30,48 +30,48 @@ impl Shape {
     }
 }
 
-/// What an array runs over. The slots are fixed when a log is opened.
+/// The index set of an array. The slots are fixed when a log is opened.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// The fingers of a hand.
     Fingers,
-    /// The bodies that the target of a hand may touch.
+    /// The bodies that a hand's target may touch.
     Contacts,
 }
 
-/// A channel: a value per frame that rules may read.
+/// A channel: a value per frame that rules can read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ChannelSpec {
     /// The name in rules, such as `fingers.force`, `target.velocity`, `gripper.closed`.
     pub name: String,
-    /// Whether every hand has its own.
+    /// Whether each hand has its own channel.
     pub per_hand: bool,
     /// Whether it is an array.
     pub axis: Option<Axis>,
-    /// What an element is.
+    /// The type of an element.
     pub shape: Shape,
     /// The dimension of an element; `NONE` for bool, rotation and object.
     pub dimension: Dimension,
-    /// What to do when a log lacks it.
+    /// The treatment of logs without the channel.
     pub absent: Absent,
 }
 
-/// What becomes of a channel that a log lacks.
+/// The treatment of a channel that a log lacks.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Absent {
-    /// The log is refused: the channel is needed.
+    /// The log is refused.
     Refused,
     /// A constant, in SI, in every component.
     Constant(f64),
-    /// True while the norm of another channel is above `on` until it is below `off` (both SI), element by element.
+    /// A hysteresis on the norm of another channel, element by element: true above `on` until below `off` (both SI).
     NormAbove {
         /// The name of the other channel; same axis, a vec3.
         channel: String,
-        /// Threshold to become true.
+        /// Upper threshold, which sets the flag.
         on: f64,
-        /// Threshold to become false again.
+        /// Lower threshold, which clears it.
         off: f64,
-        /// Whether a rule reads it; else a log may lack the other channel too.
+        /// Whether a rule reads the channel; otherwise a log may lack `of` too.
         needed: bool,
     },
     /// Derived from other channels and the scene; see [`derived`].
@@ -82,11 +82,11 @@ pub enum Absent {
 pub struct Derived {
     /// The name in rules.
     pub name: &'static str,
-    /// Whether every hand has its own.
+    /// Whether each hand has its own channel.
     pub per_hand: bool,
     /// Whether it is an array.
     pub axis: Option<Axis>,
-    /// What an element is.
+    /// The type of an element.
     pub shape: Shape,
     /// Dimension of an element.
     pub dimension: Dimension,
@@ -95,7 +95,7 @@ pub struct Derived {
 }
 
 impl Derived {
-    /// The channel as rules ask for it.
+    /// Returns the channel as a rule file would declare it.
     pub fn spec(&self) -> ChannelSpec {
         ChannelSpec {
             name: self.name.into(),
@@ -235,7 +235,7 @@ pub fn derived(name: &str) -> Option<&'static Derived> {
     DERIVED.iter().find(|channel| channel.name == name)
 }
 
-/// The hands whose targets a channel of `side` speaks of: what is restarted when such a target changes.
+/// Returns the hands whose targets a channel of `side` depends on. A change of such a target restarts the operators that read the channel.
 pub fn reads_target(name: &str, side: Option<Side>) -> Vec<Side> {
     let of_hand = name == "target" || name.starts_with("target.") || name.starts_with("contacts.");
     match side {

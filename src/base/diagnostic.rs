@@ -1,4 +1,4 @@
-//! Diagnostics about rule files: what was found, where, and what to do. Passes return them; nothing here prints.
+//! Diagnostics about rule files: the finding, its places, and the fix. Passes return diagnostics; nothing here prints.
 
 mod render;
 
@@ -15,10 +15,10 @@ pub struct Span {
     pub end: u32,
 }
 
-/// A rule file as it was read.
+/// A rule file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// The name shown to people: the path as the user wrote it, or `rules/contact.rules` for a shipped file.
+    /// The name in messages: the path as the user wrote it, or `rules/contact.rules` for a shipped file.
     pub name: String,
     /// The text.
     pub text: String,
@@ -32,7 +32,7 @@ pub struct Sources {
 }
 
 impl Span {
-    /// The smallest span that holds both; both are of one file.
+    /// Returns the smallest span that contains both; both are in one file.
     #[must_use]
     pub fn to(self, other: Self) -> Self {
         Self { file: self.file, start: self.start.min(other.start), end: self.end.max(other.end) }
@@ -40,7 +40,7 @@ impl Span {
 }
 
 impl Sources {
-    /// The text at a span; empty for a span of no file.
+    /// Returns the text at a span; empty if the file does not exist.
     pub fn text(&self, span: Span) -> &str {
         self.files
             .get(span.file as usize)
@@ -48,7 +48,7 @@ impl Sources {
             .unwrap_or("")
     }
 
-    /// Line and column of both ends of a span, counted from 1, columns in characters; the end is one past the last.
+    /// Returns line and column of both ends of a span, from 1, columns in characters; the end is one past the last.
     pub fn lines_and_columns(&self, span: Span) -> ((usize, usize), (usize, usize)) {
         let text = self.files.get(span.file as usize).map_or("", |source| source.text.as_str());
         let at = |offset: u32| {
@@ -58,7 +58,7 @@ impl Sources {
         (at(span.start), at(span.end))
     }
 
-    /// `rules/contact.rules:12:5` for the start of a span (line and column counted from 1, columns in characters).
+    /// Formats the start of a span as `rules/contact.rules:12:5` (line and column from 1, columns in characters).
     pub fn place(&self, span: Span) -> String {
         let Some(source) = self.files.get(span.file as usize) else {
             return String::new();
@@ -68,13 +68,13 @@ impl Sources {
     }
 }
 
-/// How bad it is.
+/// The severity of a finding.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
     /// The rules cannot run.
     Error,
-    /// The rules run, but hardly as meant.
+    /// The rules run, but probably not as intended.
     Warning,
 }
 
@@ -83,46 +83,46 @@ pub enum Severity {
 pub struct Diagnostic {
     /// The code: E1 syntax, E2 names, E3 dimensions, E4 trees, E7 limits; W for warnings.
     pub code: &'static str,
-    /// How bad it is.
+    /// The severity of a finding.
     pub severity: Severity,
-    /// One line that stands alone: lower case, no full stop, the author's words in backticks.
+    /// One self-contained line: lower case, no full stop, the author's words in backticks.
     pub message: String,
     /// The places, the primary one first.
     pub labels: Vec<Label>,
-    /// Why.
+    /// Reasons.
     pub notes: Vec<String>,
-    /// What to do.
+    /// Fixes, in words.
     pub help: Vec<String>,
-    /// An edit that mends it.
+    /// An edit that fixes it.
     pub fix: Option<Fix>,
 }
 
-/// A place with what is there.
+/// A place with a text about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// The place.
     pub span: Span,
-    /// What this piece is.
+    /// The text.
     pub text: String,
 }
 
 /// An edit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Fix {
-    /// What to replace.
+    /// The replaced span.
     pub span: Span,
-    /// By what.
+    /// The new text.
     pub replacement: String,
 }
 
 impl Diagnostic {
-    /// An error without a place yet.
+    /// Creates an error without a place.
     pub fn error(code: &'static str, message: impl Into<String>) -> Self {
         let (labels, notes, help) = (Vec::new(), Vec::new(), Vec::new());
         Self { code, severity: Severity::Error, message: message.into(), labels, notes, help, fix: None }
     }
 
-    /// A warning without a place yet.
+    /// Creates a warning without a place.
     pub fn warning(code: &'static str, message: impl Into<String>) -> Self {
         Self { severity: Severity::Warning, ..Self::error(code, message) }
     }
@@ -134,21 +134,21 @@ impl Diagnostic {
         self
     }
 
-    /// Says why.
+    /// Adds a reason.
     #[must_use]
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.notes.push(note.into());
         self
     }
 
-    /// Says what to do.
+    /// Adds a fix in words.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help.push(help.into());
         self
     }
 
-    /// Says what to do, with the edit that does it.
+    /// Adds a fix in words, with the edit.
     #[must_use]
     pub fn fix(mut self, help: impl Into<String>, span: Span, replacement: impl Into<String>) -> Self {
         self.help.insert(0, help.into());
@@ -156,7 +156,7 @@ impl Diagnostic {
         self
     }
 
-    /// Where it is, for sorting: the primary place; findings without a place come first.
+    /// Returns the primary place, for sorting; findings without a place come first.
     pub fn place(&self) -> Option<Span> {
         self.labels.first().map(|label| label.span)
     }

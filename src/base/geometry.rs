@@ -1,18 +1,9 @@
 //! Distances to the shapes of a scene, without a physics library: box, cylinder and ball have closed forms.
 
 use crate::base::scene::{Body, Part, Shape};
-use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Vector3};
 
-/// A pose from a position and a quaternion w x y z; a quaternion without direction is no rotation.
-pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
-    let [x, y, z] = position;
-    Isometry3::from_parts(Translation3::new(x, y, z), unit(rotation))
-}
-
-/// A unit quaternion from w x y z; no rotation when it has no direction.
-pub fn unit([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
-    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 1e-9).unwrap_or_else(UnitQuaternion::identity)
-}
+pub use super::pose::{pose, unit};
 
 /// Two unit directions at right angles to each other and to a unit direction.
 pub fn across(axis: &Vector3<f64>) -> [Vector3<f64>; 2] {
@@ -40,7 +31,7 @@ impl Solid {
     /// Places the parts of a body.
     pub fn new(body: &Body) -> Self {
         Self {
-            parts: body.parts.iter().map(|part| (placed(part), part.shape)).collect(),
+            parts: body.parts.iter().map(|part| (part.pose(), part.shape)).collect(),
             radius: body.bounding_radius(),
         }
     }
@@ -62,22 +53,54 @@ impl Solid {
     }
 }
 
-/// body_from_part.
-fn placed(part: &Part) -> Isometry3<f64> {
-    pose(part.at.map(|length| length.0), part.turned)
-}
-
 fn part_distance(part: &Part, point_in_body: &Point3<f64>) -> f64 {
-    shape_distance(&placed(part), part.shape, point_in_body)
+    shape_distance(&part.pose(), part.shape, point_in_body)
 }
 
 fn shape_distance(body_from_part: &Isometry3<f64>, shape: Shape, point_in_body: &Point3<f64>) -> f64 {
-    let p = body_from_part.inverse_transform_point(point_in_body);
-    match shape {
-        Shape::Ball(radius) => p.coords.norm() - radius.0,
-        Shape::Box([x, y, z]) => beyond(&[p.x.abs() - x.0 / 2.0, p.y.abs() - y.0 / 2.0, p.z.abs() - z.0 / 2.0]),
-        Shape::Cylinder([radius, height]) => beyond(&[p.x.hypot(p.y) - radius.0, p.z.abs() - height.0 / 2.0]),
+    shape.distance(&body_from_part.inverse_transform_point(point_in_body).coords)
+}
+
+impl Shape {
+    /// Returns the distance of a point of the shape's own frame to its surface, m, negative inside.
+    pub fn distance(self, point: &Vector3<f64>) -> f64 {
+        let p = point;
+        match self {
+            Self::Ball(radius) => p.norm() - radius.0,
+            Self::Box([x, y, z]) => beyond(&[p.x.abs() - x.0 / 2.0, p.y.abs() - y.0 / 2.0, p.z.abs() - z.0 / 2.0]),
+            Self::Cylinder([radius, height]) => beyond(&[across_z(p) - radius.0, p.z.abs() - height.0 / 2.0]),
+        }
     }
+
+    /// Returns the direction in which that distance grows fastest at a point, unit; inside, out of the nearest face.
+    pub fn outward(self, point: &Vector3<f64>) -> Vector3<f64> {
+        let p = point;
+        let way = match self {
+            Self::Ball(_) => *p,
+            Self::Box([x, y, z]) => {
+                let over = p.abs() - Vector3::new(x.0, y.0, z.0) / 2.0;
+                let way = if over.max() <= 0.0 { Vector3::ith(over.imax(), 1.0) } else { over.sup(&Vector3::zeros()) };
+                way.zip_map(p, f64::copysign)
+            }
+            Self::Cylinder([radius, height]) => {
+                let across = across_z(p);
+                let (round, flat) = (across - radius.0, p.z.abs() - height.0 / 2.0);
+                let (round, flat) = match (round > 0.0 || flat > 0.0, round > flat) {
+                    (true, _) => (round.max(0.0), flat.max(0.0)),
+                    (false, true) => (1.0, 0.0),
+                    (false, false) => (0.0, 1.0),
+                };
+                let across = across.max(1e-12);
+                Vector3::new(round * p.x / across, round * p.y / across, flat.copysign(p.z))
+            }
+        };
+        way.try_normalize(1e-12).unwrap_or_else(Vector3::x)
+    }
+}
+
+/// How far a point is from the z axis.
+fn across_z(p: &Vector3<f64>) -> f64 {
+    (p.x * p.x + p.y * p.y).sqrt()
 }
 
 /// How far a point is beyond faces that stand at right angles: the way to the nearest corner outside, minus the way to the nearest face inside.
@@ -92,7 +115,7 @@ fn beyond(over: &[f64]) -> f64 {
 pub fn face_normal(body: &Body, point_in_body: &Point3<f64>) -> Option<Vector3<f64>> {
     let distance = |part: &&Part| part_distance(part, point_in_body);
     let part = body.parts.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
-    let body_from_part = placed(part);
+    let body_from_part = part.pose();
     let p = body_from_part.inverse_transform_point(point_in_body).coords;
     let (radial, axial) = (Vector3::new(p.x, p.y, 0.0), Vector3::new(0.0, 0.0, p.z));
     let out = match part.shape {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Which hand.
+/// A hand: left or right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
@@ -14,7 +14,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Both sides, left first: the order of everything that is listed by hand.
+    /// Both sides, left first, which is the order of all lists by hand.
     pub const BOTH: [Self; 2] = [Self::Left, Self::Right];
 
     /// `left` or `right`.
@@ -67,7 +67,7 @@ pub enum Finger {
     Ring,
     /// The little finger.
     Little,
-    /// The palm: it counts for touching, never for grasping.
+    /// The palm: it counts as touch, never as grasp.
     Palm,
 }
 
@@ -99,19 +99,19 @@ impl fmt::Display for Finger {
     }
 }
 
-/// Which fingers a rule picks out of an array over fingers: `touches[thumb]`, `touches[opposing]`, `fingers.position[tips]`.
+/// The selection of fingers from an array over fingers: `touches[thumb]`, `touches[opposing]`, `fingers.position[tips]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FingerPick {
-    /// One finger: the result is no array any more. A finger that the log lacks reads as false or zero.
+    /// One finger; the result is a single value. A finger that the log lacks reads as false or zero.
     One(Finger),
-    /// Index, middle, ring and little: what opposes the thumb.
+    /// Index, middle, ring and little: the fingers that oppose the thumb.
     Opposing,
     /// All fingertips, without the palm.
     Tips,
 }
 
 impl FingerPick {
-    /// Whether this finger is picked.
+    /// Whether the selection contains `finger`.
     pub fn picks(self, finger: Finger) -> bool {
         match self {
             Self::One(one) => one == finger,

@@ -1,13 +1,13 @@
-//! Reading JSON: errors at file, line and column, in words for people who know JSON and not the types that read it.
+//! Reads JSON with errors at file, line and column, in the terms of JSON instead of Rust types.
 
 use super::error::InputError;
 use super::yaml::in_plain_words;
 use serde::de::DeserializeOwned;
 
-/// Reads a JSON text; `file` is its name in errors.
+/// Parses a JSON text; `file` is its name in errors.
 ///
 /// # Errors
-/// What the text lacks, at its place: `file:line:column`, or the file alone where that says nothing.
+/// The first error, at `file:line:column`, or at the file if the parser gives no place.
 pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError> {
     if text.trim().is_empty() {
         return Err(InputError::new(file, "the file is empty"));
@@ -18,7 +18,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
     })
 }
 
-/// What is wrong, without the place.
+/// Returns the message without the place.
 pub fn told(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let message = message.split(" at line ").next().unwrap_or(&message);
@@ -35,7 +35,7 @@ pub fn told(error: &serde_json::Error) -> String {
     }
 }
 
-/// Where: what is missing at the end of a text has a line and no column, what is wrong with a value that was read already has neither.
+/// Returns the place: an unexpected end has a line without a column, an invalid value that was already parsed has neither.
 fn place(error: &serde_json::Error, file: &str) -> String {
     match (error.line(), error.column()) {
         (0, _) => file.into(),

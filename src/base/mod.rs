@@ -1,14 +1,16 @@
-//! What every floor shares: units, dimensions, names of hands and fingers, sources and diagnostics,
+//! The types that all modules share: units, dimensions, names of hands and fingers, sources and diagnostics,
 //! the scene and the recording as plain data, and the vocabulary of channels.
 //!
-//! Nothing here knows rules, logs on disk, physics or robots.
+//! This module depends on no rules, no log files, no physics and no robots.
 
 pub mod channels;
 pub mod diagnostic;
+pub mod easing;
 pub mod error;
 pub mod geometry;
 pub mod hands;
 pub mod json;
+pub mod pose;
 pub mod quantity;
 pub mod recording;
 pub mod scene;

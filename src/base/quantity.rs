@@ -1,12 +1,12 @@
-//! Numbers with a unit as they stand in YAML files: `120 mm`, `50 g`, `0.4`.
+//! Numbers with a unit in YAML files: `120 mm`, `50 g`, `0.4`.
 
 use super::shown::{PLAIN, Shown};
 use super::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer};
 
-/// A number in SI that was written with a unit of the dimension `M K S R` (exponents of metre, kilogram, second, radian).
+/// A number in SI, written in the file with a unit of the dimension `M K S R` (exponents of metre, kilogram, second, radian).
 ///
-/// Reading refuses a missing unit and one of another dimension, in the author's words.
+/// Deserializing refuses a missing unit and a unit of another dimension.
 #[derive(Clone, Copy, Debug, Default, PartialEq, PartialOrd)]
 pub struct Quantity<const M: i8, const K: i8, const S: i8, const R: i8>(pub f64);
 
@@ -39,10 +39,10 @@ impl<const M: i8, const K: i8, const S: i8, const R: i8> Quantity<M, K, S, R> {
     const DIMENSION: Dimension = Dimension::new(M, K, S, R);
 }
 
-/// Reads `12.5 mm` into SI and checks its dimension.
+/// Converts a text such as `12.5 mm` to SI and checks its dimension.
 ///
 /// # Errors
-/// What was wrong, in one sentence that names what was found and what was wanted.
+/// Returns a sentence with the found and the expected text.
 pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     let text = text.trim();
     let end = (0..=text.len())
@@ -61,11 +61,11 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     Ok(number * in_si)
 }
 
-/// What has numbers that a range can be wanted of.
+/// A value whose numbers can be checked against a range.
 pub trait Numbers {
-    /// What they measure.
+    /// The dimension of the numbers.
     const DIMENSION: Dimension;
-    /// They, in SI.
+    /// Returns the numbers, SI.
     fn numbers(&self) -> impl Iterator<Item = f64>;
 }
 
@@ -101,25 +101,25 @@ impl<T: Numbers> Numbers for Option<T> {
     }
 }
 
-/// Reads numbers all of which are above zero.
+/// Deserializes a value whose numbers are all above zero.
 ///
 /// # Errors
-/// As of the type itself; the first number that is not above zero.
+/// The errors of the type itself; the first number that is not above zero.
 pub fn above_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(from: D) -> Result<T, D::Error> {
     in_range(T::deserialize(from)?, |number| number > 0.0, "above 0").map_err(serde::de::Error::custom)
 }
 
-/// Reads numbers none of which is below zero.
+/// Deserializes a value whose numbers are all zero or above.
 ///
 /// # Errors
-/// As of the type itself; the first number that is below zero.
+/// The errors of the type itself; the first number below zero.
 pub fn not_below_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(from: D) -> Result<T, D::Error> {
     in_range(T::deserialize(from)?, |number| number >= 0.0, "of 0 or more").map_err(serde::de::Error::custom)
 }
 
 fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Result<T, String> {
     let outside = read.numbers().find(|number| !(fits(*number) && number.is_finite()));
-    // What was read is in SI by now, whatever unit it was written in.
+    // The number is in SI here, independent of the unit in the file.
     let unit = T::DIMENSION.si_unit();
     let blank = if unit.is_empty() { "" } else { " " };
     outside.map_or(Ok(read), |number| {
@@ -127,10 +127,10 @@ fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Re
     })
 }
 
-/// Reads a direction or a rotation: numbers not all of which are zero.
+/// Deserializes a direction or a rotation: finite numbers that are not all zero.
 ///
 /// # Errors
-/// As of the type itself; numbers that are none, or all zero.
+/// The errors of the type itself; numbers that are not finite, or all zero.
 pub fn with_direction<'de, D: Deserializer<'de>, const N: usize>(from: D) -> Result<[f64; N], D::Error>
 where
     [f64; N]: Deserialize<'de>,
@@ -158,7 +158,7 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> f
                 parse(text, Quantity::<M, K, S, R>::DIMENSION).map(Quantity).map_err(E::custom)
             }
             fn visit_f64<E: serde::de::Error>(self, number: f64) -> Result<Self::Value, E> {
-                // In full it may have hundreds of digits, which an error would quote.
+                // The full text may have hundreds of digits, which an error would quote.
                 let plain = number == 0.0 || PLAIN.contains(&number.abs());
                 self.visit_str(&if plain { number.to_string() } else { format!("{number:e}") })
             }
@@ -174,7 +174,7 @@ impl<'de, const M: i8, const K: i8, const S: i8, const R: i8> Deserialize<'de> f
 }
 
 impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::Serialize for Quantity<M, K, S, R> {
-    /// Written in SI with its unit, `0.12 m`, so that what is written can be read again to the same bits.
+    /// Writes the number in SI with its unit, `0.12 m`, so that it is read back with the same bits.
     fn serialize<Z: serde::Serializer>(&self, serializer: Z) -> Result<Z::Ok, Z::Error> {
         let unit = Self::DIMENSION.si_unit();
         if unit.is_empty() {

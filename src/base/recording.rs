@@ -1,4 +1,4 @@
-//! A recorded demonstration as a table of named channels on one time base. `world` makes one, `stream` reads and writes them.
+//! A recorded demonstration: a table of named channels on one time base. `world` creates recordings, `stream` reads and writes them.
 
 use super::scene::Scene;
 use super::units::Dimension;
@@ -7,23 +7,23 @@ use indexmap::IndexMap;
 /// A recording: one row per sample.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Time of each row, s, strictly rising.
+    /// Time of each row, s, strictly increasing.
     pub time: Vec<f64>,
     /// Columns by canonical name, component included (`right.thumb.force.x`), each as long as `time`, in SI.
-    /// A value that was not measured is NaN until `stream` decides what becomes of it.
+    /// A value that was not measured is NaN until `stream` bridges or removes it.
     pub columns: IndexMap<String, Column>,
-    /// Ground truth by name (`right.label`, `both.label`, `right.task`), one text per row, empty where there is none; never read by the rules.
+    /// Ground truth by name (`right.label`, `both.label`, `right.task`), one text per row, empty where unknown; rules never read it.
     pub labels: IndexMap<String, Vec<String>>,
     /// The bodies and hands.
     pub scene: Scene,
-    /// Named instants of the ground truth (contact made and lost, phases of the operator); never read by the rules.
+    /// Named instants of the ground truth (contact made and lost, phases of the operator); rules never read them.
     pub events: Vec<Event>,
 }
 
 /// One column.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// What it measures.
+    /// The dimension of the samples.
     pub dimension: Dimension,
     /// The samples, SI.
     pub values: Vec<f64>,
@@ -32,10 +32,10 @@ pub struct Column {
 /// A named instant of the ground truth.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Event {
-    /// When, s.
+    /// Time, s.
     pub time_s: f64,
-    /// What, a past participle: `contact_made`, `contact_lost`, `phase_started`.
+    /// Kind of the event, a past participle: `contact_made`, `contact_lost`, `phase_started`.
     pub kind: String,
-    /// Between whom: `right.thumb`, `right_cube`, `base`, or the name of the phase.
+    /// Subjects of the event: `right.thumb`, `right_cube`, `base`, or the name of the phase.
     pub subjects: Vec<String>,
 }

@@ -1,20 +1,23 @@
-//! The scene that a log carries: bodies with shapes, roles and sockets, as plain data. It is read from YAML, written beside a CSV,
-//! simulated by `world` and consulted by `stream` when contacts, depths and distances are derived.
+//! The scene of a log: bodies with shapes, roles and sockets, as plain data. It is read from YAML and written beside a CSV log;
+//! `world` simulates it, and `stream` uses it to derive contacts, depths and distances.
 
 use super::hands::{Finger, Side};
 use super::quantity::{Acceleration, Length, Mass, above_zero, not_below_zero, with_direction};
+use super::shown::Shown;
 use indexmap::IndexMap;
-use serde::{Deserialize, Serialize};
+use nalgebra::Vector3;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::ops::RangeInclusive;
 
 /// Bodies and hands, in the reference frame (z up).
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scene {
-    /// A name for people.
+    /// The name of the scene.
     #[serde(default)]
     pub name: String,
-    /// Gravity in the reference frame; 9.81 m/s^2 downwards when left out.
-    #[serde(default = "standard_gravity")]
+    /// Gravity, reference frame, along -z or zero; default 9.81 m/s^2 downward.
+    #[serde(default = "standard_gravity", deserialize_with = "downwards")]
     pub gravity: [Acceleration; 3],
     /// The bodies by name, in file order.
     pub bodies: IndexMap<String, Body>,
@@ -23,22 +26,34 @@ pub struct Scene {
     pub hands: IndexMap<Side, Hand>,
 }
 
+impl Scene {
+    /// Returns the gravity, reference frame, m/s^2.
+    pub fn gravity(&self) -> Vector3<f64> {
+        Vector3::from(self.gravity.map(|part| part.0))
+    }
+
+    /// Returns the direction against gravity, unit, reference frame; zero without gravity.
+    pub fn up(&self) -> Vector3<f64> {
+        (-self.gravity()).try_normalize(1e-9).unwrap_or_default()
+    }
+}
+
 /// One rigid body.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// What it is for the task.
+    /// Its role in the task.
     pub role: Role,
-    /// Its shape; several convex parts make a hollow body. Empty for a body of which nothing is known but its name.
+    /// Its shape; several convex parts form a hollow body. Empty if the shape is unknown.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub parts: Vec<Part>,
-    /// Radius of the ball about the body's origin that holds it; from the shape when left out.
+    /// Radius of the bounding ball about the body's origin; computed from the shape if left out.
     #[serde(default, deserialize_with = "above_zero", skip_serializing_if = "Option::is_none")]
     pub radius: Option<Length>,
     /// Mass of a movable body.
     #[serde(default, deserialize_with = "above_zero", skip_serializing_if = "Option::is_none")]
     pub mass: Option<Mass>,
-    /// Coefficient of friction against other bodies (static and dynamic are the same here; fingertips have their own law).
+    /// Coefficient of friction against other bodies, static and dynamic (fingertips have their own law).
     #[serde(default = "paper_friction", deserialize_with = "not_below_zero")]
     pub friction: f64,
     /// Position of the body's origin at the start, reference frame.
@@ -50,30 +65,30 @@ pub struct Body {
     /// Sockets fixed to this body: holes, or pegs that hollow objects are put on.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub sockets: IndexMap<String, Socket>,
-    /// The point of this body that enters a socket, body frame; the origin when left out.
+    /// The point of this body that enters a socket, body frame; default the origin.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub plug: Option<[Length; 3]>,
-    /// The hand that this body is fixed to during the whole recording (`holds: always`).
+    /// The hand that this body is fixed to during the whole recording.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fixed_to: Option<Side>,
 }
 
 impl Body {
-    /// Radius of the ball about the body's origin that holds it, m: as given, else from the parts.
+    /// Returns the radius of the bounding ball about the body's origin, m: the given one, else that of the parts.
     pub fn bounding_radius(&self) -> f64 {
         self.radius.map_or_else(|| self.parts.iter().map(Part::bounding_radius).fold(0.0, f64::max), |radius| radius.0)
     }
 }
 
-/// What a body is for the task.
+/// The role of a body in the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
-    /// May be handled: a candidate for `target`.
+    /// May be handled; a candidate for `target`.
     Object,
-    /// Carries objects: table, base.
+    /// Carries objects, such as a table or base.
     Support,
-    /// Stands beside: touched by an object, it is a contact that does not carry.
+    /// Beside the objects; a contact with it does not carry.
     Wall,
     /// Fixed, with sockets.
     Socket,
@@ -95,7 +110,7 @@ pub struct Part {
 }
 
 impl Part {
-    /// Radius of a ball about the body's origin that holds this part, m.
+    /// Returns the radius of a ball about the body's origin that contains this part, m.
     fn bounding_radius(&self) -> f64 {
         let norm = |parts: [f64; 3]| parts.iter().map(|part| part * part).sum::<f64>().sqrt();
         let own = match self.shape {
@@ -119,26 +134,56 @@ pub enum Shape {
     Ball(#[serde(deserialize_with = "above_zero")] Length),
 }
 
-/// Where an object can be put in, or on.
+/// No edge, radius or height may be smaller or larger, m: a scene is something on a table, and `80 m` a slip for `80 mm`.
+const SIZES_M: RangeInclusive<f64> = 1e-4..=10.0;
+
+impl Part {
+    /// Checks the sizes of the part and how far it is from the middle of its body.
+    ///
+    /// # Errors
+    /// What is smaller than 0.1 mm, or larger or farther away than 10 m.
+    pub fn check(&self) -> Result<(), String> {
+        let check = |what: &str, size: Length| {
+            if SIZES_M.contains(&size.0) {
+                return Ok(());
+            }
+            Err(format!("has {what} {} m, wanted 0.1 mm to 10 m", Shown(size.0)))
+        };
+        match self.shape {
+            Shape::Box(edges) => edges.into_iter().try_for_each(|edge| check("an edge of", edge))?,
+            Shape::Cylinder([radius, height]) => {
+                check("a height of", height)?;
+                check("a radius of", radius)?;
+            }
+            Shape::Ball(radius) => check("a radius of", radius)?,
+        }
+        match self.at.iter().find(|length| length.0.abs() > *SIZES_M.end()) {
+            Some(far) => Err(format!("is {} m from the middle of its body, wanted at most 10 m", Shown(far.0))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A hole that objects are put into, or a peg that they are put on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Socket {
-    /// Where the plug point of the object is when it is about to enter, frame of the socket's body.
+    /// Position of the object's plug point just before it enters, frame of the socket's body.
     pub rim: [Length; 3],
-    /// Unit direction out of the socket, frame of the socket's body: an object goes in against it.
+    /// Unit direction out of the socket, frame of the socket's body; objects enter against it.
     #[serde(deserialize_with = "with_direction")]
     pub axis: [f64; 3],
-    /// How far from the axis the plug point may be while inserted.
+    /// Largest distance of the plug point from the axis while inserted.
     #[serde(deserialize_with = "above_zero")]
     pub radius: Length,
-    /// How deep an object can go.
+    /// Largest depth of an object.
     #[serde(deserialize_with = "above_zero")]
     pub depth: Length,
-    /// The objects that fit; all when left out.
+    /// The objects that fit; default all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accepts: Option<Vec<String>>,
-    /// A thread: the axial way of one turn; 0 for a bearing, such as that of a latch or a valve, in which a body turns and stays where it is.
-    /// A plain hole or peg when left out: what is in it may be twisted, but that is no Turn.
+    /// Axial travel per turn of a thread; 0 for a bearing, such as that of a latch or a valve, in which a body turns without axial travel.
+    /// `None` for a plain hole or peg: a body that is twisted in it makes no Turn.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch: Option<Length>,
 }
@@ -147,11 +192,28 @@ pub struct Socket {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hand {
-    /// The fingers it has, in order; `palm` where the palm's contact is measured.
+    /// Its fingers, in order; `palm` if the contact of the palm is measured.
     pub fingers: Vec<Finger>,
     /// Radius of the fingertip balls.
     #[serde(default = "tip_radius", deserialize_with = "above_zero")]
     pub tip_radius: Length,
+}
+
+/// Reads gravity.
+///
+/// # Errors
+/// Gravity that does not point along -z: the reference frame is z up.
+fn downwards<'de, D: Deserializer<'de>>(from: D) -> Result<[Acceleration; 3], D::Error> {
+    let read = <[Acceleration; 3]>::deserialize(from)?;
+    match read.map(|part| part.0) {
+        [0.0, 0.0, z] if z <= 0.0 && z.is_finite() => Ok(read),
+        [x, y, z] => {
+            let [x, y, z] = [x, y, z].map(Shown);
+            Err(serde::de::Error::custom(format!(
+                "found gravity [{x}, {y}, {z}] m/s^2, expected it along -z, such as [0, 0, -9.81]: turn the scene so that z is up"
+            )))
+        }
+    }
 }
 
 fn standard_gravity() -> [Acceleration; 3] {

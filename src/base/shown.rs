@@ -1,12 +1,12 @@
-//! Numbers in messages: as people write them, and never hundreds of digits.
+//! Formats numbers in messages in the shortest common notation, never with hundreds of digits.
 
 use std::fmt;
 
-/// Numbers of this size are written without an exponent.
+/// Magnitudes in this range are written without an exponent.
 pub const PLAIN: std::ops::Range<f64> = 1e-6..1e12;
 
-/// A number for a message: `0.4`, `1e300`, `-2.5e-9`, with an exponent to six digits. A precision holds as it does for numbers (`{:.1}`); then only
-/// large ones have an exponent.
+/// Displays a number for a message: `0.4`, `1e300`, `-2.5e-9`; numbers with an exponent have at most six digits. A precision (`{:.1}`) works as for
+/// numbers; only large numbers then have an exponent.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown(pub f64);
 

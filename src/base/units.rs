@@ -1,10 +1,10 @@
-//! Dimensions and units. Inside the program every number is SI and `f64`; units exist at the edges only.
+//! Dimensions and units. All numbers inside the program are SI and `f64`; units exist only where text is read or written.
 
 use std::fmt;
 
 /// The physical dimension of a quantity, as exponents of metre, kilogram, second and radian.
 ///
-/// The radian is a dimension of its own here, so that an angular velocity is never compared with a frequency.
+/// The radian is a separate dimension, so that an angular velocity cannot be compared with a frequency.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Dimension {
     /// Exponent of the metre.
@@ -39,12 +39,12 @@ impl Dimension {
     /// A frequency, Hz.
     pub const FREQUENCY: Self = Self::new(0, 0, -1, 0);
 
-    /// The dimension with these exponents.
+    /// Creates the dimension with these exponents.
     pub const fn new(metre: i8, kilogram: i8, second: i8, radian: i8) -> Self {
         Self { metre, kilogram, second, radian }
     }
 
-    /// The dimension of a product; `None` when an exponent leaves the range that we carry.
+    /// Returns the dimension of a product; `None` if an exponent overflows.
     pub fn times(self, other: Self) -> Option<Self> {
         Some(Self {
             metre: self.metre.checked_add(other.metre)?,
@@ -54,12 +54,12 @@ impl Dimension {
         })
     }
 
-    /// The dimension of a quotient; `None` when an exponent leaves the range that we carry.
+    /// Returns the dimension of a quotient; `None` if an exponent overflows.
     pub fn over(self, other: Self) -> Option<Self> {
         self.times(other.to_the(-1)?)
     }
 
-    /// The dimension of a power; `None` when an exponent leaves the range that we carry.
+    /// Returns the dimension of a power; `None` if an exponent overflows.
     pub fn to_the(self, power: i8) -> Option<Self> {
         Some(Self {
             metre: self.metre.checked_mul(power)?,
@@ -69,7 +69,7 @@ impl Dimension {
         })
     }
 
-    /// The field's word for this dimension, or `None` for an unusual one.
+    /// Returns the noun for this dimension with its article (`a force`), or `None` for a dimension without a name.
     pub fn word(self) -> Option<&'static str> {
         Some(match self {
             Self::NONE => "a plain number",
@@ -86,7 +86,7 @@ impl Dimension {
         })
     }
 
-    /// The SI unit of this dimension, such as `m/s` or `N`; empty for a plain number.
+    /// Returns the SI unit of this dimension, such as `m/s` or `N`; empty for a plain number.
     pub fn si_unit(self) -> String {
         match self {
             Self::FORCE => return "N".into(),
@@ -124,18 +124,18 @@ impl fmt::Display for Dimension {
     }
 }
 
-/// A named unit: its symbol, how many SI units it is, and its dimension.
+/// A named unit: its symbol, its size in SI, and its dimension.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unit {
-    /// The symbol as it is written.
+    /// The symbol in texts.
     pub symbol: &'static str,
-    /// One of this unit in SI.
+    /// The size of one unit, SI.
     pub in_si: f64,
-    /// What it measures.
+    /// The dimension.
     pub dimension: Dimension,
 }
 
-/// The units that may be written; their symbols are reserved names.
+/// The units of rule files; their symbols are reserved names.
 pub const UNITS: &[Unit] = &[
     Unit { symbol: "m", in_si: 1.0, dimension: Dimension::LENGTH },
     Unit { symbol: "mm", in_si: 1e-3, dimension: Dimension::LENGTH },
@@ -154,7 +154,7 @@ pub const UNITS: &[Unit] = &[
     Unit { symbol: "%", in_si: 1e-2, dimension: Dimension::NONE },
 ];
 
-/// Units that only logs and bindings have: their symbols may be names in rules.
+/// Units of logs and bindings only; their symbols may be names in rules.
 const OF_LOGS: &[Unit] = &[
     Unit { symbol: "us", in_si: 1e-6, dimension: Dimension::TIME },
     Unit { symbol: "µs", in_si: 1e-6, dimension: Dimension::TIME },
@@ -168,9 +168,9 @@ pub fn unit(symbol: &str) -> Option<Unit> {
     UNITS.iter().copied().find(|unit| unit.symbol == symbol)
 }
 
-/// Reads a compound unit such as `m`, `mm/s`, `rad/s`, `N m`, `kg/m^2` or `m/s/s`; an empty text or `1` is the plain number.
+/// Parses a compound unit such as `m`, `mm/s`, `rad/s`, `N m`, `kg/m^2` or `m/s/s`; an empty text or `1` is the plain number.
 ///
-/// Returns how many SI units it is and its dimension, or the part that was not understood.
+/// Returns its size in SI and its dimension, or the unknown part.
 pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
     let mut in_si = 1.0;
     let mut dimension = Dimension::NONE;
@@ -201,10 +201,10 @@ pub fn compound(text: &str) -> Result<(f64, Dimension), String> {
     Ok((in_si, dimension))
 }
 
-/// Reads a time, `3.41s` or `3410ms`, in s; without a unit it is in seconds.
+/// Parses a time, `3.41s` or `3410ms`, into s; a number without a unit is in seconds.
 ///
 /// # Errors
-/// What was wanted, when it is none.
+/// Returns the expected form if `text` is not a time.
 pub fn time(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());

@@ -1,5 +1,5 @@
-//! Reading YAML: the only place that names the YAML crate. Every error carries file, line and column, and speaks of keys and lists,
-//! not of the types that read them.
+//! Reads and writes YAML; no other file uses the YAML crate. Every error has file, line and column, and uses the terms of YAML (keys, lists)
+//! instead of Rust types.
 
 mod twice;
 
@@ -9,17 +9,17 @@ use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess,
 use serde::{Deserializer, Serialize};
 use std::fmt;
 
-/// The largest YAML text that is read, in bytes.
+/// Size limit of a YAML text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;
-/// How deep lists `[…]` and mappings `{…}` may stand in each other: the YAML crate takes the square of the depth.
+/// Nesting limit of lists `[…]` and mappings `{…}`; the time of the YAML crate grows with the square of the depth.
 pub const MAX_DEPTH: usize = 64;
-/// A number of more letters than this is shown with fewer, and with an exponent where that is shorter.
+/// A longer number is abbreviated in messages, with an exponent where that is shorter.
 const LONG: usize = 17;
 
-/// Reads a YAML text; `file` is its name in errors. Unknown keys are refused by the types (`deny_unknown_fields`).
+/// Parses a YAML text; `file` is its name in errors. The types refuse unknown keys (`deny_unknown_fields`).
 ///
 /// # Errors
-/// What the text lacks, at `file:line:column`.
+/// The first error, at `file:line:column`.
 pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError> {
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
@@ -41,13 +41,13 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
             None => file.to_string(),
         };
         let message = error.to_string();
-        // The crate appends the place that we already give.
+        // The crate appends the place, which the error already contains.
         InputError::new(place, in_plain_words(message.split(" at line ").next().unwrap_or(&message)))
     })
 }
 
-/// Where the value at these keys stands, one below the other, an item of a list by its number from 0: `file:line:column`; of keys that are not there
-/// those above count.
+/// Returns the place `file:line:column` of the value at a path of keys; list items are numbered from 0. If a key does not exist, the place of its
+/// parent is returned.
 pub fn place(text: &str, file: &str, keys: &[&str]) -> String {
     let found = serde_yaml::Deserializer::from_str(text).next().and_then(|value| Down(keys).deserialize(value).err());
     match found.and_then(|stopped| stopped.location()) {
@@ -56,13 +56,13 @@ pub fn place(text: &str, file: &str, keys: &[&str]) -> String {
     }
 }
 
-/// An error whose place is keys with dots between them, `bodies.cube.mass`, at its place in the text that they stand in.
+/// Replaces the place of an error, a dotted path of keys such as `bodies.cube.mass`, by the place in the text.
 pub fn located(error: InputError, text: &str, file: &str) -> InputError {
     let keys: Vec<&str> = error.place.split('.').collect();
     InputError { place: place(text, file, &keys), message: format!("{}: {}", error.place, error.message), ..error }
 }
 
-/// Goes down these keys and stops there with an error: the crate says where it is when it is stopped.
+/// Descends along the keys and stops there with an error, since the crate reports a place only with an error.
 struct Down<'k>(&'k [&'k str]);
 
 impl<'de> DeserializeSeed<'de> for Down<'_> {
@@ -106,12 +106,12 @@ impl<'de> Visitor<'de> for Down<'_> {
 /// Writes a value as YAML.
 ///
 /// # Errors
-/// When the value has a form that YAML cannot say.
+/// A value that YAML cannot represent.
 pub fn write<T: Serialize>(value: &T) -> Result<String, InputError> {
     serde_yaml::to_string(value).map_err(|error| InputError::new("YAML", error.to_string()))
 }
 
-/// Where brackets stand deeper than [`MAX_DEPTH`], counted from 1. Brackets in comments and in quoted texts do not count.
+/// Returns the line and column, from 1, at which brackets are nested deeper than [`MAX_DEPTH`]. Brackets in comments and quoted texts do not count.
 fn too_deep(text: &str) -> Option<(usize, usize)> {
     let (mut depth, mut quote) = (0_usize, None);
     for (row, line) in text.lines().enumerate() {
@@ -136,7 +136,7 @@ fn too_deep(text: &str) -> Option<(usize, usize)> {
     None
 }
 
-/// What serde says of YAML or JSON, for people who know these and not Rust: `a.b: invalid type: sequence, expected a string` becomes
+/// Rewrites a message of serde in the terms of YAML and JSON: `a.b: invalid type: sequence, expected a string` becomes
 /// `a.b: found a list, wanted a text`.
 pub(crate) fn in_plain_words(message: &str) -> String {
     let mark = |mark: &str| message.find(mark).map(|at| message.split_at(at));
@@ -158,7 +158,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
             return format!("{path}the key {} {says}", rest.get(kind.len()..).unwrap_or_default());
         }
     }
-    // A part of a body is one of these beside its place; serde cannot name what stands there instead.
+    // A part of a body contains one of these shapes; serde cannot name the key found instead.
     let message = message.replace(
         "no variant of enum Shape found in flattened data",
         "has no shape, wanted one of `box`, `cylinder`, `ball`",
@@ -169,7 +169,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
     )
 }
 
-/// A value as serde shows it: `string "hello"`, ``integer `5` ``, `sequence`.
+/// Rewrites a value in serde's notation: `string "hello"`, ``integer `5` ``, `sequence`.
 fn found_words(found: &str) -> String {
     match found {
         "sequence" => return "a list".into(),
@@ -182,7 +182,7 @@ fn found_words(found: &str) -> String {
     quoted.map_or_else(|| found.to_string(), |value| format!("`{}`", short(value.trim_matches(['"', '`']))))
 }
 
-/// A number without its hundreds of digits; any other text as it is.
+/// Abbreviates a number with many digits; returns any other text unchanged.
 fn short(value: &str) -> String {
     match value.parse::<f64>() {
         Ok(number) if number.is_finite() && value.len() > LONG => Shown(number).to_string(),
@@ -190,7 +190,7 @@ fn short(value: &str) -> String {
     }
 }
 
-/// What serde expected, by the names of its types.
+/// Rewrites serde's expected type.
 fn wanted_words(wanted: &str) -> String {
     let list_of = wanted.strip_prefix("an array of length ").or_else(|| wanted.strip_prefix("a tuple of size "));
     match wanted {

@@ -1,17 +1,12 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
-use super::rules::{RuleArgs, load, read_by};
-use super::source::{SourceArgs, recordings};
-use super::{Failure, flowing, live, output, printable, tellable};
-use crate::analysis::{self, Analysis, explain, json::Meta};
-use crate::base::error::InputError;
-use crate::engine::evaluator::evaluate;
-use crate::engine::runs::Leaves;
-use crate::graph::lower;
-use crate::language::Rules;
-use crate::report::{self, Style};
-use crate::stream::binding::{BindingFile, Pattern};
-use crate::stream::{self, OpenRequest, Opened, frames::Frames};
+use super::rules::{RuleArgs, read_by};
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::base::error::{ErrorKind, InputError};
+use crate::report::Style;
+use crate::session::files::recordings;
+use crate::session::{Analysis, ClosedSegment, Error};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -51,25 +46,6 @@ pub enum Format {
     Csv,
 }
 
-/// An analysed recording.
-pub struct Analysed {
-    /// What the rules read.
-    pub frames: Frames,
-    /// What the trees gave.
-    pub leaves: Vec<Leaves>,
-    /// What was found.
-    pub analysis: Analysis,
-    /// What was analysed, by which rules.
-    pub meta: Meta,
-}
-
-impl Analysed {
-    /// The same with its rules, to be explained.
-    pub fn explained<'a>(&'a self, rules: &'a Rules) -> explain::Analysed<'a> {
-        explain::Analysed { rules, frames: &self.frames, leaves: &self.leaves, analysis: &self.analysis }
-    }
-}
-
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = recordings(&args.logs, args.source.binding.as_deref())?;
@@ -96,7 +72,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 };
                 out.push_str(&text[header..]);
                 if let Some(warning) = warning {
-                    eprintln!("warning: {}", printable(&warning));
+                    output::complain(&format!("warning: {warning}"));
                 }
             }
             // The other recordings are worth having all the same.
@@ -106,7 +82,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match &args.out {
         Some(_) if out.is_empty() => {}
         Some(path) => output::write(path, &out, &inputs)?,
-        None => output::print(&out)?,
+        None if args.format == Format::Text => output::print(&out)?,
+        None => output::print_data(&out)?,
     }
     Failure::all(failures)
 }
@@ -117,109 +94,53 @@ struct Told {
     warning: Option<String>,
 }
 
-/// Analyses one recording: what is to be said about it.
+/// Analyzes one recording: what is to be said about it.
 fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<Told, Failure> {
-    let request = args.source.request(log);
-    if args.report.is_none()
-        && let Some((rules, analysis)) = flowing::analyse(&args.rules, &request)
-    {
-        let meta = meta(&rules, log, None, args.rules.set.clone());
-        return written(&analysis, &meta, args.format, args.out.is_none());
-    }
-    let opened = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
-        live(args, &request)?
+    let analysis = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
+        live(args)?
     } else {
-        stream::open(&request)?
+        let log = args.source.open(log)?;
+        if args.report.is_some() {
+            log.read()?;
+        }
+        args.rules.load(&log)?.analyze(&log)?
     };
-    let rules = load(&args.rules, &opened)?;
-    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
-    let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
-    let analysed = analyse(&rules, &opened, binding, params)?;
     if let Some(path) = &args.report {
-        let page = report::html(&analysed.explained(&rules), &opened.recording, &analysed.meta)?;
-        output::write(path, &page, inputs)?;
+        output::write(path, &analysis.html()?, inputs)?;
     }
-    written(&analysed.analysis, &analysed.meta, args.format, args.out.is_none())
+    let text = match args.format {
+        Format::Text => timeline(&analysis, args.out.is_none()),
+        Format::Json => analysis.json(),
+        Format::Csv => analysis.csv()?,
+    };
+    let untold = args.format == Format::Csv && !analysis.issues().is_empty();
+    Ok(Told { text, warning: untold.then(|| issues(&analysis)) })
 }
 
 /// Reads a recording from standard input and prints its segments as they close.
-fn live(args: &Args, request: &OpenRequest) -> Result<Opened, Failure> {
-    // The rules are the same each time; they are known when the binding, if there is one, has named its hand file.
-    let mut rules = None;
-    let mut analysis_of = |source| {
-        let opened = stream::open_source(source, request)?;
-        if rules.is_none() {
-            rules = Some(load(&args.rules, &opened)?);
-        }
-        match &rules {
-            Some(rules) => Ok(analyse(rules, &opened, None, vec![])?.analysis),
-            None => Ok(Analysis::default()),
-        }
-    };
-    let time = match &args.source.binding {
-        Some(binding) => BindingFile::read(binding)?.binding.time,
-        None => Pattern::parse("time").map_err(|message| InputError::new("time", message))?,
-    };
-    let source = live::read(std::io::stdin().lock(), &time, &mut analysis_of, &mut live::say)?;
-    Ok(stream::open_source(source, request)?)
-}
-
-/// Runs the rules over an opened recording.
-pub fn analyse(
-    rules: &Rules,
-    opened: &Opened,
-    binding: Option<String>,
-    params: Vec<(String, String)>,
-) -> Result<Analysed, Failure> {
-    let frames = opened.frames(&report::channels(rules))?;
-    analysis::check_rate(rules, frames.layout.rate_hz)?;
-    let graph = lower(rules);
-    let leaves = evaluate(&graph, &frames)?;
-    let mut analysis = analysis::analyse(rules, &frames, &leaves);
-    if binding.is_some() {
-        // Logs of other people measure what they measure.
-        analysis.issues.extend(tellable::issues(&graph, &frames));
-    }
-    let meta = meta(rules, &opened.log, binding, params);
-    Ok(Analysed { frames, leaves, analysis, meta })
-}
-
-fn meta(rules: &Rules, log: &Path, binding: Option<String>, params: Vec<(String, String)>) -> Meta {
-    Meta {
-        log: log.display().to_string(),
-        binding,
-        rules: rules.sources.files.iter().map(|file| file.name.clone()).collect(),
-        digest: rules.digest(),
-        params,
-    }
-}
-
-fn written(analysis: &Analysis, meta: &Meta, format: Format, to_terminal: bool) -> Result<Told, Failure> {
-    let text = match format {
-        Format::Text => drawn(analysis, meta, to_terminal),
-        Format::Json => analysis::json::json(analysis, meta),
-        Format::Csv => analysis::csv::csv(analysis, meta)?,
-    };
-    let untold = format == Format::Csv && !analysis.issues.is_empty();
-    Ok(Told { text, warning: untold.then(|| issues(analysis, meta)) })
+fn live(args: &Args) -> Result<Analysis, Error> {
+    let input = std::io::stdin().lock();
+    args.source.options().follow(
+        input,
+        &args.rules.options(),
+        &mut |ClosedSegment { track, primitive, start_s, end_s, .. }| {
+            let line = format!("{track:<6} {primitive:<12} {start_s:8.3} – {end_s:8.3} s\n");
+            output::print(&line).map_err(|error| Error::new(error, ErrorKind::Io))
+        },
+    )
 }
 
 /// The issues of a log, for a table that has no place for them.
-fn issues(analysis: &Analysis, meta: &Meta) -> String {
+fn issues(analysis: &Analysis) -> String {
     let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    for issue in &analysis.issues {
+    for issue in analysis.issues() {
         *kinds.entry(&issue.kind).or_default() += 1;
     }
     let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
-    format!("{}: has issues that the table does not tell, `--format text` does: {}", meta.log, kinds.join(", "))
+    format!("{}: has issues that the table does not tell, `--format text` does: {}", analysis.log(), kinds.join(", "))
 }
 
 /// The timeline, in colour where the terminal wants it.
-pub fn timeline(analysed: &Analysed, to_terminal: bool) -> String {
-    drawn(&analysed.analysis, &analysed.meta, to_terminal)
-}
-
-fn drawn(analysis: &Analysis, meta: &Meta, to_terminal: bool) -> String {
-    let style = Style { color: to_terminal && output::color(), unicode: true, width: output::width() };
-    report::text(analysis, meta, style)
+pub fn timeline(analysis: &Analysis, to_terminal: bool) -> String {
+    analysis.text(Style { color: to_terminal && output::color(), unicode: true, width: output::width() })
 }

@@ -1,26 +1,27 @@
 //! `teachtree check`: every mistake at once, and what running the rules costs.
 
+use super::fmt::all_rules;
 use super::rules::name_and_value;
 use super::{Failure, output};
 use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
-use crate::engine::open::open;
+use crate::engine::compiled::instantiate::instantiate;
 use crate::engine::width::Width;
 use crate::graph::lower;
-use crate::language::{self, Request, Rules, codes};
+use crate::language::{self, Loaded, Request, Rules, codes};
 use crate::stream::frames::{HandLayout, Layout};
-use serde_json::json;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use std::path::PathBuf;
 
 /// Options of `check`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
+    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
 )]
 pub struct Args {
-    /// Rule files; the shipped `contact.rules` when left out
+    /// Rule files, read together; folders, whose rule files are checked one by one; the shipped `contact.rules` when left out
     files: Vec<PathBuf>,
     /// The hand file that keeps the promised signals
     #[arg(long, value_name = "FILE")]
@@ -52,21 +53,57 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(code) = &args.explain {
         return page(code);
     }
-    let (files, hand_file, overrides) = (args.files.clone(), args.hand.clone(), args.set.clone());
-    let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
-    let answer = |loaded: &language::Loaded| if loaded.rules.is_some() { Ok(()) } else { Err(Failure::No) };
+    let mut failures = Vec::new();
+    let mut findings = Vec::new();
+    for files in sets(&args.files)? {
+        let (hand_file, overrides) = (args.hand.clone(), args.set.clone());
+        let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
+        if args.format == Format::Text {
+            failures.extend(report(&loaded).err());
+            continue;
+        }
+        // Files that several sets use are reported once.
+        for found in &loaded.diagnostics {
+            let found = match args.format {
+                Format::Github => annotation(found, &loaded.sources).into(),
+                _ => json(found, &loaded.sources),
+            };
+            if !findings.contains(&found) {
+                findings.push(found);
+            }
+        }
+        failures.extend(loaded.rules.is_none().then_some(Failure::No));
+    }
     match args.format {
         Format::Text => {}
         Format::Json => {
-            output::print(&json(&loaded.diagnostics, &loaded.sources))?;
-            return answer(&loaded);
+            output::print_data(&format!("{:#}\n", json!({ "schema": "teachtree.check/1", "findings": findings })))?
         }
-        Format::Github => {
-            output::print(&annotations(&loaded.diagnostics, &loaded.sources))?;
-            return answer(&loaded);
-        }
+        Format::Github => output::print(&findings.iter().filter_map(Value::as_str).collect::<String>())?,
     }
-    if loaded.unread {
+    Failure::all(failures)
+}
+
+/// The rule sets to check: the files that are named are one, each file of a folder is one by itself.
+fn sets(named: &[PathBuf]) -> Result<Vec<Vec<PathBuf>>, InputError> {
+    let (folders, files): (Vec<&PathBuf>, Vec<&PathBuf>) = named.iter().partition(|path| path.is_dir());
+    let mut sets = Vec::new();
+    if !files.is_empty() || folders.is_empty() {
+        sets.push(files.into_iter().cloned().collect());
+    }
+    for folder in folders {
+        let found = all_rules(std::slice::from_ref(folder))?;
+        if found.is_empty() {
+            return Err(InputError::new(folder.display().to_string(), "the folder has no `.rules` file"));
+        }
+        sets.extend(found.into_iter().map(|file| vec![file]));
+    }
+    Ok(sets)
+}
+
+/// Prints the diagnostics of a rule set, and its cost.
+fn report(loaded: &Loaded) -> Result<(), Failure> {
+    if loaded.root_unreadable {
         return Err(Failure::Text(render(&loaded.diagnostics, &loaded.sources, output::color_on_stderr())));
     }
     let count = |severity| loaded.diagnostics.iter().filter(|found| found.severity == severity).count();
@@ -99,8 +136,8 @@ fn page(code: &str) -> Result<(), Failure> {
     }
 }
 
-/// Findings as JSON: places with lines and columns counted from 1, columns in characters.
-fn json(findings: &[Diagnostic], sources: &Sources) -> String {
+/// A finding as JSON: places with lines and columns counted from 1, columns in characters.
+fn json(found: &Diagnostic, sources: &Sources) -> Value {
     let place = |span: Span| {
         let (start, end) = sources.lines_and_columns(span);
         json!({
@@ -109,39 +146,30 @@ fn json(findings: &[Diagnostic], sources: &Sources) -> String {
             "end": { "line": end.0, "column": end.1 },
         })
     };
-    let finding = |found: &Diagnostic| {
-        json!({
-            "code": found.code,
-            "severity": found.severity,
-            "message": found.message,
-            "labels": found.labels.iter().map(|label| json!({ "at": place(label.span), "text": label.text })).collect::<Vec<_>>(),
-            "notes": found.notes,
-            "help": found.help,
-            "fix": found.fix.as_ref().map(|fix| json!({ "at": place(fix.span), "replacement": fix.replacement })),
-        })
-    };
-    let findings: Vec<_> = findings.iter().map(finding).collect();
-    let document = json!({ "schema": "teachtree.check/1", "findings": findings });
-    format!("{document:#}\n")
+    json!({
+        "code": found.code,
+        "severity": found.severity,
+        "message": found.message,
+        "labels": found.labels.iter().map(|label| json!({ "at": place(label.span), "text": label.text })).collect::<Vec<_>>(),
+        "notes": found.notes,
+        "help": found.help,
+        "fix": found.fix.as_ref().map(|fix| json!({ "at": place(fix.span), "replacement": fix.replacement })),
+    })
 }
 
-/// Findings as workflow commands: `::error file=…,line=…,col=…,title=E101::message`.
-fn annotations(findings: &[Diagnostic], sources: &Sources) -> String {
+/// A finding as a workflow command: `::error file=…,line=…,col=…,title=E101::message`.
+fn annotation(found: &Diagnostic, sources: &Sources) -> String {
     let escaped = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
     let property = |text: &str| escaped(text).replace(':', "%3A").replace(',', "%2C");
-    let mut out = String::new();
-    for found in findings {
-        let kind = if found.severity == Severity::Error { "error" } else { "warning" };
-        let place = found.labels.first().map_or(String::new(), |label| {
-            let ((line, column), (end_line, end_column)) = sources.lines_and_columns(label.span);
-            let file = sources.files.get(label.span.file as usize).map_or("", |file| file.name.as_str());
-            format!("file={},line={line},col={column},endLine={end_line},endColumn={end_column},", property(file))
-        });
-        let text: Vec<&str> =
-            std::iter::once(&found.message).chain(&found.notes).chain(&found.help).map(String::as_str).collect();
-        let _ = writeln!(out, "::{kind} {place}title={}::{}", found.code, escaped(&text.join("\n")));
-    }
-    out
+    let kind = if found.severity == Severity::Error { "error" } else { "warning" };
+    let place = found.labels.first().map_or(String::new(), |label| {
+        let ((line, column), (end_line, end_column)) = sources.lines_and_columns(label.span);
+        let file = sources.files.get(label.span.file as usize).map_or("", |file| file.name.as_str());
+        format!("file={},line={line},col={column},endLine={end_line},endColumn={end_column},", property(file))
+    });
+    let text: Vec<&str> =
+        std::iter::once(&found.message).chain(&found.notes).chain(&found.help).map(String::as_str).collect();
+    format!("::{kind} {place}title={}::{}\n", found.code, escaped(&text.join("\n")))
 }
 
 /// The log for which the cost is said.
@@ -172,7 +200,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     let _ = writeln!(out, "at 1 kHz with five fingers a hand and six bodies to touch:");
     for (name, sides) in [("one hand", &[Side::Right][..]), ("two hands", &Side::BOTH[..])] {
         let layout = usual_layout(sides);
-        let cost = open(&graph, &layout, Width::Wide)?.cost();
+        let cost = instantiate(&graph, &layout, Width::Wide)?.cost();
         let look_ahead = f64::from(cost.look_ahead_frames) / layout.rate_hz * 1e3;
         let _ = writeln!(
             out,

@@ -1,15 +1,11 @@
 //! `teachtree explain`: why a recording has its labels at a time.
 
-use super::analyze::analyse;
-use super::rules::{RuleArgs, load};
+use super::rules::RuleArgs;
 use super::score::TrackArg;
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::explain::{self, Question};
-use crate::base::error::InputError;
 use crate::base::units::time;
-use crate::report;
-use crate::stream;
+use crate::session::Question;
 use std::path::PathBuf;
 
 /// Options of `explain`.
@@ -61,32 +57,21 @@ fn times(text: &str) -> Result<(f64, f64), String> {
 
 /// Runs `explain`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let opened = stream::open(&args.source.request(&args.log))?;
-    let rules = load(&args.rules, &opened)?;
-    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
-    let found = analyse(&rules, &opened, binding, Vec::new())?;
-    let analysed = found.explained(&rules);
-    let tracks = match args.track {
-        Some(track) => vec![track.into()],
-        None => found.analysis.tracks.iter().map(|track| track.who).collect(),
-    };
-    let mut explained = Vec::new();
-    let mut unable: Option<InputError> = None;
-    for who in tracks {
-        let question = Question { who, time_s: args.at, why_not: args.why_not.clone() };
-        match explain::explain(&analysed, &question) {
-            Ok(more) => explained.extend(more),
-            // A primitive of one tree need not be one of the other: it is wrong only when no track can tell.
-            Err(error) if args.track.is_none() => unable = Some(error),
-            Err(error) => return Err(error.into()),
-        }
+    let log = args.source.open(&args.log)?;
+    log.read()?;
+    let analysis = args.rules.load(&log)?.analyze(&log)?;
+    let (from, to) = args.at;
+    let mut question = Question::between(from, to);
+    if let Some(track) = args.track {
+        question = question.track(track.into());
     }
-    if let Some(error) = unable.filter(|_| explained.is_empty()) {
-        return Err(error.into());
+    if let Some(primitive) = &args.why_not {
+        question = question.why_not(primitive);
     }
+    let explained = analysis.explain(&question)?;
     match args.format {
-        Format::Text => output::print(&report::explanation(&explained))?,
-        Format::Json => output::print(&explain::json(&explained, &found.meta.log))?,
+        Format::Text => output::print(&explained.to_string())?,
+        Format::Json => output::print_data(&explained.json())?,
     }
     Ok(())
 }

@@ -1,24 +1,23 @@
 //! `teachtree fit`: params learned from labelled recordings, held against recordings that were held out.
 
 mod patch;
-mod run;
 
 use super::progress::Progress;
-use super::rules::{RuleArgs, load, request};
+use super::rules::RuleArgs;
 use super::source::SourceArgs;
-use super::source::all_logs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
 use crate::analysis::fit::{self, Fit, Knob, MIN_LOGS, Space, Verdict, Worths};
 use crate::analysis::score::{Known, NameMap, Stage};
 use crate::base::error::InputError;
-use crate::language::written::{Written, thresholds, written};
+use crate::language::param_sites::{ParamSite, param_sites, thresholds};
 use crate::language::{Request, Rules};
 use crate::report;
-use crate::stream::{self, names::nearest};
+use crate::session::files::all_logs;
+use crate::session::fitting::{Recording, Runner};
+use crate::stream::names::nearest;
 use patch::{Patch, patch};
 use rayon::prelude::*;
-use run::{Recording, Runner};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -103,21 +102,22 @@ struct Opened {
 }
 
 fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
-    let opened = stream::open(&args.source.request(log))?;
-    let rules = load(&args.rules, &opened)?;
-    let fixed = opened.params.iter().chain(&args.rules.set).cloned().collect();
-    let request = request(&args.rules, &opened);
+    let log = args.source.open(log)?;
+    log.read()?;
+    let rules = args.rules.load(&log)?;
+    let request = args.rules.options().request_for(&log);
+    let fixed = rules.params().to_vec();
     let mut warnings = Vec::new();
-    let recording = Recording::open(log, opened, &rules, |opened, analysis| {
-        let (truth, more) = args.truth.of(opened, analysis, names, &Known::new(&rules))?;
+    let recording = Recording::open(&log, &rules, |opened, analysis| {
+        let (truth, more) = args.truth.of(opened, analysis, names, &Known::new(rules.set()))?;
         warnings = more;
         Ok(truth)
     })?;
-    Ok(Opened { recording, rules, request, fixed, warnings })
+    Ok(Opened { recording, rules: rules.set().clone(), request, fixed, warnings })
 }
 
 /// Opens the recordings: what runs them, and the params that may be changed.
-fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<Written>), Failure> {
+fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
     let names = args.truth.names()?;
     let progress = Progress::new("reading");
     let done = AtomicUsize::new(0);
@@ -153,7 +153,7 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<Written>), Failu
                 .into());
         }
         for warning in &one.warnings {
-            eprintln!("warning: {warning}");
+            output::complain(&format!("warning: {warning}"));
         }
         recordings.push(one.recording);
     }
@@ -163,8 +163,8 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<Written>), Failu
 }
 
 /// The params that may be changed: those that are named, or all that are one number with a range and not set otherwise.
-fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<Written>, InputError> {
-    let all = written(rules);
+fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<ParamSite>, InputError> {
+    let all = param_sites(rules);
     let is_fixed = |name: &str| fixed.iter().any(|(set, _)| set == name);
     for name in &args.params {
         let wrong = |message: String| InputError::new("--params", message);
@@ -188,8 +188,8 @@ fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<
             }
         });
     }
-    let named = |one: &Written| args.params.is_empty() || args.params.contains(&one.name);
-    let chosen: Vec<Written> = all.into_iter().filter(|one| named(one) && !is_fixed(&one.name)).collect();
+    let named = |one: &ParamSite| args.params.is_empty() || args.params.contains(&one.name);
+    let chosen: Vec<ParamSite> = all.into_iter().filter(|one| named(one) && !is_fixed(&one.name)).collect();
     if chosen.is_empty() {
         let message = "no param of the rules has a range to be searched";
         return Err(InputError::new("--params", message).help("`param NAME = VALUE in LOW .. HIGH` declares one"));
@@ -197,9 +197,9 @@ fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<
     Ok(chosen)
 }
 
-fn space(rules: &Rules, params: &[Written]) -> Space {
+fn space(rules: &Rules, params: &[ParamSite]) -> Space {
     let knob =
-        |one: &Written| Knob { name: one.name.clone(), unit: one.unit.clone(), value: one.value, range: one.range };
+        |one: &ParamSite| Knob { name: one.name.clone(), unit: one.unit.clone(), value: one.value, range: one.range };
     let at = |id: crate::language::rules::ParamId| {
         let name = &rules.params.get(id.index())?.name;
         params.iter().position(|one| one.name == *name)
@@ -256,14 +256,14 @@ fn tell(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Optio
     }
     let diff = found.map(|found| found.diff.as_str());
     if args.format == Format::Json {
-        return output::print(&fit::json(fitted, &files, diff));
+        return output::print_data(&fit::json(fitted, &files, diff));
     }
     let mut said = report::fit(fitted, &files);
     if let Some(found) = found {
         said.push_str(&report::fit_patch(fitted, &found.lacking, args.out.as_deref().map(Path::display)));
         if args.out.is_none() {
-            said.push('\n');
-            said.push_str(&found.diff);
+            output::print(&format!("{said}\n"))?;
+            return output::print_data(&found.diff);
         }
     }
     output::print(&said)

@@ -38,7 +38,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         };
         if file == Path::new("-") && !args.check {
-            output::print(&formatted)?;
+            output::print_data(&formatted)?;
         } else if formatted != text {
             if !args.check {
                 output::write(&file, &formatted, &[])?;
@@ -63,7 +63,7 @@ fn read(file: &Path) -> Result<String, InputError> {
 }
 
 /// The files, a folder replaced by the `.rules` files in it, by name.
-fn all_rules(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+pub fn all_rules(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut files = Vec::new();
     for path in paths {
         if !path.is_dir() {

@@ -1,7 +1,6 @@
 //! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
-use super::analyze::{Analysed, analyse};
-use super::rules::{RuleArgs, load, load_files, name_and_value, read_by};
+use super::rules::{RuleArgs, load_files, name_and_value, read_by};
 use super::score::TrackArg;
 use super::source::SourceArgs;
 use super::{Failure, output};
@@ -11,10 +10,9 @@ use crate::base::error::InputError;
 use crate::base::units::time;
 use crate::graph::transitions::{NONE, SEPARATE, transitions};
 use crate::graph::{lower, text};
-use crate::language::Rules;
 use crate::language::rules::{Label, TreeScope};
 use crate::report::diagram::{self, Form, Now, Outline, Taken};
-use crate::stream;
+use crate::session::{Analysis, Track};
 use std::path::{Path, PathBuf};
 
 /// Options of `graph`.
@@ -89,15 +87,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             return Err(InputError::new("the command line", message).help("add `--log LOG`").into());
         }
         None => {
-            let rules = load_files(&args.files, args.hand.as_deref())?;
+            let loaded = load_files(&args.files, args.hand.as_deref())?;
+            let rules = loaded.set();
             if args.compiled {
-                text(&lower(&rules))
+                text(&lower(rules))
             } else if args.transitions {
                 let all: Vec<_> =
-                    transitions(&rules).iter().map(|of| diagram::following(&rules, of, None, None)).collect();
+                    transitions(rules).iter().map(|of| diagram::following(rules, of, None, None)).collect();
                 diagram::transitions(&all, args.format.into())
             } else {
-                let trees: Vec<Outline> = rules.trees.iter().map(|tree| diagram::outline(&rules, tree, None)).collect();
+                let trees: Vec<Outline> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
                 diagram::trees(&trees, args.format.into())
             }
         }
@@ -108,7 +107,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let inputs: Vec<&Path> = files.iter().chain(&args.log).map(PathBuf::as_path).collect();
             output::write(path, &drawn, &inputs)?;
         }
-        None => output::print(&drawn)?,
+        None if args.format == Format::Text => output::print(&drawn)?,
+        None => output::print_data(&drawn)?,
     }
     Ok(())
 }
@@ -125,17 +125,18 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
             .help("add `--at 2.5s`, or `--transitions` for what followed what")
             .into());
     }
-    let opened = stream::open(&args.source.request(log))?;
-    let rules = load(&named(args), &opened)?;
-    let found = analyse(&rules, &opened, None, Vec::new())?;
+    let opened = args.source.open(log)?;
+    opened.read()?;
+    let found = named(args).load(&opened)?.analyze(&opened)?;
+    let rules = found.rules().set();
     let tracks: Vec<Who> = match args.track {
         Some(track) => vec![track.into()],
-        None => found.analysis.tracks.iter().map(|track| track.who).collect(),
+        None => found.tracks().map(Track::who).collect(),
     };
     let mut moments = Vec::new();
     for who in &tracks {
         let taken = match args.at {
-            Some(at) => taken(&rules, &found, *who, at)?,
+            Some(at) => taken(&found, *who, at)?,
             None => None,
         };
         moments.extend(taken);
@@ -148,7 +149,7 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
     let scope = |who: Who| if who == Who::Both { TreeScope::BothHands } else { TreeScope::EachHand };
     if !args.transitions {
         let tree = |(who, taken, _): &(Who, Taken, Now)| {
-            rules.tree(scope(*who)).map(|tree| diagram::outline(&rules, tree, Some(taken)))
+            rules.tree(scope(*who)).map(|tree| diagram::outline(rules, tree, Some(taken)))
         };
         let trees: Vec<Outline> = moments.iter().filter_map(tree).collect();
         return Ok(diagram::trees(&trees, args.format.into()));
@@ -160,9 +161,9 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
     };
     let name = log.display().to_string();
     let mut all = Vec::new();
-    for of in transitions(&rules) {
+    for of in transitions(rules) {
         if tracks.iter().any(|who| scope(*who) == of.scope) {
-            let mut following = diagram::following(&rules, &of, Some((&name, &found.leaves)), side);
+            let mut following = diagram::following(rules, &of, Some((&name, &found.run()?.leaves)), side);
             let now = moments.iter().filter(|(who, ..)| scope(*who) == of.scope).map(|(.., now)| now.clone());
             following.now = now.collect();
             all.push(following);
@@ -172,12 +173,13 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
 }
 
 /// What the tree of a track took at a time.
-fn taken(rules: &Rules, found: &Analysed, who: Who, at_s: f64) -> Result<Option<(Who, Taken, Now)>, InputError> {
-    let analysed = explain::Analysed { rules, frames: &found.frames, leaves: &found.leaves, analysis: &found.analysis };
+fn taken(found: &Analysis, who: Who, at_s: f64) -> Result<Option<(Who, Taken, Now)>, Failure> {
+    let analysed = found.explained()?;
+    let explain::Analysed { rules, frames, .. } = analysed;
     let name = |label: Option<Label>| label.map_or(SEPARATE.to_string(), |label| rules.label_name(label));
     Ok(moment(&analysed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
         let leaf = name(leaf);
-        let time_s = found.frames.time.get(frame).copied().unwrap_or_default();
+        let time_s = frames.time.get(frame).copied().unwrap_or_default();
         let said = format!("{who} at {time_s:.3} s: {leaf}");
         let before = before.map_or(NONE.to_string(), name);
         (who, Taken { path, said: said.clone() }, Now { said, before, leaf })

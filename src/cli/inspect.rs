@@ -1,17 +1,16 @@
 //! `teachtree inspect`: what a log holds, what could be recognised from it, and a binding to fill in.
 
-use super::rules::{RuleArgs, load, read_by};
+use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
-use super::tellable::{Track, tracks};
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::graph::lower;
+use crate::session::{Error, Observability, TrackObservability};
 use crate::stream::binding::BindingFile;
 use crate::stream::frames::Issue;
 use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
 use crate::stream::skeleton::skeleton;
 use crate::stream::table::SEEN;
-use crate::stream::{self, formats, names};
+use crate::stream::{formats, names};
 use serde::Serialize;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -60,7 +59,7 @@ struct Document<'a> {
 struct Recognition {
     /// Why nothing can be told, if so.
     error: Option<String>,
-    tracks: Vec<Track>,
+    tracks: Vec<TrackObservability>,
     /// What was found wrong with the channels.
     issues: Vec<Issue>,
 }
@@ -82,35 +81,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::write(path, &skeleton(&log), &inputs)?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args)? } else { Recognition::foreign() };
-    let text = match args.format {
-        Format::Text => text(&log, &recognition),
+    let json = match args.format {
+        Format::Text => return Ok(output::print(&text(&log, &recognition))?),
         Format::Json => {
             let document = Document { schema: "teachtree.inspection/1", log: &log, recognition: &recognition };
             let json = serde_json::to_string_pretty(&document);
             json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n"
         }
     };
-    Ok(output::print(&text)?)
+    Ok(output::print_data(&json)?)
 }
 
 /// What the rules could tell of the log.
 fn recognition(args: &Args) -> Result<Recognition, Failure> {
-    let request = args.source.request(&args.log);
-    let opened = match stream::open(&request) {
-        Ok(opened) => opened,
+    let log = match args.source.open(&args.log).and_then(|log| log.read().map(|()| log)) {
+        Ok(log) => log,
         Err(error) => return Ok(Recognition::impossible(&error)),
     };
-    let rules = load(&args.rules, &opened)?;
-    let graph = lower(&rules);
-    let frames = match opened.frames(&rules.channels) {
-        Ok(frames) => frames,
-        Err(error) => return Ok(Recognition::impossible(&error)),
-    };
-    Ok(Recognition { error: None, tracks: tracks(&graph, &frames), issues: frames.issues })
+    let rules = args.rules.load(&log)?;
+    match rules.observability(&log) {
+        Ok(Observability { tracks, issues }) => Ok(Recognition { error: None, tracks, issues }),
+        Err(error) => Ok(Recognition::impossible(&error)),
+    }
 }
 
 impl Recognition {
-    fn impossible(error: &InputError) -> Self {
+    fn impossible(error: &Error) -> Self {
         Self { error: Some(error.to_string()), tracks: vec![], issues: vec![] }
     }
 
@@ -133,9 +129,9 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
         let _ = writeln!(text, "  nothing can be told: {error}");
     }
     for track in &recognition.tracks {
-        let _ = writeln!(text, "  {:<6} can be told: {}", track.track, track.can.join(", "));
-        for lack in &track.cannot {
-            let _ = writeln!(text, "         {}: {} cannot be told", lack.of, lack.primitives.join(", "));
+        let _ = writeln!(text, "  {:<6} can be told: {}", track.track, track.detectable.join(", "));
+        for lack in &track.undetectable {
+            let _ = writeln!(text, "         {}: {} cannot be told", lack.reason, lack.primitives.join(", "));
         }
     }
     let issues: Vec<&Issue> = log.issues.iter().chain(&recognition.issues).collect();

@@ -7,21 +7,20 @@
 mod analyze;
 mod check;
 #[cfg(feature = "world")]
-mod command;
-#[cfg(feature = "world")]
 mod demo;
 mod explain;
 mod fit;
-mod flowing;
 mod fmt;
 mod graph;
+mod help;
 mod inspect;
-mod live;
 #[cfg(feature = "lsp")]
 mod lsp;
 mod output;
 mod progress;
 mod prove;
+#[cfg(feature = "world")]
+mod retarget;
 mod rules;
 mod score;
 #[cfg(feature = "world")]
@@ -29,15 +28,15 @@ mod simulate;
 mod source;
 #[cfg(feature = "world")]
 mod teach;
-mod tellable;
 mod test;
 mod truth;
 
-use crate::base::error::InputError;
-use clap::{Parser, Subcommand};
+use crate::base::error::{ErrorKind, InputError};
+use crate::session::Error;
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Turn a recorded demonstration into named tasks and primitive motions, by rules that are text.
+/// Turns a recorded demonstration into named tasks and primitives, by rules that are text.
 #[derive(Parser)]
 #[command(name = "teachtree", version, about, propagate_version = true, max_term_width = 120)]
 struct Cli {
@@ -48,43 +47,47 @@ struct Cli {
 #[derive(Subcommand)]
 enum Command {
     #[cfg(feature = "world")]
-    /// The whole story on embedded files: teach, analyse, report; writes a folder
+    /// Run the full pipeline on built-in example files; writes a folder
     Demo(demo::Args),
-    /// Report every mistake of rule files, and what running them costs
+    /// Report all errors and likely mistakes of rule files, and what running them costs
     Check(check::Args),
-    /// Show what a log holds and what could be recognised from it; write a binding to fill in
+    /// List the columns of a log and the primitives that can be detected in it; write a binding to fill in
     Inspect(inspect::Args),
-    /// Segment recordings into primitive motions and name their tasks
+    /// Segment recordings into primitives and name their tasks
     Analyze(analyze::Args),
-    /// Say why a recording has its labels at a time, and why not others
+    /// Explain why a recording has its labels at a time, and why not others
     Explain(explain::Args),
-    /// Hold recordings against what is expected of them; coverage and mutation of the rules
+    /// Compare recordings with their expectation files; coverage and mutation of the rules
     Test(test::Args),
-    /// Compare what is found in recordings with what is true
+    /// Score the analysis of recordings against labels
     Score(score::Args),
-    /// Learn params from labelled recordings, and see whether others bear them out; print a patch
+    /// Fit parameters to labeled recordings, validate on held-out ones, print a patch
     Fit(fit::Args),
     #[cfg(feature = "world")]
-    /// Let an operator script teach a task in the virtual environment, and record it
+    /// Record a simulated demonstration
     Teach(teach::Args),
     #[cfg(feature = "world")]
     /// Turn a recording into commands for a robot: trajectories, forces and grasps
-    #[command(name = "command")]
-    Instruct(command::Args),
+    #[command(alias = "command")]
+    Retarget(retarget::Args),
     #[cfg(feature = "world")]
-    /// Let a robot carry out commands in a scene, and record it
+    /// Execute commands by a simulated robot in a scene, and record it
     Simulate(simulate::Args),
     /// Prove that rules only add to others
     Prove(prove::ProveArgs),
-    /// Show where two rule sets differ: in which cases, and in recordings
+    /// Compare two rule sets: the cases in which they differ, and their results on recordings
     Diff(prove::DiffArgs),
-    /// Write rule files in one style
+    /// Format rule files
     Fmt(fmt::Args),
-    /// Draw the trees of rule files, and what can follow what; mark what a recording took
+    /// Draw the trees of rule files, or the transitions between primitives; mark what a recording took
     Graph(graph::Args),
     #[cfg(feature = "lsp")]
-    /// Serve an editor: diagnostics, hover, names, completion, over the Language Server Protocol
+    /// Run the language server for editors: diagnostics, hover, names, completion
     Lsp(lsp::Args),
+    /// Print the completion script of a shell
+    Completions(help::CompletionsArgs),
+    /// Print the manual page of a command
+    Man(help::ManArgs),
 }
 
 /// How a command ended.
@@ -118,22 +121,21 @@ impl Failure {
     fn say(&self) -> u8 {
         match self {
             Self::No => return 1,
-            Self::Input(error) => eprintln!("error: {}", printable(&error.to_string())),
-            Self::Text(text) => eprint!("{text}"),
+            Self::Input(error) => output::complain(&format!("error: {error}")),
+            Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
             Self::Several(failures) => return failures.iter().map(Self::say).max().unwrap_or(0),
         }
         2
     }
 }
 
-/// A text that may quote anything, for a terminal: what would steer it is shown.
-fn printable(text: &str) -> String {
-    let shown = |letter: char| match letter {
-        '\n' | '\t' => letter.to_string(),
-        letter if letter.is_control() => letter.escape_default().to_string(),
-        letter => letter.to_string(),
-    };
-    text.chars().map(shown).collect()
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        if error.kind() == ErrorKind::Rules {
+            return Self::Text(error.rendered(output::color_on_stderr()));
+        }
+        Self::Input(error.into_input())
+    }
 }
 
 impl From<InputError> for Failure {
@@ -142,9 +144,18 @@ impl From<InputError> for Failure {
     }
 }
 
+/// The command line as clap knows it.
+fn command() -> clap::Command {
+    help::grouped(Cli::command())
+}
+
 /// Runs the command line.
 pub fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let matches = command().get_matches();
+    let cli = match Cli::from_arg_matches(&matches) {
+        Ok(cli) => cli,
+        Err(error) => error.exit(),
+    };
     let outcome = match &cli.command {
         #[cfg(feature = "world")]
         Command::Demo(args) => demo::run(args),
@@ -158,7 +169,7 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),
         #[cfg(feature = "world")]
-        Command::Instruct(args) => command::run(args),
+        Command::Retarget(args) => retarget::run(args),
         #[cfg(feature = "world")]
         Command::Simulate(args) => simulate::run(args),
         Command::Prove(args) => prove::prove(args),
@@ -167,6 +178,8 @@ pub fn main() -> ExitCode {
         Command::Graph(args) => graph::run(args),
         #[cfg(feature = "lsp")]
         Command::Lsp(args) => lsp::run(args),
+        Command::Completions(args) => help::completions(args, command()),
+        Command::Man(args) => help::man(args, command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

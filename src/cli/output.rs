@@ -4,6 +4,7 @@ use crate::base::error::InputError;
 use crate::stream::csv::beside;
 use crate::stream::formats;
 use crate::stream::whole;
+use std::borrow::Cow;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -101,11 +102,58 @@ pub fn make_folder(path: &Path) -> Result<(), InputError> {
         .map_err(|error| InputError::new(path.display().to_string(), format!("the folder cannot be made: {error}")))
 }
 
-/// Prints a text on standard output. A reader that goes away early is no error.
+/// A text that may quote anything, for a terminal: control characters and marks that reorder text are shown as escapes. Colors pass where there are any.
+pub fn printable(text: &str, color: bool) -> Cow<'_, str> {
+    let steers = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t') || REORDERS.contains(&letter);
+    if !text.contains(steers) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(letter) = rest.chars().next() {
+        let taken = if color { color_code(rest) } else { 0 };
+        let (head, tail) = rest.split_at(taken.max(letter.len_utf8()));
+        if taken == 0 && steers(letter) {
+            shown.extend(letter.escape_default());
+        } else {
+            shown.push_str(head);
+        }
+        rest = tail;
+    }
+    Cow::Owned(shown)
+}
+
+/// The marks of Unicode that change in which direction text runs.
+const REORDERS: [char; 12] = [
+    '\u{61c}', '\u{200e}', '\u{200f}', '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}', '\u{2066}',
+    '\u{2067}', '\u{2068}', '\u{2069}',
+];
+
+/// How many bytes of a text are a code that sets a color, `ESC [ 1 ; 3 m`; 0 when it does not begin with one.
+fn color_code(text: &str) -> usize {
+    let Some(code) = text.strip_prefix("\u{1b}[") else { return 0 };
+    let digits = code.bytes().take_while(|byte| byte.is_ascii_digit() || *byte == b';').count();
+    if code.as_bytes().get(digits) == Some(&b'm') { digits + 3 } else { 0 }
+}
+
+/// Prints a text for people on standard output, without what would steer a terminal. A reader that goes away early is no error.
 ///
 /// # Errors
 /// When it cannot be written, as on a full disk.
 pub fn print(text: &str) -> Result<(), InputError> {
+    print_data(&printable(text, color()))
+}
+
+/// Prints a text on standard error, without what would steer a terminal.
+pub fn complain(text: &str) {
+    eprintln!("{}", printable(text, color_on_stderr()));
+}
+
+/// Prints what other programs read, byte for byte: JSON, tables, patches, scripts. Otherwise as [`print`].
+///
+/// # Errors
+/// As [`print`].
+pub fn print_data(text: &str) -> Result<(), InputError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

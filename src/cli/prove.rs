@@ -1,13 +1,10 @@
 //! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
 
-use super::analyze::analyse;
-use super::rules::{RuleArgs, load, load_files};
+use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::{Analysis, Segment};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
-use crate::language::Rules;
-use crate::stream;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -60,7 +57,7 @@ pub struct DiffArgs {
 pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
     let Claim::Additive = args.claim;
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
-    let proof = additive(&read(&args.base)?, &read(&args.extended)?);
+    let proof = additive(read(&args.base)?.set(), read(&args.extended)?.set());
     let (base, extended) = (args.base.display(), args.extended.display());
     let mut said = String::new();
     if proof.is_proved() {
@@ -99,13 +96,14 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     let named = |file: &PathBuf| RuleArgs { rules: vec![file.clone()], hand: args.hand.clone(), ..RuleArgs::default() };
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let (one, other) = (read(&args.one)?, read(&args.other)?);
+    let (one, other) = (one.set(), other.set());
     let other_name = args.other.display().to_string();
-    let compared = differences(&one, &other);
+    let compared = differences(one, other);
     let mut said = String::new();
-    for what in changed(&one, &other).into_iter().chain(lost(&one, &other)) {
+    for what in changed(one, other).into_iter().chain(lost(one, other)) {
         let _ = writeln!(said, "in {other_name} {what}");
     }
-    for what in changed(&other, &one).into_iter().chain(lost(&other, &one)) {
+    for what in changed(other, one).into_iter().chain(lost(other, one)) {
         if let Some(what) = what.strip_suffix(" is gone") {
             let _ = writeln!(said, "in {other_name} {what} is new");
         }
@@ -120,14 +118,12 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
         }
     }
     for log in &args.logs {
-        let opened = stream::open(&args.source.request(log))?;
-        let run = |file: &PathBuf| -> Result<Analysis, Failure> {
-            let rules: Rules = load(&named(file), &opened)?;
-            Ok(analyse(&rules, &opened, None, Vec::new())?.analysis)
-        };
+        let opened = args.source.open(log)?;
+        opened.read()?;
+        let run = |file: &PathBuf| named(file).load(&opened)?.analyze(&opened);
         let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
         let _ = writeln!(said, "\n{}", log.display());
-        tell_log(&ours, &theirs, &mut said);
+        tell_log(ours.found(), theirs.found(), &mut said);
     }
     output::print(&said)?;
     Ok(())

@@ -1,11 +1,10 @@
-//! Which rules a command runs: the options that name them, and loading with all diagnostics.
+//! Which rules a command runs: the options that name them.
 
 use super::source::SourceArgs;
-use super::{Failure, output};
-use crate::base::diagnostic::{Severity, render};
-use crate::language::{self, Request, Rules};
+use crate::language::{self, Request};
+use crate::session::{Error, Log, Rules, RulesOptions};
 use crate::stream::binding::BindingFile;
-use crate::stream::{Opened, hand_file_of};
+use crate::stream::hand_file_of;
 use std::path::{Path, PathBuf};
 
 /// Options that name rules.
@@ -28,8 +27,24 @@ pub fn name_and_value(text: &str) -> Result<(String, String), String> {
     Ok((name.trim().to_string(), value.trim().to_string()))
 }
 
-/// The rules of two hands.
-const OF_TWO_HANDS: &str = "bimanual.rules";
+impl RuleArgs {
+    /// What is loaded.
+    pub fn options(&self) -> RulesOptions {
+        let mut options = Rules::options();
+        for file in &self.rules {
+            options = options.file(file);
+        }
+        if let Some(hand) = &self.hand {
+            options = options.hand_file(hand);
+        }
+        self.set.iter().fold(options, |options, (name, value)| options.param(name, value))
+    }
+
+    /// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
+    pub fn load(&self, log: &Log) -> Result<Rules, Error> {
+        self.options().for_log(log)
+    }
+}
 
 /// The files that these options have a command read, those that rules use too: nothing is written over them.
 pub fn read_by(source: &SourceArgs, rules: &RuleArgs) -> Vec<PathBuf> {
@@ -43,48 +58,7 @@ pub fn read_by(source: &SourceArgs, rules: &RuleArgs) -> Vec<PathBuf> {
     files
 }
 
-/// Loads rules for a log; what the command line says wins over what the binding says. Warnings are left to `check`.
-pub fn load(args: &RuleArgs, opened: &Opened) -> Result<Rules, Failure> {
-    load_request(request(args, opened))
-}
-
-/// What is loaded for a log.
-pub fn request(args: &RuleArgs, opened: &Opened) -> Request {
-    request_for(args, opened.hands().len(), opened.hand_file.clone(), &opened.params)
-}
-
-/// Loads rules for a log with so many hands, of which a binding may say the hand file and params.
-pub fn load_for(
-    args: &RuleArgs,
-    hands: usize,
-    hand_file: Option<String>,
-    params: &[(String, String)],
-) -> Result<Rules, Failure> {
-    load_request(request_for(args, hands, hand_file, params))
-}
-
-fn request_for(args: &RuleArgs, hands: usize, hand_file: Option<String>, params: &[(String, String)]) -> Request {
-    let usual = || if hands > 1 { vec![PathBuf::from(OF_TWO_HANDS)] } else { vec![] };
-    Request {
-        files: if args.rules.is_empty() { usual() } else { args.rules.clone() },
-        hand_file: args.hand.clone().or(hand_file),
-        overrides: params.iter().chain(&args.set).cloned().collect(),
-        needs_tree: true,
-        ..Request::default()
-    }
-}
-
 /// Loads the rules of these files, without a log; a hand file may be named.
-pub fn load_files(files: &[PathBuf], hand: Option<&str>) -> Result<Rules, Failure> {
-    let hand_file = hand.map(str::to_string);
-    load_request(Request { files: files.to_vec(), hand_file, needs_tree: true, ..Request::default() })
-}
-
-fn load_request(request: Request) -> Result<Rules, Failure> {
-    let loaded = language::load(&request);
-    let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
-    match loaded.rules {
-        Some(rules) if errors.is_empty() => Ok(rules),
-        _ => Err(Failure::Text(render(&errors, &loaded.sources, output::color_on_stderr()))),
-    }
+pub fn load_files(files: &[PathBuf], hand: Option<&str>) -> Result<Rules, Error> {
+    RuleArgs { rules: files.to_vec(), hand: hand.map(str::to_string), set: Vec::new() }.options().load()
 }

@@ -1,9 +1,8 @@
 //! `teachtree score`: what is found in recordings against what is true.
 
-use super::analyze::analyse;
 use super::progress::Progress;
-use super::rules::{RuleArgs, load, read_by};
-use super::source::{SourceArgs, all_logs};
+use super::rules::{RuleArgs, read_by};
+use super::source::SourceArgs;
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
 use crate::analysis::Who;
@@ -12,7 +11,7 @@ use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage,
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
-use crate::stream;
+use crate::session::files::all_logs;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -119,7 +118,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         };
         for warning in scored.warnings {
-            eprintln!("warning: {warning}");
+            output::complain(&format!("warning: {warning}"));
         }
         relabelled.extend(scored.relabelled);
         raw.extend(scored.raw);
@@ -148,7 +147,8 @@ fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result
     };
     match &args.out {
         Some(path) => output::write(path, &text, &inputs),
-        None => output::print(&text),
+        None if args.format == Format::Text => output::print(&text),
+        None => output::print_data(&text),
     }
 }
 
@@ -169,23 +169,21 @@ struct Texts<'a> {
 
 fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> {
     let map = &texts.map;
-    let request = args.source.request(log);
-    let opened = stream::open(&request)?;
-    let rules = load(&args.rules, &opened)?;
-    let known = Known::new(&rules);
+    let log = args.source.open(log)?;
+    let opened = log.opened()?;
+    let rules = args.rules.load(&log)?;
+    let known = Known::new(rules.set());
     let sequences =
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
-    let binding = args.source.binding.as_ref().map(|path| path.display().to_string());
-    let params = opened.params.iter().chain(&args.rules.set).cloned().collect();
-    let analysed = analyse(&rules, &opened, binding, params)?;
-    let (truth, warnings) = args.truth.of(&opened, &analysed.analysis, map, &known)?;
+    let analysis = rules.analyze(&log)?;
+    let (truth, warnings) = args.truth.of(opened, analysis.found(), map, &known)?;
     let rows = |truth: &Truth, stage| {
-        let mut rows = score::score(truth, &analysed.analysis, stage, &analysed.meta)?;
+        let mut rows = score::score(truth, analysis.found(), stage, analysis.meta())?;
         rows.iter_mut().for_each(|row| sequences.expect(&mut row.tally));
         Ok::<_, InputError>(rows)
     };
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
-    let truth = if args.relabel_truth { truth.retold(&rules, &analysed.frames)? } else { truth };
-    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysed.meta, warnings })
+    let truth = if args.relabel_truth { truth.retold(rules.set(), &analysis.run()?.frames)? } else { truth };
+    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysis.meta().clone(), warnings })
 }

@@ -1,7 +1,7 @@
 //! `teachtree simulate`: commands in, the recording of the robot that carried them out.
 
-use super::command::{open_robot, open_scene};
 use super::progress::Progress;
+use super::retarget::{open_robot, open_scene};
 use super::source::{in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
@@ -10,10 +10,10 @@ use crate::base::shown::Shown;
 use crate::command::Commands;
 use crate::report;
 use crate::robot::Robot;
-use crate::robot::passing::Nearest;
-use crate::robot::profile::{Forces, MOSTLY};
-use crate::robot::simulate::{Outcome, Performance, simulate};
-use crate::robot::trajectory::{JointTrajectory, Slowed, trajectory};
+use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
+use crate::robot::simulation::arm_clearance::MinDistance;
+use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
+use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::stream::formats;
 use crate::stream::text;
 use std::fmt::Write;
@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   teachtree simulate commands.json --robot both_hands --scene paper_box -o robot.csv")]
 pub struct Args {
-    /// What `teachtree command` wrote
+    /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
     commands: PathBuf,
     /// A shipped robot by name, or a robot file; the one that the commands were made for
@@ -100,7 +100,7 @@ fn in_file(file: &str, error: InputError) -> InputError {
     InputError { place, ..error }
 }
 
-/// The grasps that the robot's hand cannot take, as `command` noted them; empty when there is none.
+/// The grasps that the robot's hand cannot take, as `retarget` noted them; empty when there is none.
 fn told_infeasible(commands: &Commands) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {
@@ -188,7 +188,7 @@ fn how_it_is(outcome: &Outcome) -> String {
 }
 
 /// How near two arms came to each other, for people.
-pub fn told_nearest(nearest: Option<&Nearest>) -> String {
+pub fn told_nearest(nearest: Option<&MinDistance>) -> String {
     let Some(nearest) = nearest else { return String::new() };
     let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
     if nearest.passes_through() {

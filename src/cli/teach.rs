@@ -1,7 +1,7 @@
-//! `teachtree teach`: an operator script in a scene, recorded; one person, or many side by side.
+//! `teachtree teach`: an operator script in a scene, recorded; one simulated operator, or many in parallel.
 
-use super::command::open_robot;
 use super::progress::Progress;
+use super::retarget::open_robot;
 use super::source::{in_operator, in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
@@ -19,7 +19,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// No batch has more recordings.
 const MOST: u64 = 100_000;
 
-/// Options of `teach`.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   teachtree teach paper_box paper_box -o demonstration.csv --seed 7
@@ -32,25 +31,24 @@ pub struct Args {
     /// Where to write the recording, its scene beside it; with `--seeds` a folder
     #[arg(long, short, value_name = "LOG")]
     out: PathBuf,
-    /// The person: the same seed does the same, byte for byte
+    /// Random seed; equal seeds give identical recordings
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Many people, `1..200` the last one included; files are called after the operator and the seed
+    /// Many simulated operators, `1..200` the last one included; files are called after the operator and the seed
     #[arg(long, value_name = "FIRST..LAST", value_parser = seeds, conflicts_with = "seed")]
     seeds: Option<(u64, u64)>,
-    /// How much people vary: 0 is a machine, 1 what the operator says
-    #[arg(long, value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
-    noise: f64,
-    /// The robot that is taught, by name or a robot file: the person's virtual hands become as large as its hands
+    /// How much the simulated operator varies: 0 as a machine, 1 as the operator file says
+    #[arg(long, alias = "noise", value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
+    variation: f64,
+    /// The robot that is taught, by name or a robot file: the operator's virtual hands become as large as its hands
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
 }
 
-/// Runs `teach`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let (scene, mut operator) = open(&args.scene, &args.operator)?;
-    if args.noise != 1.0 {
-        operator.variation = operator.variation.scaled(args.noise);
+    if args.variation != 1.0 {
+        operator.variation = operator.variation.scaled(args.variation);
     }
     let files = [&args.scene, &args.operator].into_iter().filter(|name| is_yaml(name));
     let mut inputs: Vec<PathBuf> = files.map(PathBuf::from).collect();

@@ -1,20 +1,18 @@
 //! `teachtree test`: recordings against what is expected of them.
 
-use super::analyze::{Analysed, analyse};
 use super::progress::Progress;
-use super::rules::{RuleArgs, load};
+use super::rules::RuleArgs;
 use super::source::SourceArgs;
-use super::source::all_logs;
 use super::{Failure, output};
+use crate::analysis::analyse as find;
 use crate::analysis::coverage::Coverage;
 use crate::analysis::expect::{self, Expectation};
-use crate::analysis::{analyse as find, check_rate};
 use crate::base::error::InputError;
-use crate::engine::evaluator::evaluate;
 use crate::graph::lower;
 use crate::language::Rules;
 use crate::language::mutate::mutants;
-use crate::stream;
+use crate::session::files::all_logs;
+use crate::session::{Analysis, leaves};
 use crate::stream::text;
 use rayon::prelude::*;
 use std::fmt::Write;
@@ -58,8 +56,13 @@ pub struct Args {
 struct Case {
     path: PathBuf,
     expectation: Expectation,
-    rules: Rules,
-    analysed: Analysed,
+    analysis: Analysis,
+}
+
+impl Case {
+    fn rules(&self) -> &Rules {
+        self.analysis.rules().set()
+    }
 }
 
 /// Runs `test`.
@@ -101,7 +104,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if new.contains(&path) {
             let _ = writeln!(said, "new      {}", path.display());
         }
-        let found = expect::lines(&case.analysed.analysis);
+        let found = expect::lines(case.analysis.found());
         let differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         let shown = path.display();
         let pending = path.with_extension(format!("{ENDING}.new"));
@@ -236,18 +239,20 @@ fn read(path: &Path) -> Result<Case, Failure> {
         hand: expectation.hand.as_ref().map(|hand| found(hand).display().to_string()),
         set: expectation.set.clone(),
     };
-    let opened = stream::open(&source.request(&folder.join(&expectation.log)))?;
-    let rules = load(&rules, &opened).map_err(|failure| failure.named_in(&shown))?;
-    expectation.check(&rules, &shown)?;
-    let analysed = analyse(&rules, &opened, None, Vec::new())?;
-    Ok(Case { path: path.to_path_buf(), expectation, rules, analysed })
+    let log = source.open(&folder.join(&expectation.log))?;
+    log.read()?;
+    let rules = rules.load(&log).map_err(|error| Failure::from(error).named_in(&shown))?;
+    expectation.check(rules.set(), &shown)?;
+    let analysis = rules.analyze(&log)?;
+    Ok(Case { path: path.to_path_buf(), expectation, analysis })
 }
 
 /// Says what the recordings show of the rules; whether that is enough.
 fn coverage(args: &Args, cases: &[Case], said: &mut String) -> Result<bool, Failure> {
     let mut coverage = Coverage::default();
     for case in cases {
-        coverage.add(&case.rules, &case.analysed.frames, &case.analysed.leaves)?;
+        let run = case.analysis.run()?;
+        coverage.add(case.rules(), &run.frames, &run.leaves)?;
     }
     let (seen, of) = coverage.seen();
     let percent = coverage.percent();
@@ -269,7 +274,7 @@ fn mutate(cases: &[Case]) -> String {
     // Expectations of the same rules are tried together.
     let mut sets: Vec<(String, Vec<&Case>)> = Vec::new();
     for case in cases {
-        let digest = case.rules.digest();
+        let digest = case.rules().digest();
         match sets.iter_mut().find(|(known, _)| *known == digest) {
             Some((_, same)) => same.push(case),
             None => sets.push((digest, vec![case])),
@@ -277,7 +282,7 @@ fn mutate(cases: &[Case]) -> String {
     }
     let mut said = String::new();
     for (_, cases) in sets {
-        let Some(rules) = cases.first().map(|case| &case.rules) else { continue };
+        let Some(rules) = cases.first().map(|case| case.rules()) else { continue };
         let all: Vec<_> = mutants(rules).collect();
         let progress = Progress::new("mutating");
         let done = AtomicUsize::new(0);
@@ -303,11 +308,9 @@ fn mutate(cases: &[Case]) -> String {
 
 /// Whether changed rules say something else than is expected, or cannot run.
 fn notices(case: &Case, rules: &Rules) -> bool {
-    let frames = &case.analysed.frames;
-    if check_rate(rules, frames.layout.rate_hz).is_err() {
-        return true;
-    }
-    let Ok(leaves) = evaluate(&lower(rules), frames) else { return true };
+    let Ok(run) = case.analysis.run() else { return true };
+    let frames = &run.frames;
+    let Ok(leaves) = leaves(rules, &lower(rules), frames) else { return true };
     let found = expect::lines(&find(rules, frames, &leaves));
     !expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s).is_empty()
 }

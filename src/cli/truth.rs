@@ -1,11 +1,11 @@
 //! What is true of recordings: the options that name it, and reading it; for the commands that compare results with a truth.
 
 use super::score::TrackArg;
-use super::source::LABEL_ENDINGS;
 use crate::analysis::number::fixed;
 use crate::analysis::score::{Known, NameMap, Truth};
 use crate::analysis::{Analysis, Who};
 use crate::base::error::InputError;
+use crate::session::files::LABEL_ENDINGS;
 use crate::stream::{Opened, labels, text};
 use std::path::{Path, PathBuf};
 

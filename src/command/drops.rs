@@ -3,8 +3,7 @@
 
 use super::form::{LeftOut, Segment, Task};
 use super::series::seven;
-use crate::base::geometry::pose;
-use nalgebra::Isometry3;
+use crate::base::pose::from_seven;
 
 /// An object still stands as it stood when it is turned by less, rad.
 const STANDS_RAD: f64 = 0.35;
@@ -104,16 +103,12 @@ pub(super) fn lead_to_the_touch(task: &mut Task) {
         if last.touching || !touch.touching || later_s < NEXT_S {
             continue;
         }
-        let moved = isometry(to) * isometry(from).inverse();
+        let moved = from_seven(to) * from_seven(from).inverse();
         for segment in ways.iter_mut().rev().take_while(|segment| !segment.touching) {
             segment.taught_start_s += later_s;
             for object in &mut segment.object {
-                *object = seven(&(moved * isometry(object)));
+                *object = seven(&(moved * from_seven(object)));
             }
         }
     }
-}
-
-fn isometry([x, y, z, a, b, c, d]: &[f64; 7]) -> Isometry3<f64> {
-    pose([*x, *y, *z], [*a, *b, *c, *d])
 }

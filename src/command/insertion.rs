@@ -7,7 +7,8 @@ use super::RATE_HZ;
 use super::episodes::{Episode, Piece};
 use super::form::Into;
 use super::series::{Series, seven};
-use crate::base::geometry::{Solid, across, pose};
+use crate::base::easing::smooth_step;
+use crate::base::geometry::{Solid, across};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Role, Scene};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
@@ -226,7 +227,7 @@ fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
     };
     with_holes
         .flat_map(|(name, body)| {
-            let fixed = pose(body.position.map(|length| length.0), body.rotation);
+            let fixed = body.pose();
             let sockets = body.sockets.values().filter(|socket| takes(&socket.accepts));
             sockets.map(move |socket| Hole {
                 body: name,
@@ -273,10 +274,4 @@ fn upright(end: &Isometry3<f64>, axis: &Vector3<f64>) -> Option<Vector3<f64>> {
     let seen = end.rotation.inverse_transform_vector(axis).try_normalize(1e-9)?;
     let own = [Vector3::x(), Vector3::y(), Vector3::z()].into_iter().flat_map(|own| [own, -own]);
     Some(own.into_iter().find(|own| own.angle(&seen) < UPRIGHT_RAD).unwrap_or(seen))
-}
-
-/// 3 t² - 2 t³, from 0 at 0 to 1 at 1.
-pub(super) fn smooth_step(share: f64) -> f64 {
-    let t = share.clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
 }

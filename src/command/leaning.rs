@@ -3,8 +3,8 @@
 
 use super::RATE_HZ;
 use super::episodes::Episode;
-use super::insertion::smooth_step;
 use super::series::Series;
+use crate::base::easing::smooth_step;
 use crate::base::recording::Recording;
 use nalgebra::{Translation3, Vector3};
 

@@ -25,8 +25,8 @@ pub use series::into_cone;
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
 use crate::base::error::InputError;
-use crate::base::geometry::pose;
 use crate::base::hands::Side;
+use crate::base::pose::from_seven;
 use crate::base::recording::Recording;
 use crate::base::scene::Role;
 use drops::{without_brushes, without_drops};
@@ -129,7 +129,7 @@ impl Task {
     pub fn taken_at(&self) -> Isometry3<f64> {
         let touched = self.segments.iter().find(|segment| segment.touching).or(self.segments.first());
         let first = touched.and_then(|segment| segment.object.first());
-        first.map_or_else(Isometry3::identity, |[x, y, z, a, b, c, d]| pose([*x, *y, *z], [*a, *b, *c, *d]))
+        first.map_or_else(Isometry3::identity, from_seven)
     }
 
     /// How long its commands take, s.

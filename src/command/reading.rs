@@ -31,7 +31,7 @@ impl Commands {
     /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, names of no hand
     /// and no finger, lists that are too long or too short for their duration.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        let wanted = "commands are the JSON file that `teachtree command` writes";
+        let wanted = "commands are the JSON file that `teachtree retarget` writes";
         let commands: Self = json::read(text, file).map_err(|error| error.help(wanted))?;
         if commands.schema != SCHEMA {
             let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);

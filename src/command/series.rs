@@ -5,8 +5,9 @@ use super::form::{Contact, Grasp, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::touching;
 use super::{FRICTION, RATE_HZ};
-use crate::base::geometry::{face_normal, pose, surface_distance};
+use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
+use crate::base::pose::{Seven, pose};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Hand};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -251,16 +252,15 @@ fn flattened(pose: &Isometry3<f64>, first: &UnitQuaternion<f64>) -> [f64; 6] {
     [place.x, place.y, place.z, turned.x, turned.y, turned.z]
 }
 
-fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> [f64; 7] {
+fn unflattened(flat: &[f64; 6], first: &UnitQuaternion<f64>) -> Seven {
     let turned = Vector3::new(flat[3], flat[4], flat[5]) / TURN_M;
     let turn = UnitQuaternion::from_scaled_axis(turned) * first;
     [flat[0], flat[1], flat[2], turn.w, turn.i, turn.j, turn.k].map(round)
 }
 
-/// A pose as x y z and quaternion w x y z.
-pub(super) fn seven(pose: &Isometry3<f64>) -> [f64; 7] {
-    let (at, turn) = (pose.translation.vector, pose.rotation);
-    [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k].map(round)
+/// Returns a pose as commands write it: seven numbers with seven decimals.
+pub(super) fn seven(pose: &Isometry3<f64>) -> Seven {
+    crate::base::pose::seven(pose).map(round)
 }
 
 /// The force on an object (N) nearest to this one within the friction cone about `-normal`, the way into its surface, and whether it lay outside.

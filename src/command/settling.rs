@@ -2,8 +2,8 @@
 //! fall as well has another one (chapter, section 2.1: such error is inadvertent).
 
 use super::episodes::Episode;
-use super::insertion::smooth_step;
 use super::series::Series;
+use crate::base::easing::smooth_step;
 use nalgebra::{Isometry3, Translation3};
 
 /// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.

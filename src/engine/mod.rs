@@ -1,16 +1,15 @@
-//! The evaluators: frames in, labels out. They read no clock and no file.
+//! The evaluators: frames in, leaves out. They read no clock and no file.
+//!
+//! `reference` follows the meaning of a run literally and is the definition; `compiled` evaluates whole logs block by block; `live` takes one frame at a
+//! time. `inspect` gives the value of any expression after a run. What they share stands in `semantics`, `width` and `runs`.
 
-pub mod bits;
-mod buffers;
-pub mod columns;
-pub mod evaluator;
-mod kernels;
-pub mod machine;
-pub mod open;
-pub mod plan;
-pub mod probe;
-mod ranks;
+pub mod compiled;
+pub mod inspect;
+pub mod live;
 pub mod reference;
 pub mod runs;
-pub mod stepper;
+pub mod semantics;
+pub mod temporal;
 pub mod width;
+
+pub use compiled::evaluator;

@@ -3,17 +3,18 @@
 //! It shares nothing with the compiled evaluator but the checked rules and the frames: every operator with memory looks back over the
 //! frames themselves, from the last restart on.
 
-use super::open::frames as samples;
 use super::runs::{Leaves, Run, append};
+use super::semantics::{absent, changes, internal, per_second, samples, slots, target_of};
 use super::width::Width;
 use crate::base::channels::{Shape, reads_target};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::language::ops::Temporal;
 use crate::language::rules::{
-    Arithmetic, Branch, ChannelId, Comparison, Expr, ExprKind, Function, Hand, Label, LatchId, Rules, SignalId, Then,
-    Tree, TreeScope, Window,
+    Arithmetic, Branch, ChannelId, Comparison, Constant, Expr, ExprKind, Function, Label, LatchId, Rules, SignalId,
+    Then, Tree, TreeScope,
 };
-use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::frames::{ColumnKey, Frames, Values};
 use std::cell::RefCell;
 use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
@@ -146,17 +147,8 @@ impl<'a> Reference<'a> {
     /// beginning of the stretch.
     fn beginning(&self, exprs: &[&Expr], this: Option<Side>, frame: usize) -> usize {
         let targets = self.targets(exprs, this);
-        let Some(channel) = self.frames.channel("target") else { return self.stretch.start };
-        let changed = |frame: usize| {
-            targets.iter().any(|side| {
-                let key = ColumnKey { channel, side: Some(*side), slot: 0, component: 0 };
-                let column = self.frames.column(key);
-                column.is_some_and(|column| {
-                    let bits = |frame| column.get(frame).map(f64::to_bits);
-                    bits(frame) != bits(frame - 1)
-                })
-            })
-        };
+        let targets: Vec<Values<'_>> = targets.iter().filter_map(|side| target_of(self.frames, *side)).collect();
+        let changed = |frame: usize| targets.iter().any(|target| changes(*target, frame));
         (self.stretch.start + 1..=frame).rev().find(|frame| changed(*frame)).unwrap_or(self.stretch.start)
     }
 
@@ -167,15 +159,15 @@ impl<'a> Reference<'a> {
             match &expr.kind {
                 ExprKind::Channel(channel, hand) => {
                     let name = &self.rules.channels[channel.index()].name;
-                    targets.extend(reads_target(name, side(*hand, this)));
+                    targets.extend(reads_target(name, hand.side(this)));
                 }
                 ExprKind::Signal(signal, hand) => {
                     let inner = &self.rules.signals[signal.index()].expr;
-                    targets.extend(self.targets_of((false, signal.0, side(*hand, this)), &[inner]));
+                    targets.extend(self.targets_of((false, signal.0, hand.side(this)), &[inner]));
                 }
                 ExprKind::Latch(latch, hand) => {
                     let inner = &self.rules.latches[latch.index()];
-                    targets.extend(self.targets_of((true, latch.0, side(*hand, this)), &[&inner.set, &inner.clear]));
+                    targets.extend(self.targets_of((true, latch.0, hand.side(this)), &[&inner.set, &inner.clear]));
                 }
                 _ => targets.extend(self.targets(&expr.arguments(), this)),
             }
@@ -213,16 +205,16 @@ impl<'a> Reference<'a> {
             ExprKind::Bool(bool) => Value::Bool(*bool),
             ExprKind::Number(number) => Value::Number(*number),
             ExprKind::Param(param) => Value::Number(self.rules.params[param.index()].value),
-            ExprKind::Channel(channel, hand) => self.channel(*channel, side(*hand, this), frame),
-            ExprKind::Signal(signal, hand) => self.signal(*signal, side(*hand, this), frame)?,
-            ExprKind::Latch(latch, hand) => Value::Bool(self.latch(*latch, side(*hand, this), frame)?),
+            ExprKind::Channel(channel, hand) => self.channel(*channel, hand.side(this), frame),
+            ExprKind::Signal(signal, hand) => self.signal(*signal, hand.side(this), frame)?,
+            ExprKind::Latch(latch, hand) => Value::Bool(self.latch(*latch, hand.side(this), frame)?),
             ExprKind::From { labels, none } => Value::Bool(match self.leaf_before(this, frame) {
                 None => *none && self.runs(this),
                 Some(None) => false,
                 Some(Some(label)) => labels.iter().any(|pattern| pattern.covers(label)),
             }),
             ExprKind::Pick(array, pick) => {
-                let hand = array.ty.axis.and_then(|(_, hand)| side(hand, this));
+                let hand = array.ty.axis.and_then(|(_, hand)| hand.side(this));
                 let hand = hand.and_then(|side| self.frames.layout.hand(side));
                 let fingers = hand.map_or(&[][..], |hand| &hand.fingers);
                 let Value::Array(slots) = arg(array)? else { return Ok(nothing(expr.ty.shape)) };
@@ -259,11 +251,9 @@ impl<'a> Reference<'a> {
                 let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
                 self.width.call(*function, &args, expr)
             }
-            ExprKind::Hysteresis { .. }
-            | ExprKind::Window(..)
-            | ExprKind::Rate(..)
-            | ExprKind::Rises(_)
-            | ExprKind::Falls(_) => self.remember(expr, this, frame)?,
+            ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) => {
+                self.remember(expr, this, frame)?
+            }
         })
     }
 
@@ -292,10 +282,7 @@ impl<'a> Reference<'a> {
     fn channel(&self, channel: ChannelId, side: Option<Side>, frame: usize) -> Value {
         let spec = &self.rules.channels[channel.index()];
         let hand = side.and_then(|side| self.frames.layout.hand(side));
-        let slots = spec.axis.map(|axis| match axis {
-            crate::base::channels::Axis::Fingers => hand.map_or(0, |hand| hand.fingers.len()),
-            crate::base::channels::Axis::Contacts => hand.map_or(0, |hand| hand.contacts.len()),
-        });
+        let slots = spec.axis.map(|_| slots(&self.frames.layout, spec.axis, side));
         if side.is_some() && hand.is_none() {
             return if slots.is_some() { Value::Array(Vec::new()) } else { nothing(spec.shape) };
         }
@@ -369,69 +356,99 @@ impl<'a> Reference<'a> {
                 }
                 Ok(state)
             }
-            ExprKind::Window(window, condition, duration) => {
-                let n = samples(duration.value, rate)? as usize;
-                let beginning = self.beginning(&[condition], this, frame);
-                let range = match window {
-                    Window::WithinNext => frame..(frame + n).min(self.stretch.end),
-                    Window::For if frame + 1 < beginning + n => {
-                        return Ok(each(&self.value(condition, this, frame)?, &|_| Value::Bool(false)));
-                    }
-                    Window::For | Window::WithinLast => (frame + 1).saturating_sub(n).max(beginning)..frame + 1,
-                };
-                let every = *window == Window::For;
-                let mut result = each(&self.value(condition, this, frame)?, &|_| Value::Bool(every));
-                for at in range {
-                    let then = self.value(condition, this, at)?;
-                    result = pairs(&result, &then, &|a, b| {
-                        Value::Bool(if every { truth(a) && truth(b) } else { truth(a) || truth(b) })
-                    });
-                }
-                Ok(result)
-            }
+            ExprKind::Temporal(temporal, condition) => self.over_time(temporal, condition, this, frame),
             ExprKind::Rate(number, duration) => {
-                let n = samples(duration.value, rate)? as usize;
+                let n = samples(duration.value, rate)?;
                 let now = self.value(number, this, frame)?;
-                if frame < self.beginning(&[number], this, frame) + n {
+                if frame < self.beginning(&[number], this, frame) + n as usize {
                     return Ok(each(&now, &|number| numbers(number, |_| 0.0)));
                 }
-                let then = self.value(number, this, frame - n)?;
-                #[allow(clippy::cast_precision_loss, reason = "a window of at most 1e9 frames")]
-                let per_second = self.width.round(rate / n as f64);
+                let then = self.value(number, this, frame - n as usize)?;
+                let per_second = self.width.round(per_second(rate, n));
                 let difference = |now: &Value, then: &Value| self.width.arithmetic(Arithmetic::Subtract, now, then);
                 Ok(pairs(&now, &then, &|now, then| {
                     self.width.arithmetic(Arithmetic::Multiply, &difference(now, then), &Value::Number(per_second))
                 }))
             }
-            ExprKind::Rises(condition) | ExprKind::Falls(condition) => {
-                let rises = matches!(expr.kind, ExprKind::Rises(_));
-                let now = self.value(condition, this, frame)?;
-                if frame == self.beginning(&[condition], this, frame) {
+            _ => Err(internal("an operator without memory was asked to remember")),
+        }
+    }
+
+    /// Operators over time on a condition.
+    fn over_time(&self, op: &Temporal<Constant>, condition: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+        let frames = |duration: &Constant| Ok(samples(duration.value, self.frames.layout.rate_hz)? as usize);
+        let beginning = self.beginning(&[condition], this, frame);
+        let now = self.value(condition, this, frame)?;
+        // The last `n` frames, as far as they are there.
+        let last = |n: usize| (frame + 1).saturating_sub(n).max(beginning)..frame + 1;
+        match op {
+            Temporal::For(duration) => {
+                let n = frames(duration)?;
+                if frame + 1 < beginning + n {
+                    return Ok(each(&now, &|_| Value::Bool(false)));
+                }
+                self.over(last(n), condition, this, &now, true, |every, then| every && then)
+            }
+            Temporal::WithinLast(duration) => {
+                self.over(last(frames(duration)?), condition, this, &now, false, |any, then| any || then)
+            }
+            Temporal::WithinNext(duration) => {
+                let next = frame..(frame + frames(duration)?).min(self.stretch.end);
+                self.over(next, condition, this, &now, false, |any, then| any || then)
+            }
+            Temporal::AtLeast { times, within } => {
+                let mut begun = each(&now, &|_| Value::Number(0.0));
+                for at in last(frames(within)?) {
+                    let holds = self.value(condition, this, at)?;
+                    let held = match at.checked_sub(1) {
+                        // Each frame is looked at as it was then: the memory of all of them began on one frame.
+                        Some(before) if at > beginning => self.value(condition, this, before)?,
+                        _ => Value::Bool(false),
+                    };
+                    let begins = pairs(&holds, &held, &|holds, held| Value::Bool(truth(holds) && !truth(held)));
+                    begun = pairs(&begun, &begins, &|begun, begins| {
+                        Value::Number(scalar(begun) + if truth(begins) { 1.0 } else { 0.0 })
+                    });
+                }
+                Ok(each(&begun, &|begun| Value::Bool(scalar(begun) >= times.value)))
+            }
+            Temporal::Rises | Temporal::Falls => {
+                let rises = matches!(op, Temporal::Rises);
+                if frame == beginning {
                     return Ok(each(&now, &|_| Value::Bool(false)));
                 }
                 let before = self.value(condition, this, frame - 1)?;
                 Ok(pairs(&now, &before, &|now, before| Value::Bool(truth(now) == rises && truth(before) != rises)))
             }
-            _ => Ok(Value::Bool(false)),
         }
     }
-}
 
-const fn side(hand: Hand, this: Option<Side>) -> Option<Side> {
-    match hand {
-        Hand::This => this,
-        Hand::Named(side) => Some(side),
-        Hand::Nobody => None,
+    /// A condition on some frames, put together from `start` on; `now` has its slots.
+    fn over(
+        &self,
+        frames: Range<usize>,
+        condition: &Expr,
+        this: Option<Side>,
+        now: &Value,
+        start: bool,
+        f: impl Fn(bool, bool) -> bool,
+    ) -> Outcome<Value> {
+        let mut result = each(now, &|_| Value::Bool(start));
+        for at in frames {
+            let then = self.value(condition, this, at)?;
+            result = pairs(&result, &then, &|a, b| Value::Bool(f(truth(a), truth(b))));
+        }
+        Ok(result)
     }
 }
 
+/// What a hand or finger reads as that the log lacks.
 fn nothing(shape: Shape) -> Value {
+    let number = absent(shape);
     match shape {
-        Shape::Bool => Value::Bool(false),
-        Shape::Scalar => Value::Number(0.0),
-        Shape::Object => Value::Number(-1.0),
-        Shape::Vec3 => Value::Vector(vec![0.0; 3]),
-        Shape::Rotation => Value::Vector(vec![0.0; 4]),
+        Shape::Bool => Value::Bool(number > 0.5),
+        Shape::Scalar | Shape::Object => Value::Number(number),
+        Shape::Vec3 | Shape::Rotation => Value::Vector(vec![number; shape.components().len()]),
     }
 }
 

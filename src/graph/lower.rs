@@ -1,31 +1,19 @@
 //! Checked rules in, the graph out.
 
 use super::decision::Builder;
-use super::{Exact, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
+use super::{FloatBits, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
 use crate::base::hands::Side;
 use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, SignalId, Then, TreeScope, Type};
 use std::collections::{BTreeSet, HashMap};
 
 /// Compiles a rule set. Checked rules cannot fail here.
 pub fn lower(rules: &Rules) -> Graph {
-    let mut lowering = Lowering { rules, values: Vec::new(), known: HashMap::new(), signals: HashMap::new() };
+    let mut lowering = Lowering::new(rules);
     // In evaluation order, so that however long a chain of signals is, no call goes deeper than one expression.
-    for (signal, hand) in needed(rules) {
+    for (signal, hand) in needed(rules, tree_conditions(rules)) {
         lowering.signal(signal, hand);
     }
-    let latches = rules
-        .latches
-        .iter()
-        .map(|latch| {
-            let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
-            Latch {
-                name: latch.name.clone(),
-                per_hand: latch.per_hand,
-                set: lowering.expr(&latch.set, this),
-                clear: lowering.expr(&latch.clear, this),
-            }
-        })
-        .collect();
+    let latches = lowering.latches();
     let trees = rules
         .trees
         .iter()
@@ -47,27 +35,34 @@ pub fn lower(rules: &Rules) -> Graph {
     Graph { channels: rules.channels.clone(), values: lowering.values, latches, trees, label_names: label_names(rules) }
 }
 
-/// The signals that latches and trees read, directly or through other signals, and as whose.
-fn needed(rules: &Rules) -> BTreeSet<(SignalId, Hand)> {
+/// Compiles expressions of a rule set without its trees, each in a tree or declaration of a hand: the graph and their places in it.
+pub fn lower_values(rules: &Rules, exprs: &[(&Expr, Hand)]) -> (Graph, Vec<ValueId>) {
+    let mut lowering = Lowering::new(rules);
+    for (signal, hand) in needed(rules, exprs.iter().copied()) {
+        lowering.signal(signal, hand);
+    }
+    let latches = lowering.latches();
+    let values = exprs.iter().map(|(expr, this)| lowering.expr(expr, *this)).collect();
+    let graph = Graph {
+        channels: rules.channels.clone(),
+        values: lowering.values,
+        latches,
+        trees: Vec::new(),
+        label_names: label_names(rules),
+    };
+    (graph, values)
+}
+
+/// The signals that latches and the expressions `read` do, directly or through other signals, and as whose.
+fn needed<'r>(rules: &'r Rules, read: impl IntoIterator<Item = (&'r Expr, Hand)>) -> BTreeSet<(SignalId, Hand)> {
     let mut needed = BTreeSet::new();
     for latch in &rules.latches {
         let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
         signals_of(&latch.set, this, &mut needed);
         signals_of(&latch.clear, this, &mut needed);
     }
-    for tree in &rules.trees {
-        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
-        let mut branches = vec![&tree.root];
-        while let Some(branch) = branches.pop() {
-            for choice in &branch.choices {
-                if let Some(condition) = &choice.condition {
-                    signals_of(condition, this, &mut needed);
-                }
-                if let Then::Branch(inner) = &choice.then {
-                    branches.push(inner);
-                }
-            }
-        }
+    for (expr, this) in read {
+        signals_of(expr, this, &mut needed);
     }
     // A signal reads earlier ones only, so from the last to the first each is complete when it is looked at.
     for (at, signal) in rules.signals.iter().enumerate().rev() {
@@ -79,6 +74,24 @@ fn needed(rules: &Rules) -> BTreeSet<(SignalId, Hand)> {
         }
     }
     needed
+}
+
+/// The conditions of all trees.
+fn tree_conditions(rules: &Rules) -> Vec<(&Expr, Hand)> {
+    let mut conditions = Vec::new();
+    for tree in &rules.trees {
+        let this = if tree.scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let mut branches = vec![&tree.root];
+        while let Some(branch) = branches.pop() {
+            for choice in &branch.choices {
+                conditions.extend(choice.condition.iter().map(|condition| (condition, this)));
+                if let Then::Branch(inner) = &choice.then {
+                    branches.push(inner);
+                }
+            }
+        }
+    }
+    conditions
 }
 
 fn signals_of(expr: &Expr, this: Hand, found: &mut BTreeSet<(SignalId, Hand)>) {
@@ -110,7 +123,21 @@ struct Lowering<'a> {
     signals: HashMap<(SignalId, Hand), ValueId>,
 }
 
-impl Lowering<'_> {
+impl<'a> Lowering<'a> {
+    fn new(rules: &'a Rules) -> Self {
+        Self { rules, values: Vec::new(), known: HashMap::new(), signals: HashMap::new() }
+    }
+
+    fn latches(&mut self) -> Vec<Latch> {
+        let rules = self.rules;
+        let latch = |latch: &crate::language::rules::Latch| {
+            let this = if latch.per_hand { Hand::This } else { Hand::Nobody };
+            let (set, clear) = (self.expr(&latch.set, this), self.expr(&latch.clear, this));
+            Latch { name: latch.name.clone(), per_hand: latch.per_hand, set, clear }
+        };
+        rules.latches.iter().map(latch).collect()
+    }
+
     fn number(&self, id: ValueId) -> Option<f64> {
         if let Op::Number(number) = self.values[id.index()].op { Some(number.get()) } else { None }
     }
@@ -119,8 +146,8 @@ impl Lowering<'_> {
         // A constant is computed once.
         let numbers: Option<Vec<f64>> = args.iter().map(|arg| self.number(*arg)).collect();
         let (op, args) = match (&op, numbers.as_deref()) {
-            (Op::Arithmetic(operation), Some([a, b])) => (Op::Number(Exact::new(operation.apply(*a, *b))), vec![]),
-            (Op::Negate, Some([a])) => (Op::Number(Exact::new(-a)), vec![]),
+            (Op::Arithmetic(operation), Some([a, b])) => (Op::Number(FloatBits::new(operation.apply(*a, *b))), vec![]),
+            (Op::Negate, Some([a])) => (Op::Number(FloatBits::new(-a)), vec![]),
             _ => (op, args),
         };
         let value = Value { op, args, ty };
@@ -148,8 +175,8 @@ impl Lowering<'_> {
         let ty = Type { axis: expr.ty.axis.map(|(axis, hand)| (axis, whose(hand))), ..expr.ty };
         let (op, args): (Op, Vec<&Expr>) = match &expr.kind {
             ExprKind::Bool(bool) => (Op::Bool(*bool), vec![]),
-            ExprKind::Number(number) => (Op::Number(Exact::new(*number)), vec![]),
-            ExprKind::Param(param) => (Op::Number(Exact::new(self.rules.params[param.index()].value)), vec![]),
+            ExprKind::Number(number) => (Op::Number(FloatBits::new(*number)), vec![]),
+            ExprKind::Param(param) => (Op::Number(FloatBits::new(self.rules.params[param.index()].value)), vec![]),
             ExprKind::Channel(channel, hand) => (Op::Channel(*channel, whose(*hand)), vec![]),
             ExprKind::Signal(signal, hand) => return self.signal(*signal, whose(*hand)),
             ExprKind::Latch(latch, hand) => (Op::Latch(*latch, whose(*hand)), vec![]),
@@ -163,15 +190,15 @@ impl Lowering<'_> {
             ExprKind::And(conditions) => (Op::And, conditions.iter().collect()),
             ExprKind::Or(conditions) => (Op::Or, conditions.iter().collect()),
             ExprKind::Hysteresis { value, on, off, rising } => {
-                let (on, off) = (Exact::new(on.value), Exact::new(off.value));
+                let (on, off) = (FloatBits::new(on.value), FloatBits::new(off.value));
                 (Op::Hysteresis { on, off, rising: *rising }, vec![value])
             }
-            ExprKind::Window(window, condition, duration) => {
-                (Op::Window(*window, Exact::new(duration.value)), vec![condition])
+            ExprKind::Temporal(temporal, condition) => {
+                // Every constant has its bits.
+                let temporal = temporal.map(|constant| Some(FloatBits::new(constant.value)));
+                (temporal.map_or(Op::Bool(false), Op::Temporal), vec![condition])
             }
-            ExprKind::Rate(number, duration) => (Op::Rate(Exact::new(duration.value)), vec![number]),
-            ExprKind::Rises(condition) => (Op::Rises, vec![condition]),
-            ExprKind::Falls(condition) => (Op::Falls, vec![condition]),
+            ExprKind::Rate(number, duration) => (Op::Rate(FloatBits::new(duration.value)), vec![number]),
             ExprKind::Call(function, args) => (Op::Call(*function), args.iter().collect()),
         };
         let args = args.into_iter().map(|arg| self.expr(arg, this)).collect();

@@ -14,16 +14,16 @@ mod possible;
 mod render;
 pub mod transitions;
 
+pub use crate::language::ops::Known;
 pub use decision::{Decision, Leaf, Target, Test};
-pub use lower::lower;
-pub use possible::{Known, possible};
+pub use lower::{lower, lower_values};
+pub use possible::possible;
 pub use render::text;
 
 use crate::base::channels::ChannelSpec;
 use crate::base::hands::FingerPick;
-use crate::language::rules::{
-    Arithmetic, ChannelId, Comparison, Function, Hand, Label, LatchId, TreeScope, Type, Window,
-};
+use crate::language::ops::Temporal;
+use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, LatchId, TreeScope, Type};
 
 /// Position in [`Graph::values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -38,9 +38,9 @@ impl ValueId {
 
 /// A number that is compared by its bits, so that it can be part of a key.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Exact(u64);
+pub struct FloatBits(u64);
 
-impl Exact {
+impl FloatBits {
     /// The number as a key; both zeros are one.
     pub fn new(number: f64) -> Self {
         Self((number + 0.0).to_bits())
@@ -83,7 +83,7 @@ pub struct Value {
 #[allow(missing_docs, reason = "each is the operation of the same name in `ExprKind`")]
 pub enum Op {
     Bool(bool),
-    Number(Exact),
+    Number(FloatBits),
     Channel(ChannelId, Hand),
     Latch(LatchId, Hand),
     /// Whose tree: a hand's, or (`Nobody`) the one over both hands.
@@ -101,16 +101,14 @@ pub enum Op {
     And,
     Or,
     Hysteresis {
-        on: Exact,
-        off: Exact,
+        on: FloatBits,
+        off: FloatBits,
         rising: bool,
     },
+    /// With its constants, in SI.
+    Temporal(Temporal<FloatBits>),
     /// With the duration in s.
-    Window(Window, Exact),
-    /// With the duration in s.
-    Rate(Exact),
-    Rises,
-    Falls,
+    Rate(FloatBits),
     Call(Function),
 }
 

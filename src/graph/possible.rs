@@ -5,40 +5,21 @@
 
 use super::{Graph, Leaf, Op, Target, ValueId};
 use crate::base::hands::FingerPick;
-use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope, Window};
+use crate::language::ops::{Known, of_function};
+use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is known of a value beforehand.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Known {
-    /// Every element and component is this number; bools are 0 and 1.
-    Constant(f64),
-    /// An array without slots.
-    Empty,
-    /// Anything.
-    Unknown,
-}
-
-impl Known {
-    const FALSE: Self = Self::Constant(0.0);
-
-    fn bool(value: bool) -> Self {
-        Self::Constant(f64::from(u8::from(value)))
-    }
-
-    fn truth(self) -> Option<bool> {
-        match self {
-            Self::Constant(value) => Some(value > 0.5),
-            Self::Empty | Self::Unknown => None,
-        }
-    }
-}
-
-/// The labels that trees can reach: of a hand's tree where `scope` is `EachHand`, of the tree over both hands else.
-pub fn possible(graph: &Graph, scope: TreeScope, channel: impl Fn(ChannelId, Hand) -> Known) -> BTreeSet<Label> {
+/// The labels that trees can reach: of a hand's tree where `scope` is `EachHand`, of the tree over both hands else. `has` says whether the hand
+/// has one of the fingers that a rule picks.
+pub fn possible(
+    graph: &Graph,
+    scope: TreeScope,
+    channel: impl Fn(ChannelId, Hand) -> Known,
+    has: impl Fn(FingerPick) -> bool,
+) -> BTreeSet<Label> {
     let mut reached: BTreeSet<Label> = BTreeSet::new();
     loop {
-        let mut walk = Walk { graph, channel: &channel, reached: &reached, scope, values: BTreeMap::new() };
+        let mut walk = Walk { graph, channel: &channel, has: &has, reached: &reached, scope, values: BTreeMap::new() };
         let mut found = reached.clone();
         for tree in graph.trees.iter().filter(|tree| tree.scope == scope) {
             let mut open = vec![tree.decision.root];
@@ -68,16 +49,17 @@ pub fn possible(graph: &Graph, scope: TreeScope, channel: impl Fn(ChannelId, Han
     }
 }
 
-struct Walk<'a, F> {
+struct Walk<'a, F, P> {
     graph: &'a Graph,
     channel: &'a F,
+    has: &'a P,
     /// The leaves that are reached so far.
     reached: &'a BTreeSet<Label>,
     scope: TreeScope,
     values: BTreeMap<ValueId, Known>,
 }
 
-impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
+impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> {
     fn value(&mut self, id: ValueId) -> Known {
         if let Some(known) = self.values.get(&id) {
             return *known;
@@ -104,28 +86,28 @@ impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
             },
             Op::From { tree, labels, none } => self.from(*tree, labels, *none),
             // A finger that the hand lacks reads zero.
+            Op::Pick(pick @ FingerPick::One(_)) if !(self.has)(*pick) => Known::FALSE,
+            Op::Pick(pick) if !(self.has)(*pick) => Known::Empty,
             Op::Pick(FingerPick::One(_)) => match first {
                 Known::Constant(value) if value != 0.0 => Known::Unknown,
                 other => other,
             },
             Op::Pick(_) | Op::Component(_) => first,
-            Op::Negate => each(first, |value| -value),
+            Op::Negate => first.each(|value| -value),
             Op::Arithmetic(kind) => arithmetic(*kind, first, second),
             Op::Compare(kind) => compare(*kind, first, second),
-            Op::Not => each(first, |value| f64::from(u8::from(value < 0.5))),
+            Op::Not => first.each(|value| f64::from(u8::from(value < 0.5))),
             Op::And => joined(&args, false),
             Op::Or => joined(&args, true),
             Op::Hysteresis { on, rising, .. } => {
-                each(first, |value| f64::from(u8::from(if *rising { value > on.get() } else { value < on.get() })))
+                first.each(|value| f64::from(u8::from(if *rising { value > on.get() } else { value < on.get() })))
             }
-            // What holds all along has held for a while, but not from the beginning.
-            Op::Window(Window::For, _) if first != Known::FALSE && first != Known::Empty => Known::Unknown,
-            Op::Window(..) => first,
-            Op::Rate(_) | Op::Rises | Op::Falls => each(first, |_| 0.0),
+            Op::Temporal(temporal) => temporal.operator().map_or(Known::Unknown, |operator| (operator.known)(&args)),
+            Op::Rate(_) => first.each(|_| 0.0),
             // Of an array without slots `any` is false and `all` is true, whatever its elements would be.
             Op::Call(Function::Any) if first == Known::Constant(1.0) && !self.has_slots(&value.args) => Known::Unknown,
             Op::Call(Function::All) if first == Known::FALSE && !self.has_slots(&value.args) => Known::Unknown,
-            Op::Call(function) => call(*function, &args),
+            Op::Call(function) => (of_function(*function).known)(&args),
         }
     }
 
@@ -151,14 +133,6 @@ impl<F: Fn(ChannelId, Hand) -> Known> Walk<'_, F> {
         };
         let can = none || !own || labels.iter().any(|pattern| self.reached.iter().any(|label| pattern.covers(*label)));
         if can { Known::Unknown } else { Known::FALSE }
-    }
-}
-
-/// A function of each element.
-fn each(known: Known, function: impl Fn(f64) -> f64) -> Known {
-    match known {
-        Known::Constant(value) => Known::Constant(function(value)),
-        other => other,
     }
 }
 
@@ -200,37 +174,5 @@ fn joined(args: &[Known], decides: bool) -> Known {
         Known::bool(!decides)
     } else {
         Known::Unknown
-    }
-}
-
-fn call(function: Function, args: &[Known]) -> Known {
-    let first = args.first().copied().unwrap_or(Known::Unknown);
-    let zero = |known: Known| known == Known::Empty || known == Known::Constant(0.0);
-    match function {
-        Function::Any => {
-            if first == Known::Empty {
-                Known::FALSE
-            } else {
-                first
-            }
-        }
-        Function::All => {
-            if first == Known::Empty {
-                Known::bool(true)
-            } else {
-                first
-            }
-        }
-        Function::Abs => each(first, f64::abs),
-        Function::Norm if first == Known::Empty => Known::Empty,
-        Function::Norm | Function::Sum | Function::Mean | Function::Count | Function::SqueezeOf
-            if args.iter().all(|arg| zero(*arg)) =>
-        {
-            Known::FALSE
-        }
-        Function::Dot if args.contains(&Known::Constant(0.0)) => Known::FALSE,
-        Function::Dot | Function::Tangential if args.contains(&Known::Empty) => Known::Empty,
-        Function::Tangential if first == Known::Constant(0.0) => first,
-        _ => Known::Unknown,
     }
 }

@@ -3,7 +3,8 @@
 use super::{Graph, Leaf, Op, Target, Value, ValueId};
 use crate::base::hands::{FingerPick, Side};
 use crate::base::units::Dimension;
-use crate::language::rules::{Arithmetic, Comparison, Function, Hand, TreeScope, Window};
+use crate::language::ops::{Takes, of_function};
+use crate::language::rules::{Arithmetic, Comparison, Hand, TreeScope};
 use std::fmt::Write;
 
 /// The whole graph: values, latches, trees.
@@ -115,29 +116,11 @@ fn show(graph: &Graph, value: &Value) -> String {
             let (up, down) = if *rising { ("above", "below") } else { ("below", "above") };
             format!("{first} {up} {on} until {down} {off}")
         }
-        Op::Window(Window::For, duration) => format!("({first}) for {}", millis(duration.get())),
-        Op::Window(Window::WithinLast, duration) => format!("({first}) within last {}", millis(duration.get())),
-        Op::Window(Window::WithinNext, duration) => format!("({first}) within next {}", millis(duration.get())),
+        Op::Temporal(temporal) => temporal.written(first, |constant, kind| match kind {
+            Takes::Times => round(constant.get()).to_string(),
+            _ => millis(constant.get()),
+        }),
         Op::Rate(duration) => format!("rate({first}, {})", millis(duration.get())),
-        Op::Rises => format!("rises({first})"),
-        Op::Falls => format!("falls({first})"),
-        Op::Call(function) => format!("{}({})", name(*function), args.join(", ")),
-    }
-}
-
-const fn name(function: Function) -> &'static str {
-    match function {
-        Function::Abs => "abs",
-        Function::Norm => "norm",
-        Function::Dot => "dot",
-        Function::Tangential => "tangential",
-        Function::Sum => "sum",
-        Function::Mean => "mean",
-        Function::Min => "min",
-        Function::Max => "max",
-        Function::Count => "count",
-        Function::Any => "any",
-        Function::All => "all",
-        Function::SqueezeOf => "squeeze_of",
+        Op::Call(function) => format!("{}({})", of_function(*function).name, args.join(", ")),
     }
 }

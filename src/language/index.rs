@@ -1,8 +1,8 @@
 //! Which name stands where: every declaration with its comments, and every place that names it. From syntax alone, so that it is there for
 //! files with mistakes too; a name that nothing declares is not in it.
 
+use super::ops::function;
 use super::syntax::{Anchor, Choice, Expr, ExprKind, File, Item, ItemKind, Key, Label, Name, Path, RelabelKind, Then};
-use super::types::signature;
 use crate::base::channels::{DERIVED, derived};
 use crate::base::diagnostic::{Sources, Span};
 use crate::base::hands::Side;
@@ -184,7 +184,7 @@ impl Index {
             Met::Named(Kind::File, _, name) => self.used_file(name, sources).map(|at| (at, name.span)),
             Met::Named(kind, tree, name) => self.find(*kind, tree, &name.text).map(|at| (at, name.span)),
             Met::Called(path) => {
-                signature(&path.text()).map(|known| (self.built_in(Kind::Function, known.name), path.span))
+                function(&path.text()).map(|known| (self.built_in(Kind::Function, known.name), path.span))
             }
             Met::Value(path) => self.value(path),
         };
@@ -231,7 +231,7 @@ impl Symbol {
             self.declared.iter().map(|declared| declared.doc.as_str()).filter(|doc| !doc.is_empty()).collect();
         match (docs.as_slice(), self.kind) {
             ([], Kind::Channel) => derived(&self.name).map_or(String::new(), |channel| channel.doc.to_string()),
-            ([], Kind::Function) => signature(&self.name).map_or(String::new(), |known| known.doc.to_string()),
+            ([], Kind::Function) => function(&self.name).map_or(String::new(), |known| known.doc.to_string()),
             _ => docs.join("\n"),
         }
     }

@@ -4,18 +4,17 @@ mod after;
 pub mod allow;
 pub mod choices;
 pub mod conditions;
+pub mod cyclic_rewrites;
 mod durations;
 pub mod labels;
 mod proof;
 mod quotients;
 pub mod tasks;
-pub mod undoing;
 
 use super::codes;
+use super::ops::Temporal;
 use super::resolve::{Resolver, What};
-use super::rules::{
-    Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, RelabelKind, Rules, Then, TreeScope, Window,
-};
+use super::rules::{Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, RelabelKind, Rules, Then, TreeScope};
 use crate::base::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
@@ -41,7 +40,8 @@ impl Resolver {
         let short = durations::short_durations(&self.rules, named);
         let zero = quotients::zero_divisors(&self.rules, named);
         let hidden = tasks::hidden_tasks(&self.rules, named);
-        let undoing = undoing::undoing_rules(&self.rules, named).into_iter().map(|undoing| undoing.finding).collect();
+        let undoing =
+            cyclic_rewrites::cyclic_rewrites(&self.rules, named).into_iter().map(|undoing| undoing.finding).collect();
         self.findings.extend([dead, idle, short, zero, hidden, missing, undoing].into_iter().flatten());
     }
 
@@ -165,7 +165,7 @@ fn expressions(rules: &Rules) -> Vec<(&Expr, Hand)> {
 fn waits_for_from(set: &Expr) -> Option<(&Expr, Option<&Constant>)> {
     fn window(expr: &Expr) -> Option<(&Expr, Option<&Constant>)> {
         match &expr.kind {
-            ExprKind::Window(Window::For, inner, duration) if reads_from(inner) => Some((expr, Some(duration))),
+            ExprKind::Temporal(Temporal::For(duration), inner) if reads_from(inner) => Some((expr, Some(duration))),
             ExprKind::And(parts) | ExprKind::Or(parts) => parts.iter().find_map(window),
             _ => None,
         }

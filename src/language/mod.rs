@@ -9,6 +9,8 @@ pub mod formula;
 pub mod index;
 pub mod lints;
 pub mod mutate;
+pub mod ops;
+pub mod param_sites;
 mod parse;
 mod relabels;
 mod resolve;
@@ -18,13 +20,12 @@ pub mod syntax;
 mod tasks;
 pub mod tree;
 mod types;
-pub mod written;
 
 pub use index::Index;
 pub use parse::{Expected, expected, is_name, is_primitive};
 pub use rules::Rules;
 pub use source::{MAX_BYTES, SHIPPED};
-pub use types::{FUNCTIONS, Signature, describe};
+pub use types::describe;
 
 use crate::base::diagnostic::{Diagnostic, Severity, Sources};
 use source::Loader;
@@ -41,8 +42,10 @@ const MAX_REPORTS: usize = 200;
 /// What to load.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// Rule files: paths, or names of shipped files; none for the shipped `contact.rules`.
+    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` is loaded.
     pub files: Vec<PathBuf>,
+    /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
+    pub texts: Vec<(String, String)>,
     /// The hand file that keeps promised signals; none for the shipped `hand_force.rules`. Loaded only when promises are not kept.
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
@@ -63,7 +66,7 @@ pub struct Loaded {
     /// What was found, by file and place.
     pub diagnostics: Vec<Diagnostic>,
     /// Whether a file that was asked for, not one that another uses, could not be read at all.
-    pub unread: bool,
+    pub root_unreadable: bool,
 }
 
 /// All that is known of rule files, whatever is wrong with them: what an editor works with.
@@ -96,11 +99,14 @@ pub fn survey(request: &Request) -> Survey {
 fn loader(request: &Request) -> Loader {
     let mut loader = Loader::default();
     loader.buffers.clone_from(&request.buffers);
-    if request.files.is_empty() {
+    if request.files.is_empty() && request.texts.is_empty() {
         loader.load_named(Path::new(DEFAULT_RULES));
     }
     for file in &request.files {
         loader.load_named(file);
+    }
+    for (name, text) in &request.texts {
+        loader.load_text(name, text);
     }
     loader
 }
@@ -123,7 +129,7 @@ fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, 
     if !loader.unkept().is_empty() {
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
-    let Loader { sources, files, mut findings, incomplete, named, unread, .. } = loader;
+    let Loader { sources, files, mut findings, incomplete, named, root_unreadable, .. } = loader;
     let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
     let input = resolve::Input {
         files: files.iter().collect(),
@@ -146,7 +152,7 @@ fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, 
     let tells: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&tells) } else { None };
     let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
     let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, tells));
-    (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, unread }, files, rules)
+    (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, root_unreadable }, files, rules)
 }
 
 /// The report for rules that label nothing, which is fine only for a part that other files use.

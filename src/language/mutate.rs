@@ -1,5 +1,6 @@
 //! Changed rules, to find out which changes no test notices: a comparison turned round, thresholds doubled, a window twice as long.
 
+use super::ops::Takes;
 use super::rules::{Branch, Comparison, Constant, Expr, ExprKind, Rules, Then};
 use crate::base::diagnostic::Span;
 
@@ -76,7 +77,15 @@ impl Counter {
                     scale(off, 0.5);
                 });
             }
-            ExprKind::Window(_, _, duration) => self.change("the time doubled", span, || scale(duration, 2.0)),
+            ExprKind::Temporal(temporal, _) => {
+                let kinds: Vec<Takes> = temporal.kinds().collect();
+                for (constant, kind) in temporal.constants_mut().into_iter().zip(kinds) {
+                    match kind {
+                        Takes::Times => self.change("once more often", span, || constant.value += 1.0),
+                        _ => self.change("the time doubled", span, || scale(constant, 2.0)),
+                    }
+                }
+            }
             _ => {}
         }
         for argument in expr.arguments_mut() {

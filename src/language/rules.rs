@@ -6,10 +6,10 @@
 
 mod expr;
 mod lookup;
-mod ways;
+mod paths;
 
-pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, Window};
-pub use ways::Way;
+pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, LEAST_SAMPLES, MOST_TIMES};
+pub use paths::Way;
 
 use crate::base::channels::{Axis, ChannelSpec, Shape};
 use crate::base::diagnostic::{Sources, Span};
@@ -106,6 +106,17 @@ pub enum Hand {
     Named(Side),
     /// Nobody's: a value that is not declared per hand.
     Nobody,
+}
+
+impl Hand {
+    /// Whose value that is in a declaration or tree of the hand `this`, or of none.
+    pub const fn side(self, this: Option<Side>) -> Option<Side> {
+        match self {
+            Self::This => this,
+            Self::Named(side) => Some(side),
+            Self::Nobody => None,
+        }
+    }
 }
 
 /// A value per frame.

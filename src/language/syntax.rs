@@ -2,7 +2,8 @@
 //!
 //! Documentation comments stay with their declarations and all comments are listed, so that a formatter can keep them.
 
-use super::rules::{Arithmetic, Comparison, Repeat, Window};
+use super::ops::Temporal;
+use super::rules::{Arithmetic, Comparison, Repeat};
 use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::Span;
 use crate::base::hands::Side;
@@ -415,8 +416,8 @@ pub enum ExprKind {
         /// Whether true is above.
         rising: bool,
     },
-    /// `(c) for d`, `(c) within last d`, `(c) within next d`
-    Window(Window, Box<Expr>, Box<Expr>),
+    /// `(c) for d`, `(c) within last d`: an operator over time and its condition
+    Temporal(Temporal<Box<Expr>>, Box<Expr>),
 }
 
 impl ExprKind {
@@ -427,7 +428,11 @@ impl ExprKind {
             Self::Group(one) | Self::Pick(one, _) | Self::Component(one, _) | Self::Negate(one) | Self::Not(one) => {
                 vec![one]
             }
-            Self::Arithmetic(_, one, two) | Self::Compare(_, one, two) | Self::Window(_, one, two) => vec![one, two],
+            Self::Arithmetic(_, one, two) | Self::Compare(_, one, two) => vec![one, two],
+            Self::Temporal(temporal, one) => {
+                let constants = temporal.constants().into_iter().map(|constant| &**constant);
+                std::iter::once(&**one).chain(constants).collect()
+            }
             Self::Call(_, many) | Self::And(many) | Self::Or(many) => many.iter().collect(),
             Self::Hysteresis { value, on, off, .. } => vec![value, on, off],
         }

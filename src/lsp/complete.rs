@@ -7,7 +7,7 @@ use crate::base::diagnostic::Span;
 use crate::base::hands::{Finger, Side};
 use crate::base::units::UNITS;
 use crate::language::index::{Kind, Symbol};
-use crate::language::{Expected, FUNCTIONS, SHIPPED, expected};
+use crate::language::{Expected, SHIPPED, expected, ops};
 use lsp_types::{CompletionItem, CompletionItemKind, Range, TextEdit};
 
 /// Compound units that are proposed beside the simple ones.
@@ -32,7 +32,7 @@ pub fn complete(spot: &Spot) -> Vec<CompletionItem> {
             Expected::Tree => list.trees(),
             Expected::File => list.files(spot),
             _ if !before.is_empty() => {}
-            Expected::Word(word) => list.plain(word, CompletionItemKind::Keyword),
+            Expected::Word(word) => list.word(word),
             Expected::Primitive => list.symbols(Kind::Primitive, CompletionItemKind::EnumMember),
             Expected::Task => list.symbols(Kind::Task, CompletionItemKind::Event),
             Expected::Choice(branch) => list.anchors(branch),
@@ -77,6 +77,22 @@ impl List<'_> {
         self.push(CompletionItem { label: label.to_string(), kind: Some(kind), ..CompletionItem::default() });
     }
 
+    /// A word of the language; where an operator over time begins with it, with what that says.
+    fn word(&mut self, word: &str) {
+        let operator = ops::OPERATORS.iter().find(|operator| {
+            let is_word =
+                operator.name == word || operator.name.strip_prefix(word).is_some_and(|rest| rest.starts_with(' '));
+            is_word && !operator.is_called()
+        });
+        self.push(CompletionItem {
+            label: word.to_string(),
+            kind: Some(CompletionItemKind::Keyword),
+            detail: operator.map(|operator| operator.calls().join(", ")),
+            documentation: operator.map(|operator| operator.doc.to_string().into()),
+            ..CompletionItem::default()
+        });
+    }
+
     fn symbol(&mut self, label: &str, symbol: &Symbol, icon: CompletionItemKind) {
         let rules = &self.whole.survey.rules;
         let doc = Some(symbol.doc()).filter(|doc| !doc.is_empty());
@@ -118,11 +134,11 @@ impl List<'_> {
         if !before.is_empty() {
             self.components();
         } else if side.is_none() {
-            for function in FUNCTIONS {
+            for function in ops::functions() {
                 self.push(CompletionItem {
                     label: function.name.to_string(),
                     kind: Some(CompletionItemKind::Function),
-                    detail: Some(function.calls.join(", ")),
+                    detail: Some(function.calls().join(", ")),
                     documentation: Some(function.doc.to_string().into()),
                     ..CompletionItem::default()
                 });

@@ -8,7 +8,7 @@ use crate::base::diagnostic::Span;
 use crate::base::units;
 use crate::language::index::{Kind, Symbol};
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Param, Rules, SignalId, Type};
-use crate::language::{FUNCTIONS, describe};
+use crate::language::{describe, ops};
 use lsp_types::{Hover, MarkupContent, MarkupKind};
 
 /// Lines of a declaration that are shown.
@@ -43,6 +43,7 @@ pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
                 let text = whole.survey.sources.text(expr.span);
                 parts.push(code(text));
                 parts.push(describe(expr.ty));
+                parts.extend(ops::of(&expr.kind).map(|operator| prose(operator.doc)));
                 (expr.span, Some((expr.clone(), per_hand)))
             }
         },
@@ -103,8 +104,8 @@ fn quantity(value: f64, param: &Param) -> String {
 /// How it is declared, or called.
 fn declaration(whole: &Whole, symbol: &Symbol) -> Option<String> {
     if symbol.kind == Kind::Function {
-        let function = FUNCTIONS.iter().find(|function| function.name == symbol.name)?;
-        return Some(code(&function.calls.join("\n")));
+        let function = ops::function(&symbol.name)?;
+        return Some(code(&function.calls().join("\n")));
     }
     if symbol.kind == Kind::File {
         return Some(format!("the file `{}`", symbol.name));
@@ -187,7 +188,7 @@ fn told(
     recording: &mut Recording,
     say: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,
 ) -> Option<String> {
-    recording.opened()?;
+    recording.log()?;
     if !whole.survey.sound {
         return Some("no value: the rules have mistakes".to_string());
     }

@@ -4,14 +4,10 @@ use super::settings::Settings;
 use crate::analysis::explain::{frame_at, value};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::evaluator::evaluate;
-use crate::engine::probe::Probe;
-use crate::engine::runs::Leaves;
-use crate::graph::lower;
+use crate::engine::inspect::Inspector;
 use crate::language::Rules;
 use crate::language::rules::Expr;
-use crate::stream::frames::Frames;
-use crate::stream::{self, OpenRequest, Opened};
+use crate::session::{Log, Run};
 use std::rc::Rc;
 use std::time::SystemTime;
 
@@ -23,15 +19,9 @@ type Stamp = Option<(u64, SystemTime)>;
 pub struct Recording {
     settings: Settings,
     stamp: Stamp,
-    opened: Option<Opened>,
+    log: Option<Log>,
     /// The last rules that were run on it, by their digest.
     run: Option<(String, Rc<Run>)>,
-}
-
-/// Rules that were run on a recording.
-struct Run {
-    frames: Frames,
-    leaves: Vec<Leaves>,
 }
 
 impl Recording {
@@ -46,44 +36,47 @@ impl Recording {
         if same {
             return Ok(false);
         }
-        (self.stamp, self.opened, self.run) = (stamp, None, None);
+        (self.stamp, self.log, self.run) = (stamp, None, None);
         let Some(log) = settings.log.clone() else { return Ok(true) };
-        let request = OpenRequest { log, binding: settings.binding.clone(), scene: settings.scene.clone() };
-        self.opened = Some(stream::open(&request).map_err(|error| error.to_string())?);
+        let options = settings.binding.iter().fold(Log::options(), |options, binding| options.binding(binding));
+        let options = settings.scene.iter().fold(options, |options, scene| options.scene(scene));
+        let log = options.open(log).and_then(|log| log.read().map(|()| log));
+        self.log = Some(log.map_err(|error| error.to_string())?);
         Ok(true)
     }
 
     /// What is open.
-    pub const fn opened(&self) -> Option<&Opened> {
-        self.opened.as_ref()
+    pub const fn log(&self) -> Option<&Log> {
+        self.log.as_ref()
     }
 
     /// What an expression is worth at the time that is set, of each hand when it is `per_hand`, as Markdown. `None` without a recording;
     /// errors say why nothing is known.
     pub fn value(&mut self, rules: &Rules, expr: &Expr, per_hand: bool) -> Option<Result<String, String>> {
-        self.told(rules, expr, |probe, expr, frame| {
-            let hands: Vec<Option<Side>> = if per_hand { sides(probe).map(Some).collect() } else { vec![None] };
-            hands.into_iter().map(|hand| Ok((hand, value(probe, expr, hand, frame)?))).collect()
+        self.told(rules, expr, |inspector, expr, frame| {
+            let hands: Vec<Option<Side>> = if per_hand { sides(inspector).map(Some).collect() } else { vec![None] };
+            hands.into_iter().map(|hand| Ok((hand, value(inspector, expr, hand, frame)?))).collect()
         })
     }
 
     /// What the trees give at the time that is set, before settling: of each hand, and of both. Otherwise as [`Recording::value`].
     pub fn leaves(&mut self, rules: &Rules) -> Option<Result<String, String>> {
-        self.told(rules, &(), |probe, (), frame| {
-            let tracks = sides(probe).map(Some).chain([None]).filter(|side| probe.tree(*side).is_some());
-            let leaf = |side| probe.leaf(side, frame).map_or("separate".to_string(), |label| rules.label_name(label));
+        self.told(rules, &(), |inspector, (), frame| {
+            let tracks = sides(inspector).map(Some).chain([None]).filter(|side| inspector.tree(*side).is_some());
+            let leaf =
+                |side| inspector.leaf(side, frame).map_or("separate".to_string(), |label| rules.label_name(label));
             Ok(tracks.map(|side| (side, vec![leaf(side)])).collect())
         })
     }
 
-    /// What is to be said of a frame: of each hand, or of none, what comes first and what explains it. The probe may keep what it is asked `about`.
+    /// What is to be said of a frame: of each hand, or of none, what comes first and what explains it. The inspector may keep what it is asked `about`.
     fn told<T>(
         &mut self,
         rules: &Rules,
         about: &T,
-        say: impl for<'a> FnOnce(&mut Probe<'a>, &'a T, usize) -> Result<Vec<(Option<Side>, Vec<String>)>, InputError>,
+        say: impl for<'a> FnOnce(&mut Inspector<'a>, &'a T, usize) -> Result<Vec<(Option<Side>, Vec<String>)>, InputError>,
     ) -> Option<Result<String, String>> {
-        let name = self.opened.as_ref()?.log.file_name()?.to_string_lossy().into_owned();
+        let name = self.log.as_ref()?.path().file_name()?.to_string_lossy().into_owned();
         let run = match self.run(rules) {
             Ok(run) => run,
             Err(error) => return Some(Err(error)),
@@ -95,7 +88,7 @@ impl Recording {
             let range = format!("which goes from {beginning:.3} s to {end:.3} s");
             return Some(Err(format!("nothing is known at {time_s:.3} s of `{name}`, {range}")));
         };
-        let said = match say(&mut Probe::new(rules, &run.frames, leaves), about, frame) {
+        let said = match say(&mut Inspector::new(rules, &run.frames, leaves), about, frame) {
             Ok(said) => said,
             Err(error) => return Some(Err(error.to_string())),
         };
@@ -116,17 +109,16 @@ impl Recording {
         {
             return Ok(Rc::clone(run));
         }
-        let opened = self.opened.as_ref().ok_or("there is no recording")?;
-        let frames = opened.frames(&rules.channels).map_err(|error| error.to_string())?;
-        let leaves = evaluate(&lower(rules), &frames).map_err(|error| error.to_string())?;
-        let run = Rc::new(Run { frames, leaves });
+        let log = self.log.as_ref().ok_or("there is no recording")?;
+        let run = log.opened().and_then(|opened| Run::new(rules, opened)).map_err(|error| error.to_string())?;
+        let run = Rc::new(run);
         self.run = Some((digest, Rc::clone(&run)));
         Ok(run)
     }
 }
 
 /// The hands of the recording.
-fn sides(probe: &Probe) -> impl Iterator<Item = Side> + use<> {
-    let sides: Vec<Side> = probe.frames().layout.hands.iter().map(|hand| hand.side).collect();
+fn sides(inspector: &Inspector) -> impl Iterator<Item = Side> + use<> {
+    let sides: Vec<Side> = inspector.frames().layout.hands.iter().map(|hand| hand.side).collect();
     sides.into_iter()
 }

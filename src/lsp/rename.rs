@@ -9,7 +9,7 @@ use crate::base::diagnostic::{Severity, Span};
 use crate::base::hands::Side;
 use crate::base::units;
 use crate::language::index::{Kind, Symbol};
-use crate::language::{FUNCTIONS, Survey, is_name, is_primitive};
+use crate::language::{Survey, is_name, is_primitive, ops};
 use lsp_types::{PrepareRenamePlaceholder, TextEdit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -102,7 +102,7 @@ fn free(survey: &Survey, symbol: &Symbol, name: &str) -> Answer<()> {
         if Side::from_name(name).is_some() {
             return taken("a hand".into());
         }
-        if FUNCTIONS.iter().any(|function| function.name == name) {
+        if ops::function(name).is_some() {
             return taken("a function".into());
         }
         let heads = survey

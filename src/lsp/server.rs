@@ -5,6 +5,7 @@ use super::settings::Settings;
 use super::wire::{self, Incoming};
 use super::workspace::{Document, Spot, Workspace};
 use super::{Answer, Refused, actions, complete, findings, hover, library::Library, navigate, outline, rename, uri};
+use crate::session::Log;
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
     CodeActionOptions, CodeActionParams, CompletionOptions, DidChangeTextDocumentParams, DidCloseTextDocumentParams,
@@ -285,10 +286,10 @@ impl<W: Write> Server<W> {
             Ok(changed) => (changed, None),
             Err(error) => (true, Some(error)),
         };
-        let opened = self.recording.opened();
-        let hand_file = self.settings.hand.clone().or_else(|| opened.and_then(|opened| opened.hand_file.clone()));
+        let (of_binding, params) = self.recording.log().map(Log::settings).unwrap_or_default();
+        let hand_file = self.settings.hand.clone().or(of_binding);
         if changed || hand_file != self.workspace.hand_file {
-            self.workspace.overrides = opened.map_or_else(Vec::new, |opened| opened.params.clone());
+            self.workspace.overrides = params;
             self.workspace.hand_file = hand_file;
             self.workspace.change();
             self.stale = true;

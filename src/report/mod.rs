@@ -33,7 +33,7 @@ fn round_step(at_least: f64) -> f64 {
 }
 
 /// What is to be said of a task beside its name and time.
-fn remarks(task: &TaskSpan) -> String {
+pub(crate) fn remarks(task: &TaskSpan) -> String {
     let mut remarks = Vec::new();
     match (task.open_start, task.open_end) {
         (true, true) => remarks.push("cut off at both ends".to_string()),

@@ -17,8 +17,15 @@ pub struct Style {
     pub color: bool,
     /// Whether characters beyond ASCII may be used.
     pub unicode: bool,
-    /// Columns of the terminal; at least [`MIN_WIDTH`] are taken.
+    /// Columns of the terminal; at least 40 are taken.
     pub width: usize,
+}
+
+/// Without colour, with Unicode, 100 columns wide.
+impl Default for Style {
+    fn default() -> Self {
+        Self { color: false, unicode: true, width: 100 }
+    }
 }
 
 /// The narrowest timeline that is drawn.

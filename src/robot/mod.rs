@@ -2,47 +2,26 @@
 //!
 //! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
 //! whoever reads robots hands their texts in.
+//!
+//! The directories are layers, and each names only those before it:
+//! [`kinematics`], [`model`], [`dynamics`], [`grasp`], [`planning`], [`control`], [`simulation`].
 
-pub mod arm;
-mod around;
-pub mod clock;
-mod closed;
 pub mod control;
-mod curves;
-mod doer;
 pub mod dynamics;
-pub mod executor;
-mod falls;
-pub mod file;
-mod firmness;
 pub mod grasp;
-mod grip;
-pub mod hand;
-pub mod jaws;
-mod limb;
-mod log;
-mod mapping;
-mod others;
-mod pair;
-pub mod passing;
-pub mod plan;
-pub mod profile;
-mod righting;
-pub mod searching;
-mod shipped;
-pub mod simulate;
-pub mod spiral;
-mod stage;
-pub mod timing;
-pub mod trace;
-pub mod trajectory;
-pub mod tree;
-mod urdf;
+pub mod kinematics;
+pub mod model;
+pub mod planning;
+pub mod simulation;
 
-pub use file::{MAX_BYTES, open, read};
+pub use grasp::mapping::map;
 pub use grasp::{Grasp, Mapper};
-pub use hand::{Angles, FingerModel, HandModel, MAX_DOFS, Posture, REACHED_M, Reached};
-pub use jaws::{Jaw, Jaws};
-pub use mapping::map;
-pub use shipped::names;
-pub use tree::{Dof, Joint, Kind, Link, Robot, Solid};
+pub use kinematics::finger::{FingerModel, Posture};
+pub use kinematics::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
+pub use kinematics::shape::Solid;
+pub use kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
+pub use model::file::{MAX_BYTES, open, read};
+pub use model::gripper::{Jaw, Jaws};
+pub use model::hand::HandModel;
+pub use model::robot::Robot;
+pub use model::shipped::names;

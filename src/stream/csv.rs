@@ -7,7 +7,7 @@ use super::frames::Issue;
 use super::names;
 use super::table::{Source, Want};
 use super::whole;
-use crate::base::error::InputError;
+use crate::base::error::{ErrorKind, InputError};
 use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::Scene;
@@ -66,12 +66,12 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
     }
     let help = "name the scene with --scene, or a binding with --binding";
     if log == Path::new("-") {
-        return Err(InputError::new("standard input", "carries no scene").help(help));
+        return Err(InputError::new("standard input", "carries no scene").help(help).or_kind(ErrorKind::Scene));
     }
     let mut wanted = places.map(|file| format!("`{}`", file.display())).to_vec();
     wanted.dedup();
     let message = format!("the log has no scene beside it, wanted {}", wanted.join(" or "));
-    Err(InputError::new(log.display().to_string(), message).help(help))
+    Err(InputError::new(log.display().to_string(), message).help(help).or_kind(ErrorKind::Scene))
 }
 
 /// Reads a scene file.
@@ -80,14 +80,27 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
 /// When it cannot be read, or says something that a scene cannot mean, at `file:line:column`.
 pub fn read_scene(path: &Path) -> Result<Scene, InputError> {
     let name = path.display().to_string();
-    let text = text::read(path, yaml::MAX_BYTES as u64)?;
-    let scene: Scene = yaml::read(&text, &name)?;
-    check_scene(&scene).map_err(|error| yaml::located(error, &text, &name))?;
+    let in_scene = |error: InputError| error.or_kind(ErrorKind::Scene);
+    let text = text::read(path, yaml::MAX_BYTES as u64).map_err(in_scene)?;
+    parse_scene(&text, &name).map_err(in_scene)
+}
+
+/// Reads the text of a scene file; `name` is its name in messages.
+///
+/// # Errors
+/// What a scene cannot mean, at `name:line:column`.
+pub fn parse_scene(text: &str, name: &str) -> Result<Scene, InputError> {
+    let scene: Scene = yaml::read(text, name)?;
+    check_scene(&scene).map_err(|error| yaml::located(error, text, name))?;
     Ok(scene)
 }
 
 /// No body begins farther away, m.
 const FARTHEST_M: f64 = 1e3;
+/// The most bodies: all pairs of them are looked at.
+const MAX_BODIES: usize = 256;
+/// The most parts of a body.
+const MAX_PARTS: usize = 256;
 
 /// What a scene says that it cannot mean, at its keys, `bodies.cube.position`: [`yaml::located`] makes a place in a file of them.
 pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
@@ -99,7 +112,18 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
             ),
         ));
     }
+    if scene.bodies.len() > MAX_BODIES {
+        let message = format!("found {} bodies, wanted at most {MAX_BODIES}", scene.bodies.len());
+        return Err(InputError::new("bodies", message));
+    }
     for (name, body) in &scene.bodies {
+        if body.parts.len() > MAX_PARTS {
+            let message = format!("found {} parts, wanted at most {MAX_PARTS}", body.parts.len());
+            return Err(InputError::new(format!("bodies.{name}.parts"), message));
+        }
+        for (index, part) in body.parts.iter().enumerate() {
+            part.check().map_err(|message| InputError::new(format!("bodies.{name}.parts.{index}"), message))?;
+        }
         if let Some(far) = body.position.iter().find(|length| length.0.abs() > FARTHEST_M) {
             let message = format!("found {} m, wanted at most {FARTHEST_M} m", Shown(far.0));
             return Err(InputError::new(format!("bodies.{name}.position"), message));

@@ -4,27 +4,64 @@
 //! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. So are the
 //! first one or two of a log and the last ones, where a device tells zeros before it sees anything. What changes amid a log and stays is no such
 //! sample, nor is a blow that lasts: those were measured.
+//!
+//! A velocity may change at once, in an impact, and a low limit is wanted for it: one sample in 1 kHz of a few m/s is enough to move an average. So
+//! the velocity of a body is compared with the change of its pose: it is out only when the pose does not move so between the rows about it.
 
 use super::dropouts::{self, LARGEST, NO_ROTATION};
 use super::frames::Issue;
 use super::names;
 use super::strangers::Stranger;
 use crate::base::channels::Shape;
+use crate::base::geometry::unit;
 use crate::base::recording::Recording;
 use crate::base::shown::Shown;
 use crate::base::units::Dimension;
+use nalgebra::Vector3;
+use std::ops::Range;
 
 /// The most samples in a row that are taken out.
 const LASTS: usize = 2;
-/// The sample after may be farther from the one before by this share of the jump: hands go on meanwhile.
-const AGREES: f64 = 0.2;
-/// What a jump of a position is at least, m, and the acceleration that it takes, m/s²: no hand and nothing in it has half as much.
-const PLACE: (f64, f64) = (0.020, 500.0);
-/// What a jump of a rotation is at least, rad, and the acceleration that it takes, rad/s².
-const TURN: (f64, f64) = (std::f64::consts::FRAC_PI_3, 5000.0);
-/// What a jump of a fingertip's force is at least, N, and by how much more that grows with the square of the time, N/s²: a blow takes milliseconds, and
-/// between samples that are farther apart it may come and go.
-const PRESS: (f64, f64) = (100.0, 1e8);
+
+/// How far apart samples must be to be out.
+#[derive(Clone, Copy, Debug)]
+struct Limits {
+    /// At least: m, rad, N, m/s or rad/s.
+    least: f64,
+    /// And more than this times a power of the time between them, s.
+    rate: f64,
+    power: i32,
+    /// The sample after may be farther from the one before by this share of the jump: hands go on meanwhile.
+    agrees: f64,
+}
+
+impl Limits {
+    const fn new(least: f64, rate: f64, power: i32, agrees: f64) -> Self {
+        Self { least, rate, power, agrees }
+    }
+
+    /// Whether nothing gets so far in this time, s.
+    fn exceeded(self, apart: f64, secs: f64) -> bool {
+        apart >= self.least && apart > self.rate * secs.powi(self.power)
+    }
+}
+
+/// A position, m, by an acceleration in m/s²: no hand and nothing in it has half as much.
+const PLACE: Limits = Limits::new(0.020, 500.0, 2, 0.2);
+/// A rotation, rad, by an acceleration in rad/s².
+const TURN: Limits = Limits::new(std::f64::consts::FRAC_PI_3, 5000.0, 2, 0.2);
+/// The force of a fingertip, N, and N/s²: a blow takes milliseconds, and between samples that are farther apart it may come and go.
+const PRESS: Limits = Limits::new(100.0, 1e8, 2, 0.2);
+/// The force between two bodies: the impact of stiff ones is ten times as hard.
+const BEAR: Limits = Limits::new(1000.0, 1e9, 2, 0.2);
+/// A velocity, m/s, when the pose contradicts it: the acceleration, m/s², is what a hand changes it by between samples.
+const SPEED: Limits = Limits::new(0.1, 10.0, 1, 0.5);
+/// An angular velocity, rad/s and rad/s², likewise. A body that rattles in a socket turns to and fro with 2 rad/s.
+const SPIN: Limits = Limits::new(1.0, 300.0, 1, 0.5);
+/// A velocity of a body whose position the log lacks: nothing is hit so hard twice within two samples.
+const LONE_SPEED: Limits = Limits::new(1.0, 500.0, 1, 0.5);
+/// An angular velocity of a body whose rotation the log lacks.
+const LONE_SPIN: Limits = Limits::new(20.0, 5000.0, 1, 0.5);
 
 /// How many rows are looked at together.
 const CHUNK: usize = 1024;
@@ -35,29 +72,42 @@ enum Kind {
     Place,
     Turn,
     Press,
+    Bear,
+    Speed,
+    Spin,
 }
 
 impl Kind {
-    /// Fingertips, palms and bodies are looked at. Forces between bodies are not: those are simulated, and the steps of a simulation are blows.
+    /// Fingertips, palms and bodies are looked at, and the forces between bodies.
     fn of(shape: Shape, dimension: Dimension, bodies: [Option<&str>; 2]) -> Option<Self> {
         match (shape, dimension) {
             (Shape::Vec3, Dimension::LENGTH) => Some(Self::Place),
             (Shape::Vec3, Dimension::FORCE) if bodies == [None, None] => Some(Self::Press),
+            (Shape::Vec3, Dimension::FORCE) => Some(Self::Bear),
+            (Shape::Vec3, Dimension::SPEED) => Some(Self::Speed),
+            (Shape::Vec3, Dimension::ANGULAR_SPEED) => Some(Self::Spin),
             (Shape::Rotation, _) => Some(Self::Turn),
             _ => None,
         }
     }
 
-    /// What a jump is at least, and what it takes for the square of the time.
-    const fn limits(self) -> (f64, f64) {
+    const fn limits(self) -> Limits {
         match self {
             Self::Place => PLACE,
             Self::Turn => TURN,
             Self::Press => PRESS,
+            Self::Bear => BEAR,
+            Self::Speed => SPEED,
+            Self::Spin => SPIN,
         }
     }
 
-    /// How far samples are apart: m, rad or N.
+    /// Whether it is the change of a pose.
+    const fn is_rate(self) -> bool {
+        matches!(self, Self::Speed | Self::Spin)
+    }
+
+    /// How far samples are apart, in the unit of its [`Limits`].
     fn apart(self, a: &Sample, b: &Sample) -> f64 {
         let pairs = || a.value.iter().zip(&b.value);
         match self {
@@ -67,15 +117,13 @@ impl Kind {
                     [1.0, -1.0].map(|sign: f64| pairs().map(|(a, b)| (a - sign * b) * (a - sign * b)).sum::<f64>());
                 4.0 * (along.min(against).sqrt() / 2.0).min(1.0).asin()
             }
-            Self::Place | Self::Press => pairs().map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt(),
+            _ => pairs().map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt(),
         }
     }
 
     /// Whether nothing gets from one sample to the next.
     fn cannot(self, a: &Sample, b: &Sample) -> bool {
-        let (apart, secs) = (self.apart(a, b), b.time - a.time);
-        let (least, rate) = self.limits();
-        apart >= least && apart > rate * secs * secs
+        self.limits().exceeded(self.apart(a, b), b.time - a.time)
     }
 
     /// How far off samples are when they are out and back.
@@ -84,8 +132,8 @@ impl Kind {
         let far = |sample: &Sample| self.apart(before, sample).min(self.apart(sample, after));
         let least = out.iter().map(far).fold(f64::INFINITY, f64::min);
         let is_one = self.cannot(before, first) && self.cannot(last, after);
-        let (enough, _) = self.limits();
-        (is_one && least >= enough && self.apart(before, after) <= AGREES * least).then_some(least)
+        let limits = self.limits();
+        (is_one && least >= limits.least && self.apart(before, after) <= limits.agrees * least).then_some(least)
     }
 }
 
@@ -176,11 +224,10 @@ impl Jumps {
             _ => return false,
         };
         let most = match self.kind {
-            // Each of three components may have its part in a jump.
-            Kind::Place => PLACE.0 / 2.0,
-            Kind::Press => PRESS.0 / 2.0,
             // The change of a unit quaternion is 0.5 at least, and its components are four; lengths differ a little.
             Kind::Turn => 0.1,
+            // Each of three components may have its part in a jump.
+            kind => kind.limits().least / 2.0,
         };
         let is_calm = |(component, part): (usize, &&[f64])| {
             let Some(first) = part.first().filter(|first| part.len() == rows && first.abs() < LARGEST / 2.0) else {
@@ -267,10 +314,11 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
     };
     // What the scene does not know is read by nobody.
     let known = recording.columns.keys().filter(|name| Stranger::of(name, &recording.scene).is_none());
-    let channels: Vec<String> = known.filter_map(first).collect();
+    let looked_at = known.filter_map(first).filter_map(|channel| Jumps::of(&channel).map(|jumps| (channel, jumps)));
+    // Poses come first: a velocity is compared with what is left of them.
+    let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, jumps)| jumps.kind.is_rate());
     let mut issues = vec![];
-    for channel in channels {
-        let Some(mut jumps) = Jumps::of(&channel) else { continue };
+    for (channel, mut jumps) in others.into_iter().chain(rates) {
         let Some((shape, ..)) = names::channel(&channel) else { continue };
         let columns: Vec<String> = shape.components().iter().map(|letter| format!("{channel}.{letter}")).collect();
         let parts: Vec<&[f64]> = columns
@@ -284,6 +332,9 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
         }
         let mut found = jumps.find(&recording.time, &parts);
         found.extend(jumps.at_the_end());
+        if jumps.kind.is_rate() {
+            found.retain(|out| is_contradicted(recording, &channel, jumps.kind, out));
+        }
         let Some(worst) = found.iter().reduce(|worst, out| if out.jump > worst.jump { out } else { worst }) else {
             continue;
         };
@@ -301,13 +352,58 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
     issues
 }
 
+/// Whether a pose moves otherwise than its rate says: the rate is outside what the pose changes by between the rows about it.
+fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, out: &Out) -> bool {
+    let (Some(first), Some(last)) = (out.samples.first(), out.samples.last()) else { return false };
+    let rows = first.row.saturating_sub(1)..(last.row + 2).min(recording.time.len());
+    let secs = (recording.time[rows.end - 1] - recording.time[rows.start]) / (rows.len() - 1).max(1) as f64;
+    let changes: Vec<Vector3<f64>> = changes(recording, channel, kind, rows).unwrap_or_default();
+    let Some(some) = changes.first() else {
+        let alone = if kind == Kind::Spin { LONE_SPIN } else { LONE_SPEED };
+        return alone.exceeded(out.jump, secs);
+    };
+    let low = changes.iter().fold(*some, |low, change| low.inf(change));
+    let high = changes.iter().fold(*some, |high, change| high.sup(change));
+    out.samples.iter().all(|sample| {
+        let [x, y, z, _] = sample.value;
+        let rate = Vector3::new(x, y, z);
+        kind.limits().exceeded((rate - rate.sup(&low).inf(&high)).norm(), secs)
+    })
+}
+
+/// How a pose changes from row to row, per second; nothing when the log lacks it. Rows whose pose is not measured are left out.
+fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>) -> Option<Vec<Vector3<f64>>> {
+    let (body, _) = channel.rsplit_once('.')?;
+    let pose = if kind == Kind::Spin { format!("{body}.rotation") } else { format!("{body}.position") };
+    let (shape, ..) = names::channel(&pose)?;
+    let column = |letter: &&str| recording.columns.get(&format!("{pose}.{letter}")).map(|column| &column.values);
+    let parts: Vec<&Vec<f64>> = shape.components().iter().map(column).collect::<Option<_>>()?;
+    let sample = |row: usize| {
+        let values = parts.iter().map(|part| part.get(row).copied().filter(|value| value.abs() <= LARGEST));
+        values.collect::<Option<Vec<f64>>>().map(|values| (recording.time[row], values))
+    };
+    let samples: Vec<(f64, Vec<f64>)> = rows.filter_map(sample).collect();
+    let change = |pair: &[(f64, Vec<f64>)]| {
+        let [(from_s, from), (to_s, to)] = pair else { return None };
+        let change = match (from.as_slice(), to.as_slice()) {
+            ([a, b, c], [x, y, z]) => Vector3::new(x - a, y - b, z - c),
+            ([a, b, c, d], [w, x, y, z]) => (unit([*w, *x, *y, *z]) * unit([*a, *b, *c, *d]).inverse()).scaled_axis(),
+            _ => return None,
+        };
+        Some(change / (to_s - from_s))
+    };
+    Some(samples.windows(2).filter_map(change).collect())
+}
+
 fn told(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
     let (first, last, shown) = (samples.first()?, samples.last()?, worst.samples.first()?);
     let rounded = |value: f64| Shown((value * 1e4).round() / 1e4);
     let [a, b, c, d] = shown.value.map(rounded);
     let (jump, value) = match kind {
         Kind::Place => (format!("{} mm", Shown((worst.jump * 1e3).round())), format!("({a}, {b}, {c}) m")),
-        Kind::Press => (format!("{} N", Shown(worst.jump.round())), format!("({a}, {b}, {c}) N")),
+        Kind::Press | Kind::Bear => (format!("{} N", Shown(worst.jump.round())), format!("({a}, {b}, {c}) N")),
+        Kind::Speed => (format!("{} m/s", rounded(worst.jump)), format!("({a}, {b}, {c}) m/s")),
+        Kind::Spin => (format!("{} rad/s", rounded(worst.jump)), format!("({a}, {b}, {c}) rad/s")),
         Kind::Turn => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})")),
     };
     let at_s = rounded(shown.time);

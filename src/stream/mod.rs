@@ -26,4 +26,4 @@ mod timebase;
 pub mod whole;
 
 pub use derive::{frames, trusted};
-pub use open::{OpenRequest, Opened, hand_file_of, open, open_source};
+pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};

@@ -9,7 +9,7 @@ use super::jumps;
 use super::missing;
 use super::table::Source;
 use crate::base::channels::ChannelSpec;
-use crate::base::error::InputError;
+use crate::base::error::{ErrorKind, InputError};
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
 use std::path::{Path, PathBuf};
@@ -61,26 +61,23 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
 pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
     let Some(binding) = &request.binding else {
-        let csv::Read { mut recording, mut issues, row_time } =
-            csv::read_source(source, &log, request.scene.as_deref())?;
-        issues.extend(jumps::take_out(&mut recording));
-        issues.extend(missing::put_back(&mut recording));
-        let (params, trust, slips) = (vec![], vec![], vec![]);
-        return Ok(Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips });
+        let read = csv::read_source(source, &log, request.scene.as_deref())?;
+        return Ok(canonical(read, log));
     };
-    let file = BindingFile::read(binding)?;
+    let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
+    let file = BindingFile::read(binding).map_err(in_binding)?;
     let scene = match (&request.scene, &file.binding.scene, source.scene.take()) {
         (Some(path), ..) => csv::read_scene(path)?,
         (None, Some(scene), _) => scene.clone(),
         (None, None, Some(own)) => own,
         (None, None, None) => csv::scene_beside(&log)?,
     };
-    let slips = file.check(&scene)?;
+    let slips = file.check(&scene).map_err(in_binding)?;
     // Of a name that nobody knows, anything else that is wrong with it is no news.
     let said = |error: InputError| {
         slips.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
     };
-    let bound = bind(source, &file, scene).map_err(|error| in_log(&log, said(error)))?;
+    let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
     let csv::Read { mut recording, mut issues, row_time } = bound;
     let Binding { hand_file, params, trust, resample, .. } = file.binding;
     if resample.is_none() {
@@ -88,6 +85,26 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     }
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
+}
+
+/// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_memory(mut source: Source, log: PathBuf) -> Result<Opened, InputError> {
+    let scene = source.scene.take().unwrap_or_default();
+    let mut read = csv::columns(source, &csv::Clock::canonical())?;
+    read.recording.scene = scene;
+    Ok(canonical(read, log))
+}
+
+/// A log with canonical names as it was read, cleaned.
+fn canonical(read: csv::Read, log: PathBuf) -> Opened {
+    let csv::Read { mut recording, mut issues, row_time } = read;
+    issues.extend(jumps::take_out(&mut recording));
+    issues.extend(missing::put_back(&mut recording));
+    let (params, trust, slips) = (vec![], vec![], vec![]);
+    Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips }
 }
 
 impl Opened {

@@ -24,6 +24,8 @@ pub struct Memory {
     rows: usize,
     /// Where the rows are, for messages: the file, with the topic where there are several.
     pub place: String,
+    /// The rows from which on lines of the file are farther ahead of rows, and by how much.
+    lines: Vec<(usize, u64)>,
     /// The column of the values that come next, since rows mostly repeat the order of the row before.
     next: usize,
 }
@@ -59,41 +61,42 @@ impl Memory {
         check_size(&self.place, self.rows, self.columns.len())
     }
 
-    /// Takes back the last row.
-    pub fn drop_row(&mut self) {
-        self.rows = self.rows.saturating_sub(1);
-        for cells in self.columns.values_mut() {
-            match cells {
-                Cells::Numbers(values) => values.truncate(self.rows),
-                Cells::Texts(values) => values.truncate(self.rows),
-            }
+    /// Begins the row that stands in this line of the file, which messages then name.
+    ///
+    /// # Errors
+    /// When the log would not fit.
+    pub fn begin_row_at(&mut self, line: u64) -> Result<(), InputError> {
+        self.begin_row()?;
+        let ahead = line.saturating_sub(self.rows as u64);
+        if self.lines.last().map_or(0, |(_, ahead)| *ahead) != ahead {
+            self.lines.push((self.rows - 1, ahead));
         }
+        Ok(())
     }
 
-    /// Puts a number into the last row. A column keeps the kind of its first value: a text column takes the number as text.
+    /// Puts a number into the last row; whether the row had no such value. A column keeps the kind of its first value: a text column takes the
+    /// number as text.
     ///
     /// # Errors
     /// When there are too many columns.
-    pub fn put(&mut self, name: &str, value: f64) -> Result<(), InputError> {
+    pub fn put(&mut self, name: &str, value: f64) -> Result<bool, InputError> {
         let row = self.rows.saturating_sub(1);
-        match self.column(name, || Cells::Numbers(vec![]))? {
+        Ok(match self.column(name, || Cells::Numbers(vec![]))? {
             Cells::Numbers(values) => set(values, row, value, || f64::NAN),
             Cells::Texts(values) => set(values, row, value.to_string(), String::new),
-        }
-        Ok(())
+        })
     }
 
-    /// Puts a text into the last row; a column of numbers takes what the text says, if that is a number.
+    /// Puts a text into the last row; whether the row had no such value. A column of numbers takes what the text says, if that is a number.
     ///
     /// # Errors
     /// When there are too many columns.
-    pub fn put_text(&mut self, name: &str, value: &str) -> Result<(), InputError> {
+    pub fn put_text(&mut self, name: &str, value: &str) -> Result<bool, InputError> {
         let row = self.rows.saturating_sub(1);
-        match self.column(name, || Cells::Texts(vec![]))? {
+        Ok(match self.column(name, || Cells::Texts(vec![]))? {
             Cells::Numbers(values) => set(values, row, number(value).unwrap_or(f64::NAN), || f64::NAN),
             Cells::Texts(values) => set(values, row, value.to_string(), String::new),
-        }
-        Ok(())
+        })
     }
 
     /// Adds a whole column; it may be shorter than others.
@@ -155,20 +158,33 @@ impl Memory {
     }
 }
 
-/// Sets the value of a row; rows before it that have none are filled.
-fn set<T>(values: &mut Vec<T>, row: usize, value: T, empty: impl Fn() -> T) {
+/// Sets the value of a row; whether it had none. Rows before it that have none are filled.
+fn set<T>(values: &mut Vec<T>, row: usize, value: T, empty: impl Fn() -> T) -> bool {
     while values.len() < row {
         values.push(empty());
     }
     match values.get_mut(row) {
-        Some(slot) => *slot = value,
-        None => values.push(value),
+        Some(slot) => {
+            *slot = value;
+            false
+        }
+        None => {
+            values.push(value);
+            true
+        }
     }
+}
+
+/// The number of a row in messages: its line in the file where that is known, else the rows counted from 1.
+fn row_number(lines: &[(usize, u64)], row: usize) -> u64 {
+    let before = lines.partition_point(|(first, _)| *first <= row);
+    row as u64 + 1 + before.checked_sub(1).and_then(|at| lines.get(at)).map_or(0, |(_, ahead)| *ahead)
 }
 
 impl Rows for Memory {
     fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let Self { columns, rows, place, .. } = *self;
+        let Self { columns, rows, place, lines, .. } = *self;
+        let number_of = |row: usize| row_number(&lines, row);
         if rows == 0 {
             return Err(InputError::new(place, "the log has no rows"));
         }
@@ -197,13 +213,13 @@ impl Rows for Memory {
                 return Ok(seconds);
             }
             let title = header.get(column).map_or("", String::as_str);
-            let place = column_place(&format!("{place} row {}", row + 1), title);
+            let place = column_place(&format!("{place} row {}", number_of(row)), title);
             Err(InputError::new(place, format!("found `{found}`, wanted a time")))
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);
         for row in 0..rows {
-            let at = row as u64 + 1;
+            let at = number_of(row);
             let backwards = |message: String| {
                 let error = InputError::new(format!("{place} row {at}"), message);
                 if columns.contains_key(EPISODE) {
@@ -225,7 +241,9 @@ impl Rows for Memory {
             let (mut numbers, mut texts) = (vec![], vec![]);
             match want {
                 Want::Nothing | Want::Time(_) => {}
-                Want::Number(to_si) => numbers = measured(cells, rows, &kept, *to_si, Some((&place, &title)))?,
+                Want::Number(to_si) => {
+                    numbers = measured(cells, rows, &kept, *to_si, Some((&place, &title, &number_of)))?
+                }
                 Want::Perhaps(to_si) => numbers = measured(cells, rows, &kept, *to_si, None)?,
                 Want::Look => {
                     if let Cells::Texts(all) = &cells {
@@ -242,13 +260,16 @@ impl Rows for Memory {
     }
 }
 
+/// Where a column is, for messages: the file, the title, and the number that a row has there.
+type Place<'a> = (&'a str, &'a str, &'a dyn Fn(usize) -> u64);
+
 /// The numbers of the rows that are kept. A text that is none is an error when its place is given, and not measured otherwise.
 fn measured(
     cells: Cells,
     rows: usize,
     kept: &[usize],
     to_si: f64,
-    place: Option<(&str, &str)>,
+    place: Option<Place>,
 ) -> Result<Vec<f64>, InputError> {
     let texts = match cells {
         Cells::Numbers(mut values) => {
@@ -266,8 +287,8 @@ fn measured(
         match (number(text), place) {
             (Some(value), _) => Ok(value * to_si),
             (None, None) => Ok(f64::NAN),
-            (None, Some((place, title))) => Err(InputError::new(
-                column_place(&format!("{place} row {}", row + 1), title),
+            (None, Some((place, title, number_of))) => Err(InputError::new(
+                column_place(&format!("{place} row {}", number_of(*row)), title),
                 format!("found `{}`, wanted a number", shown(text)),
             )),
         }

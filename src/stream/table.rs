@@ -6,7 +6,7 @@
 
 use super::frames::Issue;
 use super::names;
-use crate::base::error::InputError;
+use crate::base::error::{ErrorKind, InputError};
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
@@ -17,27 +17,47 @@ pub const MAX_COLUMNS: usize = 10_000;
 pub const SEEN: usize = 4;
 /// The longest cell that is read, in bytes.
 pub const MAX_CELL: usize = 64 * 1024;
-/// The most cells that a log may have once it is in memory: formats that compress may promise more than any machine holds.
-pub const MAX_CELLS: usize = 1 << 28;
+/// The most numbers of 8 bytes that a log in memory may take, its cells and what is derived of them (4 GiB): formats that compress may promise
+/// more than any machine holds.
+pub const MAX_NUMBERS: usize = 1 << 29;
+/// How many numbers are derived for a row, about: targets, velocities and contacts of one hand.
+const DERIVED: usize = 40;
+/// The most rows of a log that is read block by block, of which the stamps alone are in memory: three days at 1 kHz.
+pub const MAX_ROWS: usize = 1 << 28;
 
-/// The most rows that a log may have: nine hours at 1 kHz.
-pub const MAX_ROWS: usize = 1 << 25;
-
-/// Refuses a table that is larger than any that is read.
+/// Refuses a table that does not fit in memory.
 ///
 /// # Errors
-/// What it has too many of.
+/// When it has more than [`MAX_NUMBERS`].
 pub fn check_size(place: &str, rows: usize, columns: usize) -> Result<(), InputError> {
-    let too_many = |what: String| {
-        InputError::new(place, format!("found more than {what}, the most that are read")).help("cut the log into parts")
-    };
-    if rows > MAX_ROWS {
-        return Err(too_many(format!("{MAX_ROWS} rows")));
+    check_cells(place, rows, rows.saturating_mul(columns))
+}
+
+/// Refuses a table of so many cells in all that does not fit in memory.
+///
+/// # Errors
+/// When it has more than [`MAX_NUMBERS`].
+pub fn check_cells(place: &str, rows: usize, cells: usize) -> Result<(), InputError> {
+    if cells.saturating_add(rows.saturating_mul(DERIVED)) <= MAX_NUMBERS {
+        return Ok(());
     }
-    if rows.saturating_mul(columns) > MAX_CELLS {
-        return Err(too_many(format!("{MAX_CELLS} cells")));
+    let message = format!(
+        "found {cells} cells in {rows} rows and maybe more; in memory fit {MAX_NUMBERS}, {DERIVED} a row for what is derived among them"
+    );
+    Err(InputError::new(place, message)
+        .help("cut the log into parts; a plain log of any length is read in windows (docs/logs.md)"))
+}
+
+/// Refuses a table of which not even the stamps fit in memory.
+///
+/// # Errors
+/// When it has more than [`MAX_ROWS`].
+pub fn check_rows(place: &str, rows: usize) -> Result<(), InputError> {
+    if rows <= MAX_ROWS {
+        return Ok(());
     }
-    Ok(())
+    Err(InputError::new(place, format!("found more than {MAX_ROWS} rows, the most that are read"))
+        .help("cut the log into parts"))
 }
 
 /// A log whose columns are known.
@@ -240,7 +260,8 @@ impl Source {
                     "name it in a binding as `time: <column>`, or say `rate: 100 Hz` when the rows are evenly spaced",
                 ));
             }
-            parts.push((columns.start, sheet.rows.read(&sheet.header, wants, rate_hz)?));
+            let table = sheet.rows.read(&sheet.header, wants, rate_hz);
+            parts.push((columns.start, table.map_err(|error| error.or_kind(ErrorKind::Format))?));
         }
         let mut table = match <[(usize, Table); 1]>::try_from(parts) {
             Ok([(start, table)]) => spread(table, start, width),

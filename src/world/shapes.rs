@@ -2,15 +2,12 @@
 
 use super::convert;
 use crate::base::error::InputError;
+use crate::base::pose::directed;
 use crate::base::scene::{Body, Part, Shape};
-use crate::base::shown::Shown;
-use nalgebra::{Isometry3, Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::query;
 use parry3d::shape::SharedShape;
-use std::ops::RangeInclusive;
 
-/// No edge, radius or height may be smaller or larger, m: a scene is something on a table. Ours; contacts are good to micrometres.
-const SIZES_M: RangeInclusive<f64> = 1e-4..=10.0;
 /// No body may have more convex parts.
 const MAX_PARTS: usize = 256;
 
@@ -138,28 +135,13 @@ impl Solid {
 
 impl SolidPart {
     fn new(part: &Part) -> Result<Self, String> {
-        let size = |what: &str, size: f64| {
-            if SIZES_M.contains(&size) {
-                Ok(size)
-            } else {
-                Err(format!("has {what} {} m, wanted 0.1 mm to 10 m", Shown(size)))
-            }
-        };
+        part.check()?;
         let shape = match part.shape {
-            Shape::Box([x, y, z]) => SharedShape::cuboid(
-                size("an edge of", x.0)? / 2.0,
-                size("an edge of", y.0)? / 2.0,
-                size("an edge of", z.0)? / 2.0,
-            ),
+            Shape::Box([x, y, z]) => SharedShape::cuboid(x.0 / 2.0, y.0 / 2.0, z.0 / 2.0),
             // parry's cylinder stands along y, ours along z: the part is turned below.
-            Shape::Cylinder([radius, height]) => {
-                SharedShape::cylinder(size("a height of", height.0)? / 2.0, size("a radius of", radius.0)?)
-            }
-            Shape::Ball(radius) => SharedShape::ball(size("a radius of", radius.0)?),
+            Shape::Cylinder([radius, height]) => SharedShape::cylinder(height.0 / 2.0, radius.0),
+            Shape::Ball(radius) => SharedShape::ball(radius.0),
         };
-        if let Some(far) = part.at.iter().find(|length| length.0.abs() > *SIZES_M.end()) {
-            return Err(format!("is {} m from the middle of its body, wanted at most 10 m", Shown(far.0)));
-        }
         let mut body_from_part = isometry(part.at.map(|length| length.0), part.turned)?;
         if matches!(part.shape, Shape::Cylinder(_)) {
             body_from_part *= UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2);
@@ -193,9 +175,7 @@ impl Room {
 
 /// The pose with this position (m) and quaternion (w x y z), which is normalised.
 pub(super) fn isometry(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Result<Isometry3<f64>, String> {
-    let quaternion = Quaternion::new(w, x, y, z);
-    let rotation = UnitQuaternion::try_new(quaternion, 1e-6)
-        .filter(|rotation| rotation.coords.iter().all(|part| part.is_finite()))
+    let rotation = directed([w, x, y, z], 1e-6)
         .ok_or_else(|| format!("is turned by [{w}, {x}, {y}, {z}], wanted a quaternion w x y z that is not zero"))?;
     Ok(Isometry3::from_parts(Vector3::from(position).into(), rotation))
 }

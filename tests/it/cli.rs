@@ -67,15 +67,15 @@ fn the_readme_shows_what_the_demo_prints() {
 }
 
 #[test]
-fn the_readme_shows_what_both_hands_do_in_the_demo() {
+fn the_page_of_both_hands_shows_what_the_demo_prints() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("demo");
     let printed = said(&teachtree(&["demo", "--both-hands", "--seed", "2", "--out", out.to_str().unwrap()]));
     let lanes = &printed[printed.find("\nleft ").unwrap()..printed.find("\nleft\n").unwrap()];
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    assert!(readme.contains(lanes.trim()), "README.md shows something else than:\n{lanes}");
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/both_hands.md")).unwrap();
+    assert!(page.contains(lanes.trim()), "docs/both_hands.md shows something else than:\n{lanes}");
     let robot = &printed[printed.find("\nthe robot\n").unwrap()..printed.find("\n\nwritten").unwrap()];
-    assert!(readme.contains(robot.trim()), "README.md shows something else than:\n{robot}");
+    assert!(page.contains(robot.trim()), "docs/both_hands.md shows something else than:\n{robot}");
     let analysis: Value = serde_json::from_str(&std::fs::read_to_string(out.join("analysis.json")).unwrap()).unwrap();
     let tracks: Vec<&str> =
         analysis["tracks"].as_array().unwrap().iter().map(|track| track["track"].as_str().unwrap()).collect();
@@ -409,4 +409,79 @@ fn a_lost_row_cuts_no_task() {
     );
     std::fs::write(&holed, without(std::slice::from_ref(&(3200..3260)))).unwrap();
     assert_eq!(analysed(&holed).1, ["gap"]);
+}
+
+/// The commands by group, with every one of them; `help NAME` and the manual know the same.
+#[test]
+fn each_command_is_listed_once() {
+    let help = said(&teachtree(&["--help"]));
+    let listed: Vec<&str> = help
+        .lines()
+        .take_while(|line| *line != "Options:")
+        .filter_map(|line| line.strip_prefix("  ")?.split_whitespace().next())
+        .collect();
+    let bash = said(&teachtree(&["completions", "bash"]));
+    let known = bash.split("teachtree,").skip(1).filter_map(|rest| rest.split(')').next());
+    let mut known: Vec<&str> = known.filter(|name| *name != "help").collect();
+    let mut sorted = listed.clone();
+    sorted.sort_unstable();
+    known.sort_unstable();
+    // The former name is completed no more, and works.
+    assert_eq!(sorted, known);
+    assert!(listed.contains(&"retarget") && !listed.contains(&"command"));
+    assert!(teachtree(&["command", "--help"]).status.success());
+    for heading in ["Recognize:", "Write rules:", "Robot:", "Tools:"] {
+        assert!(help.lines().any(|line| line == heading), "{help}");
+    }
+    let manual = said(&teachtree(&["man", "analyze"]));
+    assert!(manual.contains(".SH NAME") && manual.contains("Segment recordings"), "{manual}");
+    assert!(complained(&teachtree(&["man", "dance"])).contains("no command `dance`"));
+}
+
+#[test]
+fn the_rule_files_of_a_folder_are_checked_one_by_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a.rules", "use \"contact.rules\"\nuse \"shared.rules\"\nprimitive Grasp\n");
+    write("b.rules", "use \"contact.rules\"\nuse \"shared.rules\"\n");
+    write("shared.rules", "param idle = 1 s\n");
+    let output = teachtree_in(folder.path(), &["check", "."]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = said(&output);
+    assert_eq!(told.matches("errors in").count() + told.matches("error in").count(), 3, "{told}");
+    let output = teachtree_in(folder.path(), &["check", "--format", "json", "."]);
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let findings = found["findings"].as_array().unwrap();
+    assert!(
+        findings.iter().any(|it| it["severity"] == "error" && it["labels"][0]["at"]["file"] == "./a.rules"),
+        "{found}"
+    );
+    // What two of them use is reported once.
+    let texts: Vec<String> = findings.iter().map(ToString::to_string).collect();
+    assert!(texts.iter().enumerate().all(|(at, text)| !texts[..at].contains(text)), "{found}");
+    std::fs::create_dir(folder.path().join("empty")).unwrap();
+    let output = teachtree_in(folder.path(), &["check", "empty"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complained(&output).contains("no `.rules` file"), "{}", complained(&output));
+}
+
+/// What would move the cursor, color or reorder a terminal's text is shown as escapes; JSON keeps it.
+#[test]
+fn a_name_cannot_steer_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    let name = "a\u{1b}[2J\u{7}\u{202e}\u{9b}31m.csv";
+    let log = std::fs::read_to_string("tests/fixtures/logs/whole.csv").unwrap();
+    std::fs::write(folder.path().join(name), log).unwrap();
+    std::fs::copy("tests/fixtures/logs/box.yaml", folder.path().join("box.yaml")).unwrap();
+    let steers = |text: &str| text.chars().any(|it| it.is_control() && it != '\n' || it == '\u{202e}');
+    for args in
+        [&["analyze", name][..], &["inspect", name], &["explain", name, "--at", "0.2s"], &["analyze", "b\u{1b}[2J.csv"]]
+    {
+        let output = teachtree_in(folder.path(), &[args, &["--scene", "box.yaml"]].concat());
+        for text in [said(&output), complained(&output)] {
+            assert!(!steers(&text), "{args:?}: {text:?}");
+        }
+        let all = said(&output) + &complained(&output);
+        assert!(args[0] == "explain" || all.contains("\\u{1b}[2J"), "{args:?}: {all}");
+    }
 }

@@ -7,7 +7,7 @@ use teachtree::base::error::InputError;
 use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION, Segment, Task};
-use teachtree::robot::trajectory::trajectory;
+use teachtree::robot::planning::trajectory::trajectory;
 use teachtree::stream::{self, OpenRequest};
 use teachtree::{robot, world};
 
@@ -391,7 +391,7 @@ pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
         let step = pair[1].time_from_start.seconds() - pair[0].time_from_start.seconds();
         let rounding = 6.0 * 1e-6 / step.powi(2) + 6.0 * 1e-6 / step;
         for (joint, name) in made.joint_names.iter().enumerate() {
-            let dof = &robot.dofs[robot.dof(name).unwrap()];
+            let dof = &robot.tree.dofs[robot.tree.dof(name).unwrap()];
             let [(p0, v0), (p1, v1)] = [0, 1].map(|at: usize| (pair[at].positions[joint], pair[at].velocities[joint]));
             let mean = (p1 - p0) / step;
             let speed = (1.5 * mean - 0.25 * (v0 + v1)).abs().max(v0.abs()).max(v1.abs());

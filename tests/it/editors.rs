@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 use teachtree::base::units::UNITS;
-use teachtree::language::FUNCTIONS;
+use teachtree::language::ops;
 
 fn read(name: &str) -> String {
     std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).unwrap()
@@ -47,7 +47,7 @@ fn vs_code_colours_the_words_of_the_grammar() {
     in_place.extend(words(&pattern("hands")));
     let expected: BTreeSet<String> = contextual.union(&reserved).cloned().chain(["side".into()]).collect();
     assert_eq!(in_place, expected, "the reserved ones are what must not follow");
-    let functions: BTreeSet<String> = FUNCTIONS.iter().map(|function| function.name.to_string()).collect();
+    let functions: BTreeSet<String> = ops::functions().map(|function| function.name.to_string()).collect();
     let named = pattern("functions").replace("\\b(?:", "").replace(")(?=[ \\t]*\\()", "");
     assert_eq!(named.split('|').map(str::to_string).collect::<BTreeSet<_>>(), functions);
     for unit in UNITS {
@@ -76,7 +76,7 @@ fn vim_colours_the_words_of_the_grammar() {
     let wanted: BTreeSet<String> = contextual.difference(&hands).cloned().collect();
     assert_eq!(in_place.difference(&reserved).cloned().collect::<BTreeSet<_>>(), wanted);
     let functions = syntax.lines().find_map(|line| line.strip_prefix("syntax match teachtreeFunction ")).unwrap();
-    let known: BTreeSet<String> = FUNCTIONS.iter().map(|function| function.name.to_string()).collect();
+    let known: BTreeSet<String> = ops::functions().map(|function| function.name.to_string()).collect();
     let inner = functions.split_once("\\(").unwrap().1.split_once("\\)").unwrap().0;
     assert_eq!(inner.split("\\|").map(str::to_string).collect::<BTreeSet<_>>(), known);
     let units = syntax.lines().find_map(|line| line.strip_prefix("syntax match teachtreeUnit ")).unwrap();

@@ -7,9 +7,9 @@ use std::ops::Range;
 use teachtree::analysis::channels;
 use teachtree::base::hands::Side;
 use teachtree::engine::evaluator::{Evaluator, evaluate, evaluate_in};
+use teachtree::engine::live::Stepper;
 use teachtree::engine::reference;
 use teachtree::engine::runs::{Leaves, Run, append};
-use teachtree::engine::stepper::Stepper;
 use teachtree::engine::width::Width;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{Request, load, load_text};
@@ -71,7 +71,7 @@ fn blocks_of_a_long_log_join() {
 }
 
 /// The leaves of a log that comes in frame by frame.
-fn stepped(graph: &Graph, frames: &Frames) -> Vec<Leaves> {
+pub fn stepped(graph: &Graph, frames: &Frames) -> Vec<Leaves> {
     let mut stepper = Stepper::new(graph, &frames.layout).unwrap();
     let sides: Vec<Option<Side>> = stepper.plan().trees.iter().map(|tree| tree.side).collect();
     let rows = rows(frames, &stepper);
@@ -155,8 +155,10 @@ fn random_cases_are_worth_testing() {
         let (rules, frames) = random::case(seed, 3);
         let leaves = evaluate(&lower(&rules), &frames).unwrap();
         changes += leaves.iter().flat_map(|leaves| leaves.hands.values()).map(|runs| runs.len() - 1).sum::<usize>();
-        windows +=
-            teachtree::engine::open::open(&lower(&rules), &frames.layout, Width::Wide).unwrap().cost().state_bytes;
+        windows += teachtree::engine::compiled::instantiate::instantiate(&lower(&rules), &frames.layout, Width::Wide)
+            .unwrap()
+            .cost()
+            .state_bytes;
     }
     assert!(changes > 1000, "the leaves change only {changes} times");
     assert!(windows > 10_000, "the cases have only {windows} bytes of memory");

@@ -1,4 +1,4 @@
-//! `explain`: the probe against the evaluators, and what a user reads.
+//! `explain`: the inspector against the evaluators, and what a user reads.
 
 use crate::engine::random;
 use crate::program::{self, complained, teachtree};
@@ -7,7 +7,7 @@ use serde_json::Value;
 use std::process::Output;
 use teachtree::base::hands::Side;
 use teachtree::engine::evaluator::evaluate;
-use teachtree::engine::probe::Probe;
+use teachtree::engine::inspect::Inspector;
 use teachtree::engine::runs::Leaves;
 use teachtree::graph::lower;
 use teachtree::language::rules::{Branch, Label, Rules, Then, TreeScope};
@@ -25,15 +25,21 @@ fn at_end(branch: &Branch, path: &[usize], before: Option<Label>) -> Option<Labe
 fn paths_lead_to_leaves(
     rules: &Rules,
     leaves: &Leaves,
-    probe: &mut Probe,
+    inspector: &mut Inspector,
     side: Option<Side>,
 ) -> Result<(), TestCaseError> {
     let scope = if side.is_some() { TreeScope::EachHand } else { TreeScope::BothHands };
-    let Some(tree) = rules.tree(scope).filter(|_| probe.tree(side).is_some()) else { return Ok(()) };
+    let Some(tree) = rules.tree(scope).filter(|_| inspector.tree(side).is_some()) else { return Ok(()) };
     for frame in leaves.frames.clone() {
-        let before = if frame > leaves.frames.start { probe.leaf(side, frame - 1) } else { None };
-        let path = probe.path(side, frame).unwrap();
-        prop_assert_eq!(at_end(&tree.root, &path, before), probe.leaf(side, frame), "frame {} of {:?}", frame, side);
+        let before = if frame > leaves.frames.start { inspector.leaf(side, frame - 1) } else { None };
+        let path = inspector.path(side, frame).unwrap();
+        prop_assert_eq!(
+            at_end(&tree.root, &path, before),
+            inspector.leaf(side, frame),
+            "frame {} of {:?}",
+            frame,
+            side
+        );
     }
     Ok(())
 }
@@ -41,14 +47,14 @@ fn paths_lead_to_leaves(
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, cases: 48, ..ProptestConfig::default() })]
 
-    /// The way that the probe finds through a tree ends, on every frame, in the leaf that the evaluator gave.
+    /// The way that the inspector finds through a tree ends, on every frame, in the leaf that the evaluator gave.
     #[test]
     fn explained_paths_end_in_the_leaves_of_the_evaluator(seed in any::<u64>(), depth in 1_u32..4) {
         let (rules, frames) = random::case(seed, depth);
         for leaves in evaluate(&lower(&rules), &frames).unwrap() {
-            let mut probe = Probe::new(&rules, &frames, &leaves);
+            let mut inspector = Inspector::new(&rules, &frames, &leaves);
             for side in [Some(Side::Left), Some(Side::Right), None] {
-                paths_lead_to_leaves(&rules, &leaves, &mut probe, side)?;
+                paths_lead_to_leaves(&rules, &leaves, &mut inspector, side)?;
             }
         }
     }

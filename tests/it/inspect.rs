@@ -84,3 +84,27 @@ fn a_unit_at_the_end_of_a_name_is_read() {
     let patterns: Vec<String> = groups(&columns).into_iter().map(|group| group.pattern).collect();
     assert_eq!(patterns, ["tip_<xyz>_mm [mm]", "yaw_deg [deg]", "comma"]);
 }
+
+/// The palm touches and never grasps: no rule of a hand with fingers can find what it carries.
+#[test]
+fn a_hand_of_a_palm_alone_is_promised_no_grasp() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string("demos/robosuite/panda_lift.binding.yaml").unwrap();
+    let kept: Vec<&str> = text.lines().filter(|line| !line.contains("thumb") && !line.contains("index")).collect();
+    // The touches of a finger, called those of the palm.
+    let palm = kept.join("\n").replace("R_palm_<object>", "R_f1_<object>");
+    let binding = folder.path().join("binding.yaml");
+    std::fs::write(&binding, palm).unwrap();
+    let args = ["demos/robosuite/lift_demo_1.csv", "--binding", binding.to_str().unwrap(), "--format", "json"];
+    let output = teachtree(&[&["inspect"], &args[..]].concat());
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    let track = &document["recognition"]["tracks"][0];
+    let can: Vec<&str> = track["can"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    assert!(can.contains(&"Approach") && !can.contains(&"Grasp") && !can.contains(&"Translate"), "{can:?}");
+    let output = teachtree(&[&["analyze"], &args[..]].concat());
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    let issues = document["issues"].as_array().unwrap();
+    let told =
+        issues.iter().find(|issue| issue["kind"] == "not_told" && issue["message"].to_string().contains("Translate"));
+    assert!(told.unwrap()["message"].to_string().contains("the hand has a palm and no fingertips"), "{issues:?}");
+}

@@ -4,6 +4,7 @@ mod diagnostics;
 mod format;
 mod garbage;
 mod lints;
+mod operators;
 mod reference;
 mod shipped;
 mod syntax;

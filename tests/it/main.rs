@@ -13,6 +13,8 @@ mod cli;
 mod command;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod diagram;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod door;
 mod editors;
 mod engine;
 #[cfg(feature = "cli")]

@@ -153,7 +153,7 @@ fn check_tells_programs_and_explains_codes() {
     );
     let page = teachtree_in(root, &["check", "--explain", "e402"]);
     assert!(
-        page.status.success() && all_said(&page).starts_with("E402\n\nA choice stands after `else`."),
+        page.status.success() && all_said(&page).starts_with("E402\n\nA choice follows `else`."),
         "{}",
         all_said(&page)
     );

@@ -85,7 +85,7 @@ fn say(segments: &Value, text: &mut String) {
 }
 
 /// The logs that come with the project, and their bindings.
-const SHIPPED: &[(&str, &str)] = &[
+pub const SHIPPED: &[(&str, &str)] = &[
     ("robosuite/SawyerNutAssembly_demo_1.csv", "robosuite/sawyer_nut_assembly"),
     ("robosuite/nut_assembly_panda_demo_1.csv", "robosuite/panda_nut_assembly"),
     ("robosuite/SawyerStack_demo_1.csv", "robosuite/sawyer_stack"),

@@ -121,7 +121,7 @@ fn json_that_ends_too_early_is_told_without_a_column() {
         let commands = file(&folder, "commands.json", text);
         let told = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
         assert!(told.contains(wanted), "{told}, wanted {wanted}");
-        assert!(told.contains("help: commands are the JSON file that `teachtree command` writes"), "{told}");
+        assert!(told.contains("help: commands are the JSON file that `teachtree retarget` writes"), "{told}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod bad_logs;
 mod bindings;
+mod campaign;
 mod convex;
 mod derived;
 mod formats;

@@ -1,9 +1,9 @@
-//! The house rules: which floor may name which, and what stays in one place.
+//! The layering rules: the modules that a module may use, and the places of libraries.
 
 use std::path::{Path, PathBuf};
 
-/// Each floor with the floors that it may name; `base` is named by all. What is not listed must not be.
-const FLOORS: &[(&str, &[&str])] = &[
+/// Each module with the modules that it may use; all may use `base`. Other uses are errors.
+const LAYERS: &[(&str, &[&str])] = &[
     ("base", &[]),
     ("language", &[]),
     ("graph", &["language"]),
@@ -14,40 +14,49 @@ const FLOORS: &[(&str, &[&str])] = &[
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),
     ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
-    ("lsp", &["language", "graph", "stream", "engine", "analysis"]),
-    ("cli", &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "lsp"]),
+    ("session", &["language", "graph", "stream", "engine", "analysis", "report"]),
+    ("lsp", &["language", "graph", "stream", "engine", "analysis", "session"]),
+    (
+        "cli",
+        &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "session", "lsp"],
+    ),
 ];
 
-/// Names of libraries with the only places that may use them.
+/// Libraries with the only places that may use them.
 const ONE_PLACE: &[(&str, &[&str])] = &[
     ("pest", &["src/language/"]),
     ("serde_yaml", &["src/base/yaml.rs"]),
     ("rapier3d", &["src/world/"]),
     ("parry3d", &["src/world/", "src/robot/grasp/clearance.rs"]),
-    ("roxmltree", &["src/robot/urdf.rs"]),
+    ("roxmltree", &["src/robot/model/urdf.rs"]),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/formats/"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
-    ("rayon", &["src/cli/"]),
+    ("rayon", &["src/cli/", "src/session/fitting.rs"]),
     ("similar", &["src/cli/fit/"]),
     ("lsp_server", &["src/lsp/"]),
     ("lsp_types", &["src/lsp/"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
-/// Where the project's texts are.
-const TEXTS: &[&str] =
-    &[".ci", "benches", "demos", "docs", "editors", "examples", "grammar", "robots", "rules", "scenes", "src", "tests"];
+/// Folders and files with pages.
+const PAGES: &[&str] = &[
+    "README.md",
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "demos",
+    "docs",
+    "editors",
+    "examples",
+    "grammar",
+];
 
-/// Notes that readers do not get: docs/sources.md says what is in them. (In halves, so that this is no mention.)
-const NOT_HERE: &[[&str; 2]] =
-    &[["PAPER", ".md"], ["PAPER ", "A"], ["REAL_", "LOGS"], ["LANGUAGE", ".md"], ["DESIGN", ".md"]];
+/// Modules that open files.
+const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/language/"];
 
-/// Floors that open files.
-const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/stream/", "src/language/"];
-
-/// All files of a folder and those in it.
+/// Returns all files in a folder and its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -66,7 +75,7 @@ fn with_extension(folder: &Path, extension: &str) -> Vec<PathBuf> {
     files(folder).into_iter().filter(|path| path.extension().is_some_and(|its| its == extension)).collect()
 }
 
-/// The lines of all sources: place, text without comments.
+/// Returns the lines of all sources: file, place, text without comments.
 fn lines() -> Vec<(String, String, String)> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut lines = Vec::new();
@@ -81,20 +90,20 @@ fn lines() -> Vec<(String, String, String)> {
 }
 
 #[test]
-fn no_floor_names_one_above_it() {
+fn modules_use_only_modules_below() {
     let mut wrong = Vec::new();
     for (file, place, code) in lines() {
-        let Some(floor) = file.split('/').nth(1).filter(|_| file.matches('/').count() > 1) else { continue };
+        let Some(module) = file.split('/').nth(1).filter(|_| file.matches('/').count() > 1) else { continue };
         let (_, below) =
-            FLOORS.iter().find(|(name, _)| *name == floor).unwrap_or_else(|| panic!("{file}: no such floor"));
+            LAYERS.iter().find(|(name, _)| *name == module).unwrap_or_else(|| panic!("{file}: no such module"));
         for named in code
             .split("crate::")
             .skip(1)
             .filter_map(|rest| rest.split(|c: char| !c.is_alphanumeric() && c != '_').next())
         {
-            let known = FLOORS.iter().any(|(name, _)| *name == named);
-            if known && named != "base" && named != floor && !below.contains(&named) {
-                wrong.push(format!("{place}: `{floor}` must not name `{named}`"));
+            let known = LAYERS.iter().any(|(name, _)| *name == named);
+            if known && named != "base" && named != module && !below.contains(&named) {
+                wrong.push(format!("{place}: `{module}` must not use `{named}`"));
             }
         }
     }
@@ -121,7 +130,7 @@ fn libraries_stay_in_their_places() {
             wrong.push(format!("{place}: files are opened in {}", OPENS_FILES.join(", ")));
         }
         if ["Instant::now", "SystemTime::now"].iter().any(|word| code.contains(word)) {
-            wrong.push(format!("{place}: no floor reads a clock"));
+            wrong.push(format!("{place}: no module reads a clock"));
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -137,7 +146,7 @@ fn a_file_is_one_idea() {
     assert!(long.is_empty(), "over 600 lines: {long:?}");
 }
 
-/// The ids of docs/sources.md that a comment cites: C7, B-A3, L10.
+/// Returns the ids of docs/sources.md that a comment cites: C7, B-A3, L10.
 fn cited(comment: &str) -> Vec<&str> {
     let is_id = |word: &&str| {
         let word = word.strip_prefix("B-").unwrap_or(word);
@@ -150,7 +159,7 @@ fn cited(comment: &str) -> Vec<&str> {
 }
 
 #[test]
-fn what_rules_cite_has_its_row_in_the_sources() {
+fn ids_in_rules_have_a_row_in_the_sources() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = std::fs::read_to_string(root.join("docs/sources.md")).unwrap();
     let rows: Vec<&str> = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" |").next()).collect();
@@ -167,23 +176,54 @@ fn what_rules_cite_has_its_row_in_the_sources() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    assert!(found > 50, "only {found} ids are cited: how they are looked for has gone wrong");
+    assert!(found > 50, "only {found} ids are cited: the search for them has gone wrong");
+}
+
+/// The relative links of a page: line and target. Blocks of code have none.
+fn links(page: &str) -> Vec<(usize, &str)> {
+    let mut in_block = false;
+    let mut found = Vec::new();
+    for (line, at) in page.lines().zip(1..) {
+        in_block ^= line.trim_start().starts_with("```");
+        if !in_block {
+            let targets = line.split("](").skip(1).filter_map(|rest| rest.split(')').next());
+            found.extend(targets.filter(|target| !target.contains("://")).map(|target| (at, target)));
+        }
+    }
+    found
+}
+
+/// The anchor of a heading, as hosting sites make it.
+fn anchor(heading: &str) -> String {
+    let kept = heading.trim().to_lowercase();
+    let kept = kept.chars().filter(|c| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_'));
+    kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
 #[test]
-fn nothing_names_notes_that_readers_do_not_get() {
+fn links_of_pages_lead_to_files_and_headings() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let mut texts: Vec<PathBuf> = TEXTS.iter().flat_map(|folder| files(&root.join(folder))).collect();
-    texts.extend(["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "Cargo.toml"].map(|file| root.join(file)));
-    let mut wrong = Vec::new();
-    for path in texts {
-        // Recordings that are no text name nothing.
-        let Ok(text) = std::fs::read_to_string(&path) else { continue };
-        for (line, at) in text.lines().zip(1..) {
-            for named in NOT_HERE.iter().map(|halves| halves.concat()).filter(|name| line.contains(name)) {
-                wrong.push(format!("{}:{at}: `{named}`: docs/sources.md is what readers get", path.display()));
+    let (folders, mut pages): (Vec<PathBuf>, Vec<PathBuf>) =
+        PAGES.iter().map(|name| root.join(name)).partition(|path| path.is_dir());
+    pages.extend(folders.iter().flat_map(|folder| with_extension(folder, "md")));
+    let (mut wrong, mut found) = (Vec::new(), 0);
+    for page in pages {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for (line, link) in links(&text) {
+            found += 1;
+            let (file, heading) = link.split_once('#').unwrap_or((link, ""));
+            let target = if file.is_empty() { page.clone() } else { page.parent().unwrap().join(file) };
+            let headings = || std::fs::read_to_string(&target).unwrap_or_default();
+            let leads = target.exists()
+                && (heading.is_empty()
+                    || headings()
+                        .lines()
+                        .any(|line| line.starts_with('#') && anchor(line.trim_start_matches('#')) == heading));
+            if !leads {
+                wrong.push(format!("{}:{line}: `{link}` leads nowhere", page.display()));
             }
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    assert!(found > 100, "only {found} links: the search for them has gone wrong");
 }

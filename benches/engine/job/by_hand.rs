@@ -1,4 +1,4 @@
-//! The job as an expert would write it by hand: a fused loop over rows, and blocks of columns. Labels are positions in [`LABELS`].
+//! The job written by hand: a fused loop over rows, and blocks of columns as an expert would write them. Labels are positions in [`LABELS`].
 
 use super::data::CHANNELS;
 use std::ops::{Add, Mul, Sub};
@@ -49,14 +49,14 @@ const SEVERAL: u32 = 1 << 9;
 const PUSHED: u32 = 1 << 10;
 const SLIPPING: u32 = 1 << 11;
 
-/// Frames that a predicate must differ before it counts.
+/// Frames that a predicate must differ before it changes (debounce).
 const DEBOUNCE: u8 = 20;
 
-/// f32 and f64.
+/// The arithmetic types f32 and f64.
 pub trait Real:
     Copy + Default + PartialOrd + From<f32> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self>
 {
-    /// A constant.
+    /// Converts a constant.
     fn of(constant: f64) -> Self;
     /// The square root.
     fn root(self) -> Self;
@@ -84,13 +84,13 @@ impl Real for f64 {
     }
 }
 
-/// The square of a length.
+/// Returns the square of a norm.
 #[inline(always)]
 pub fn square<T: Real>(x: T, y: T, z: T) -> T {
     x * x + y * y + z * z
 }
 
-/// The predicates that differ long enough, one word.
+/// Debounces the predicates of one word.
 #[derive(Default)]
 struct Debounced {
     bits: u32,
@@ -201,7 +201,7 @@ fn label(bits: u32, before: u8) -> u8 {
     }
 }
 
-/// Frame by frame, with what it keeps in a handful of registers.
+/// The state of the row loop, which fits into registers.
 pub struct RowLoop<T> {
     hysteresis: u32,
     debounced: Debounced,
@@ -210,12 +210,12 @@ pub struct RowLoop<T> {
 }
 
 impl<T: Real> RowLoop<T> {
-    /// Before the first frame.
+    /// The state before the first frame.
     pub fn new() -> Self {
         Self { hysteresis: 0, debounced: Debounced::default(), before: IDLE, tips: None }
     }
 
-    /// The label of a frame.
+    /// Returns the label of a frame.
     #[inline(always)]
     pub fn step(&mut self, row: &[T; CHANNELS]) -> u8 {
         let raw = self.raw(row);
@@ -271,10 +271,10 @@ impl<T: Real> RowLoop<T> {
     }
 }
 
-/// A run of frames with one label, and how many of them there are.
+/// Runs of equal labels, with their lengths.
 pub type Runs = Vec<(u8, usize)>;
 
-/// One more frame.
+/// Appends one frame.
 pub fn append(runs: &mut Runs, label: u8) {
     match runs.last_mut() {
         Some((last, frames)) if *last == label => *frames += 1,
@@ -282,7 +282,7 @@ pub fn append(runs: &mut Runs, label: u8) {
     }
 }
 
-/// All rows.
+/// Labels all rows.
 pub fn in_rows<T: Real>(rows: &[[T; CHANNELS]]) -> Runs {
     let mut row_loop = RowLoop::new();
     let mut runs = Vec::new();
@@ -294,7 +294,7 @@ pub fn in_rows<T: Real>(rows: &[[T; CHANNELS]]) -> Runs {
 
 const BLOCK: usize = 512;
 
-/// Columns, a block at a time: what needs no memory as words of bits, lane by lane, then the frames on which something is new.
+/// Labels columns, one block at a time: stateless predicates as words of bits, then only the frames on which a predicate changes.
 pub fn in_blocks<T: Real>(columns: &[Vec<T>]) -> Runs {
     let frames = columns[0].len();
     let (mut debounced, mut before, mut held, mut calm) = (Debounced::default(), IDLE, 0_u32, false);
@@ -304,7 +304,7 @@ pub fn in_blocks<T: Real>(columns: &[Vec<T>]) -> Runs {
     for start in (0..frames).step_by(BLOCK) {
         let len = BLOCK.min(frames - start);
         let column = |channel: usize| &columns[channel][start..start + len];
-        // The frame before; the first one is its own.
+        // The previous frame; the first frame is its own predecessor.
         let earlier =
             |channel: usize| if start == 0 { None } else { Some(&columns[channel][start - 1..start - 1 + len]) };
         let (mut fx, mut fy, mut fz) = ([zero; BLOCK], [zero; BLOCK], [zero; BLOCK]);

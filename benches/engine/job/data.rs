@@ -1,4 +1,4 @@
-//! Recordings for the job: phases of handling an object in a row, 1 kHz, with noise, and contacts that chatter when they are made and lost.
+//! Recordings for the job: consecutive phases of handling an object, 1 kHz, with noise, and contacts that chatter when they are made and lost.
 
 use std::f64::consts::TAU;
 
@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 /// of fingertip i (13 + 6 i ..); whether the object touches the floor (43) and a wall (44). SI.
 pub const CHANNELS: usize = 45;
 
-/// What the person does, and what may come next.
+/// The phases of the operator, and their successors.
 #[derive(Clone, Copy, PartialEq)]
 enum Phase {
     Idle,
@@ -61,7 +61,7 @@ impl Phase {
         matches!(self, Wallslide | Pivot)
     }
 
-    /// How far the fingertips are from the object's middle at the end of the phase, m.
+    /// Distance of the fingertips from the object's center at the end of the phase, m.
     fn reach(self) -> f64 {
         match self {
             Approach => 0.085,
@@ -73,7 +73,7 @@ impl Phase {
     }
 }
 
-/// SplitMix64, and what is drawn from it.
+/// SplitMix64, with the distributions drawn from it.
 struct Chance(u64);
 
 impl Chance {
@@ -94,12 +94,12 @@ impl Chance {
     }
 
     fn noise(&mut self, sigma: f64) -> f64 {
-        // The sum of four shares is near enough to a normal distribution.
+        // The sum of four uniform numbers approximates a normal distribution well enough.
         let sum: f64 = (0..4).map(|_| self.share()).sum();
         (sum - 2.0) * 3_f64.sqrt() * sigma
     }
 
-    /// A flag that becomes `on`, with bursts of 3 to 12 ms for 40 ms when it was not.
+    /// A flag that changes to `on`, with bursts of 3 to 12 ms for 40 ms after a change.
     fn flag(&mut self, on: bool, before: bool, len: usize) -> Vec<f64> {
         let mut flag = vec![f64::from(u8::from(on)); len];
         let mut at = 0;
@@ -114,7 +114,7 @@ impl Chance {
     }
 }
 
-/// So many frames, in rows.
+/// Returns `frames` frames, as rows.
 pub fn rows(frames: usize, seed: u64) -> Vec<[f32; CHANNELS]> {
     let mut chance = Chance(seed);
     let directions = [[0.0, 1.0, 0.2], [0.35, -0.9, 0.3], [0.1, -1.0, 0.0], [-0.35, -0.9, -0.3], [-0.6, -0.7, -0.5]]
@@ -211,7 +211,7 @@ pub fn rows(frames: usize, seed: u64) -> Vec<[f32; CHANNELS]> {
     rows
 }
 
-/// The same in columns.
+/// Converts rows to columns.
 pub fn columns<T: From<f32>>(rows: &[[f32; CHANNELS]]) -> Vec<Vec<T>> {
     (0..CHANNELS).map(|channel| rows.iter().map(|row| row[channel].into()).collect()).collect()
 }

@@ -1,8 +1,8 @@
 //! `rules/single_hand.rules` with `rules/contact.rules` and `rules/hand_force.rules`, translated by hand: one loop over rows that runs ahead of the
-//! labels by as much as `within next` looks ahead, and keeps what it saw as words of bits. Labels are positions in [`LABELS`].
+//! labels by the look-ahead of `within next`, and keeps the rows as words of bits. Labels are positions in [`LABELS`].
 //!
-//! A row becomes a word of bits ([`Senses`]); what flickers is bridged ([`Bridges`]) behind it; and where nothing is new any more, the label stays
-//! without being asked for again ([`Memory`]).
+//! A row becomes a word of bits ([`Senses`]); contacts that flicker are bridged ([`Bridges`]) with a delay; while no bit changes, the label is
+//! kept without evaluating the tree ([`Memory`]).
 #![allow(clippy::needless_range_loop, reason = "plain loops over arrays of known length make the fastest code here")]
 
 use super::rows::Row;
@@ -42,7 +42,7 @@ const TRACE: u8 = 13;
 /// Before the first frame.
 const NONE: u8 = 14;
 
-// What a row says. The first eight are bridged: five fingertips, then three of the contacts.
+// Bits of a row. The first eight are bridged: five fingertips, then three of the contacts.
 const SLIDING: u32 = 1 << 5;
 const BORNE: u32 = 1 << 6;
 const BESIDE: u32 = 1 << 7;
@@ -57,16 +57,16 @@ const IN_PLAIN_SOCKET: u32 = 1 << 15;
 const BEARS_DOWN: u32 = 1 << 16;
 const ALONG_WALL: u32 = 1 << 17;
 const SQUEEZED: u32 = 1 << 18;
-/// Another target than on the frame before.
+/// The target differs from that of the previous frame.
 const CHANGED: u32 = 1 << 19;
-// What is known of the frames to come.
+// Bits computed from the following frames.
 const LETS_GO: u32 = 1 << 20;
 const COMES_TO_REST: u32 = 1 << 21;
 const EASES_OFF: u32 = 1 << 22;
 
-/// What begins anew with another target.
+/// The bits that restart with another target.
 const OF_TARGET: u32 = NEAR | MOVING | TURNING | INSERTED;
-/// A frame behind the end: nothing touches, and nothing that would come to an end does.
+/// A frame after the end: no contact, and no change.
 const BEHIND: u32 = MOVING | BEARS_DOWN;
 
 const TOUCHES: u32 = 0b1_1111;
@@ -82,17 +82,17 @@ const PRESS_TIME: usize = 250;
 const LIFT_TIME: u32 = 100;
 const PLACE_TIME: u32 = 150;
 
-/// How far bridges run ahead of labels, and rows ahead of labels.
+/// Frames by which bridges, and rows, run ahead of labels.
 const BRIDGES_AHEAD: usize = RELEASE_WINDOW - 1;
 const ROWS_AHEAD: usize = BRIDGES_AHEAD + BRIDGE - 1;
-/// Words that are kept: a power of two above `ROWS_AHEAD`.
+/// Size of the ring buffer: a power of two above `ROWS_AHEAD`.
 const RING: usize = 512;
 
-/// What is remembered of earlier rows: hystereses.
+/// State of the hystereses.
 struct Senses {
     kept: u32,
     target: f32,
-    /// A bit for each contact: whether it loads, and whether the target moves along it.
+    /// A bit for each contact: whether it bears a force, and whether the target moves along it.
     loads: u32,
     along: u32,
 }
@@ -111,7 +111,7 @@ impl Senses {
         let mut touch = 0;
         let (mut px, mut py, mut pz) = (T::default(), T::default(), T::default());
         let (mut fx, mut fy, mut fz) = (T::default(), T::default(), T::default());
-        // Eight roots at once take no longer than two: five of fingers, one of their sum.
+        // Eight square roots in one instruction take no longer than two: five of fingers, one of their sum.
         let mut squares = [T::default(); 8];
         let mut pressed = T::default();
         for finger in 0..5 {
@@ -133,7 +133,7 @@ impl Senses {
         );
         let radius = T::from(row.radius);
         let (near_on, near_off) = (radius + constant(0.05), radius + constant(0.07));
-        // While the fingertips hardly press, they do not squeeze: at most half the sum of their forces.
+        // The squeeze is at most half the sum of the forces, so small forces need no further test.
         let (mut squeeze_on, mut squeeze_keep) = (false, false);
         if pressed > constant(0.007) {
             squares[5] = square(fx, fy, fz);
@@ -199,20 +199,20 @@ impl Senses {
     }
 }
 
-/// What holds within the last and within the next frames: for each bit, how many frames are left until it no longer does.
+/// `within last` and `within next`: for each bit, the number of frames until it expires.
 #[derive(Default)]
 struct Bridges {
     last: [u8; 8],
     next: [u8; 8],
-    /// What was seen last, behind and ahead, and for how many frames something still runs out.
+    /// The last words, behind and ahead, and the number of frames until the last expiry.
     seen: (u32, u32),
     busy: usize,
-    /// What is bridged.
+    /// The bridged bits.
     bits: u32,
 }
 
 impl Bridges {
-    /// Sees a frame `BRIDGE - 1` ahead.
+    /// Processes the frame that is `BRIDGE - 1` ahead.
     #[inline(always)]
     fn ahead(&mut self, row: u32) {
         if row & BRIDGED != self.seen.1 {
@@ -224,7 +224,7 @@ impl Bridges {
         }
     }
 
-    /// What is bridged on this frame.
+    /// Returns the bridged bits of the current frame.
     #[inline(always)]
     fn step(&mut self, row: u32) -> u32 {
         if row & (BRIDGED | CHANGED) != self.seen.0 {
@@ -247,7 +247,7 @@ impl Bridges {
     }
 }
 
-/// The bit of each of the eight: so all of them are dealt with at once.
+/// Spreads eight bits over eight bytes, so that all are processed at once.
 const LANES: [u8; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
 
 #[inline(always)]
@@ -257,7 +257,7 @@ fn count_down(left: &mut [u8; 8], row: u32) {
     }
 }
 
-/// Latches, what `for` counts, and the label.
+/// Latches, the counters of `for`, and the label.
 #[derive(Clone, Copy, PartialEq)]
 struct Memory {
     label: u8,
@@ -268,7 +268,7 @@ struct Memory {
     pushed: bool,
     pressing: bool,
     wall_before: bool,
-    /// Frames in the air, and frames of `Place`, up to what is asked for.
+    /// Frames in the air, and frames of `Place`, up to the required numbers.
     in_air: u32,
     placing: u32,
 }
@@ -287,7 +287,7 @@ impl Memory {
         placing: 0,
     };
 
-    /// The memory after a frame; `bits` are those of the row, bridged, with what is known of the frames to come.
+    /// Returns the state after a frame; `bits` are those of the row, bridged, with those of the following frames.
     #[inline(always)]
     fn step(&self, bits: u32) -> Self {
         let is = |bit: u32| bits & bit != 0;
@@ -302,7 +302,7 @@ impl Memory {
         let (inserted, turning) = (is(INSERTED), is(TURNING));
         let screwing = turning && !is(IN_PLAIN_SOCKET);
 
-        // What reads the target begins anew with another one.
+        // Bits that depend on the target restart with another one.
         let kept = if is(CHANGED) {
             Self { lifted: false, placed: false, pushed: false, wall_before: false, in_air: 0, ..*self }
         } else {
@@ -364,7 +364,7 @@ impl Memory {
     }
 }
 
-/// Frames until the last one on which something held is out of sight.
+/// Frames after which the last true bit has expired.
 struct Ahead {
     window: usize,
     left: usize,
@@ -382,14 +382,14 @@ impl Ahead {
     }
 }
 
-/// All rows, with arithmetic in `T`.
+/// Labels all rows, with arithmetic in `T`.
 pub fn in_rows<T: Real, const CONTACTS: usize>(rows: &[Row<CONTACTS>]) -> Runs {
     let Some(first) = rows.first() else { return Runs::new() };
     let mut senses = Senses { kept: 0, target: first.target, loads: 0, along: 0 };
     let (mut bridges, mut memory) = (Bridges::default(), Memory::START);
     let (mut lets_go, mut rests, mut eases) =
         (Ahead::new(RELEASE_WINDOW), Ahead::new(PUSH_TIME), Ahead::new(PRESS_TIME));
-    // Words of rows, and words with what is bridged in them.
+    // Words of rows, and words with bridged bits.
     let (mut seen, mut bridged) = ([BEHIND; RING], [0_u32; RING]);
     let (mut runs, mut bits, mut settled) = (Runs::new(), 0, false);
     for head in 0..rows.len() + ROWS_AHEAD {
@@ -399,7 +399,7 @@ pub fn in_rows<T: Real, const CONTACTS: usize>(rows: &[Row<CONTACTS>]) -> Runs {
         if let Some(at) = head.checked_sub(ROWS_AHEAD + 1 - PUSH_TIME) {
             rests.step(seen[at % RING] & MOVING == 0);
         }
-        // Each stage is behind by what it has to know of the frames to come.
+        // Each stage lags by its look-ahead.
         let Some(at) = head.checked_sub(BRIDGE - 1) else { continue };
         let word = seen[at % RING];
         let now = bridges.step(word);

@@ -1,18 +1,18 @@
-//! The frames that the shipped rules read, as somebody would keep them who works row by row: what belongs to a frame stands together, in 32 bits.
+//! The inputs of the shipped rules as rows: all values of a frame are adjacent in memory, in 32 bits.
 
 use teachtree::base::hands::{Finger, Side};
 use teachtree::stream::frames::{ColumnKey, Frames, Values};
 
-/// Five fingers, and at most so many bodies that the target may touch; one that is not there gives no force.
+/// A frame with five fingers and `CONTACTS` bodies that the target may touch; a missing body has zero force.
 #[derive(Clone)]
 pub struct Row<const CONTACTS: usize> {
     /// x, y, z of each fingertip.
     pub tips: [[f32; 5]; 3],
     /// Force of each fingertip on the object.
     pub forces: [[f32; 5]; 3],
-    /// Whether each fingertip touches.
+    /// Whether each fingertip touches an object.
     pub touch: [f32; 5],
-    /// Which object is the target.
+    /// Index of the target.
     pub target: f32,
     pub position: [f32; 3],
     pub velocity: [f32; 3],
@@ -24,16 +24,16 @@ pub struct Row<const CONTACTS: usize> {
     pub in_plain_socket: f32,
     /// Upward force of the fingers on the object.
     pub push_up: f32,
-    /// Of each body that the target may touch: its force on the target …
+    /// For each body that the target may touch: its force on the target,
     pub contact_forces: [[f32; CONTACTS]; 3],
-    /// … the normal of the contact …
+    /// the normal of the contact,
     pub normals: [[f32; CONTACTS]; 3],
-    /// … its velocity, and whether the other hand touches it.
+    /// its velocity, and whether the other hand touches it.
     pub velocities: [[f32; CONTACTS]; 3],
     pub handled: [f32; CONTACTS],
 }
 
-/// The rows of a log with one right hand; `None` when its target may touch more bodies.
+/// Returns the rows of a log with one right hand; `None` if its target may touch more bodies.
 pub fn rows<const CONTACTS: usize>(frames: &Frames) -> Option<Vec<Row<CONTACTS>>> {
     let [hand] = frames.layout.hands.as_slice() else { panic!("one hand is wanted") };
     let fingers = [Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];

@@ -8,6 +8,8 @@ syntax case match
 syntax keyword teachtreeKeyword above and become becomes below between clear else extend false for from in latch none not optional or param per primitive relabel separate sequence set settle signal stay stream task tree true until use with within without
 syntax match teachtreeKeyword /\<each\s\+hand\>/
 syntax match teachtreeKeyword /\<within\s\+\(last\|next\)\>/
+syntax match teachtreeKeyword /)\s*\zsat\s\+least\>/
+syntax match teachtreeKeyword /\<times\ze\s\+within\>/
 syntax match teachtreeKeyword /\<in\s\+\(both\|one\s\+hand\|the\s\+other\)\>/
 syntax match teachtreeKeyword /\<shorter\s\+than\>/
 syntax match teachtreeKeyword /,\s*\zsjoined\>/

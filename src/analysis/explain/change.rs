@@ -6,7 +6,7 @@ use super::{Analysed, Explanation, TaskReason, block};
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use serde::Serialize;
 
 /// Why a label gave way to another one.
@@ -63,17 +63,17 @@ pub struct State {
 /// When the rate cannot honour a duration of the rules.
 pub fn change<'a>(
     analysed: &Analysed<'a>,
-    probe: &mut Probe<'a>,
+    inspector: &mut Inspector<'a>,
     who: Who,
     frame: usize,
 ) -> Result<Option<Change>, InputError> {
-    let stretch = probe.leaves().frames.clone();
-    if probe.tree(who.side()).is_none() || !stretch.contains(&frame) {
+    let stretch = inspector.leaves().frames.clone();
+    if inspector.tree(who.side()).is_none() || !stretch.contains(&frame) {
         return Ok(None);
     }
-    let after = block(analysed, probe, who, frame)?;
+    let after = block(analysed, inspector, who, frame)?;
     let before = match frame.checked_sub(1).filter(|before| stretch.contains(before)) {
-        Some(before) => Some(block(analysed, probe, who, before)?),
+        Some(before) => Some(block(analysed, inspector, who, before)?),
         None => None,
     };
     let decided = before.as_ref().and_then(|before| decided(before, &after));
@@ -81,8 +81,8 @@ pub fn change<'a>(
 }
 
 /// How the task around a frame of a hand came to its name; `None` when the frame is in none.
-pub fn task(analysed: &Analysed, probe: &Probe, side: Side, frame: usize) -> Option<TaskReason> {
-    super::task::of(analysed.rules, analysed.frames, probe.leaves(), side, frame)
+pub fn task(analysed: &Analysed, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
+    super::task::of(analysed.rules, analysed.frames, inspector.leaves(), side, frame)
 }
 
 fn decided(before: &Explanation, after: &Explanation) -> Option<Decided> {

@@ -89,6 +89,13 @@ pub enum Wait {
     Ago(Option<f64>),
     /// `within next`: it will hold so much later.
     Ahead(Option<f64>),
+    /// `at least times within last`: it began so often.
+    Begun {
+        /// How often.
+        times: usize,
+        /// How often is asked.
+        wanted: f64,
+    },
 }
 
 impl Fact {
@@ -125,6 +132,11 @@ impl Fact {
                     Wait::Ago(Some(ago)) if *ago > 0.0 => format!("last {} ago, window {wanted}", time(*ago)),
                     Wait::Ago(Some(_)) | Wait::Ahead(Some(0.0)) => format!("now, window {wanted}"),
                     Wait::Ahead(None) => format!("never again, wanted within the next {wanted}"),
+                    Wait::Begun { times, wanted: often } => {
+                        let counted = if *times == 1 { "time" } else { "times" };
+                        let asked = if holds { String::new() } else { format!(", wanted {often}") };
+                        format!("began {times} {counted} in the last {wanted}{asked}")
+                    }
                     Wait::Ahead(Some(ahead)) => format!("{} ahead, window {wanted}", time(*ahead)),
                 }
             }

@@ -4,7 +4,7 @@ use super::{Analysed, Question, asked};
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::language::rules::Label;
 
 /// What a tree took on a frame.
@@ -31,15 +31,15 @@ pub fn moment(analysed: &Analysed, who: Who, time_s: f64) -> Result<Option<Momen
         Who::Both => None,
     };
     let Some((leaves, frames)) = asked(analysed, &question)?.into_iter().next() else { return Ok(None) };
-    let mut probe = Probe::new(analysed.rules, analysed.frames, leaves);
-    if probe.tree(side).is_none() {
+    let mut inspector = Inspector::new(analysed.rules, analysed.frames, leaves);
+    if inspector.tree(side).is_none() {
         return Ok(None);
     }
     let frame = frames.start;
-    let run = probe.run(side, frame);
-    let before = run.and_then(|run| run.start.checked_sub(1)).and_then(|last| probe.run(side, last));
+    let run = inspector.run(side, frame);
+    let before = run.and_then(|run| run.start.checked_sub(1)).and_then(|last| inspector.run(side, last));
     Ok(Some(Moment {
-        path: probe.path(side, frame)?,
+        path: inspector.path(side, frame)?,
         frame,
         leaf: run.and_then(|run| run.label),
         before: before.map(|run| run.label),

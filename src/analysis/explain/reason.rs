@@ -5,9 +5,11 @@ use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::Span;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::open::frames as samples;
-use crate::engine::probe::Probe;
-use crate::language::rules::{Comparison, Expr, ExprKind, Function, Hand, Rules, Window};
+
+use crate::engine::inspect::Inspector;
+use crate::engine::semantics::samples;
+use crate::language::ops::Temporal;
+use crate::language::rules::{Comparison, Constant, Expr, ExprKind, Function, Hand, Rules};
 use crate::stream::frames::HandLayout;
 use serde::Serialize;
 
@@ -38,7 +40,7 @@ type Outcome<T> = Result<T, InputError>;
 
 /// Finds reasons on one stretch.
 pub(super) struct Reasons<'p, 'a> {
-    pub probe: &'p mut Probe<'a>,
+    pub inspector: &'p mut Inspector<'a>,
 }
 
 /// Where a condition is looked at.
@@ -63,7 +65,7 @@ impl Spot {
 impl<'a> Reasons<'_, 'a> {
     /// A condition as text: comments and outer parentheses gone, blanks folded.
     pub fn text(&self, expr: &'a Expr) -> String {
-        text(self.probe.rules(), expr.span)
+        text(self.inspector.rules(), expr.span)
     }
 
     /// Why a condition holds or does not.
@@ -78,26 +80,22 @@ impl<'a> Reasons<'_, 'a> {
     }
 
     fn number(&mut self, expr: &'a Expr, spot: Spot) -> Outcome<f64> {
-        let column = self.probe.at(expr, spot.this, spot.frame)?;
+        let column = self.inspector.at(expr, spot.this, spot.frame)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         Ok(column.number(slot, 0))
     }
 
     fn start(&self) -> usize {
-        self.probe.leaves().frames.start
+        self.inspector.leaves().frames.start
     }
 
     fn time(&self, frame: usize) -> f64 {
-        self.probe.frames().time.get(frame).copied().unwrap_or_default()
+        self.inspector.frames().time.get(frame).copied().unwrap_or_default()
     }
 
     fn decided(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
-        let rules = self.probe.rules();
-        let whose = |hand: Hand| match hand {
-            Hand::This => spot.this,
-            Hand::Named(side) => Some(side),
-            Hand::Nobody => None,
-        };
+        let rules = self.inspector.rules();
+        let whose = |hand: Hand| hand.side(spot.this);
         let deeper = Spot { depth: spot.depth + 1, ..spot };
         Ok(match &expr.kind {
             ExprKind::And(parts) => (None, self.parts(parts, spot, holds, true)?),
@@ -124,9 +122,9 @@ impl<'a> Reasons<'_, 'a> {
                 (Some(fact), because)
             }
             ExprKind::From { .. } => {
-                let tree = self.probe.tree(spot.this).is_some();
+                let tree = self.inspector.tree(spot.this).is_some();
                 let before = if tree && spot.frame > self.start() {
-                    match self.probe.leaf(spot.this, spot.frame - 1) {
+                    match self.inspector.leaf(spot.this, spot.frame - 1) {
                         Some(label) => rules.label_name(label),
                         None => "separate".to_string(),
                     }
@@ -147,8 +145,9 @@ impl<'a> Reasons<'_, 'a> {
                     Fact::Threshold { value, on, off, rising: *rising, margin, since_s, unit: dimension.si_unit() };
                 (Some(fact), Vec::new())
             }
-            ExprKind::Window(window, inner, duration) => {
-                let fact = self.wait(*window, inner, duration.value, spot)?;
+            ExprKind::Temporal(Temporal::Rises | Temporal::Falls, _) => (None, Vec::new()),
+            ExprKind::Temporal(temporal, inner) => {
+                let fact = self.over_time(temporal, inner, spot)?;
                 let now = self.holds(inner, spot)?;
                 // What is so now tells something only when it has the same sign.
                 let because = if now == holds { vec![self.bare(inner, spot)?] } else { Vec::new() };
@@ -192,7 +191,7 @@ impl<'a> Reasons<'_, 'a> {
 
     /// `any` and `all` of an array: the slots that decide, or the one that comes nearest.
     fn slots(&mut self, array: &'a Expr, spot: Spot, holds: bool, all: bool) -> Outcome<(Option<Fact>, Vec<Reason>)> {
-        let column = self.probe.at(array, spot.this, spot.frame)?;
+        let column = self.inspector.at(array, spot.this, spot.frame)?;
         let held: Vec<usize> = (0..column.slots()).filter(|slot| column.holds(*slot, 0)).collect();
         let named =
             |reasons: &Self, slots: &[usize]| slots.iter().map(|slot| reasons.slot_name(array, *slot, spot)).collect();
@@ -220,12 +219,8 @@ impl<'a> Reasons<'_, 'a> {
 
     pub fn slot_name(&self, array: &Expr, slot: usize, spot: Spot) -> String {
         let Some((axis, hand)) = array.ty.axis else { return String::new() };
-        let side = match hand {
-            Hand::This => spot.this,
-            Hand::Named(side) => Some(side),
-            Hand::Nobody => None,
-        };
-        let layout = side.and_then(|side| self.probe.frames().layout.hand(side));
+        let side = hand.side(spot.this);
+        let layout = side.and_then(|side| self.inspector.frames().layout.hand(side));
         let name = layout.and_then(|layout| slots(array, axis, layout).into_iter().nth(slot));
         name.unwrap_or_else(|| format!("slot {}", slot + 1))
     }
@@ -234,12 +229,8 @@ impl<'a> Reasons<'_, 'a> {
     fn picked(&self, expr: &'a Expr, array: &'a Expr, spot: Spot) -> Option<usize> {
         let ExprKind::Pick(_, pick) = &expr.kind else { return None };
         let (_, hand) = array.ty.axis?;
-        let side = match hand {
-            Hand::This => spot.this,
-            Hand::Named(side) => Some(side),
-            Hand::Nobody => None,
-        }?;
-        let fingers = &self.probe.frames().layout.hand(side)?.fingers;
+        let side = hand.side(spot.this)?;
+        let fingers = &self.inspector.frames().layout.hand(side)?.fingers;
         let mut slots = fingers.iter().enumerate().filter(|(_, finger)| pick.picks(**finger)).map(|(slot, _)| slot);
         slots.nth(if expr.ty.axis.is_some() { spot.slot } else { 0 })
     }
@@ -247,7 +238,7 @@ impl<'a> Reasons<'_, 'a> {
     fn compared(&mut self, comparison: Comparison, a: &'a Expr, b: &'a Expr, spot: Spot) -> Outcome<Fact> {
         let (value, threshold) = (self.number(a, spot)?, self.number(b, spot)?);
         if a.ty.shape == Shape::Object {
-            let objects = &self.probe.frames().objects;
+            let objects = &self.inspector.frames().objects;
             // Objects are numbered in column form.
             let name = |number: f64| {
                 let at = if number >= 0.0 { Some(number as usize) } else { None };
@@ -263,7 +254,7 @@ impl<'a> Reasons<'_, 'a> {
         let holding = match &a.kind {
             ExprKind::Call(Function::Count, args) => match args.first() {
                 Some(array) => {
-                    let column = self.probe.at(array, spot.this, spot.frame)?;
+                    let column = self.inspector.at(array, spot.this, spot.frame)?;
                     let held = (0..column.slots()).filter(|slot| column.holds(*slot, 0));
                     held.map(|slot| self.slot_name(array, slot, spot)).collect()
                 }
@@ -275,37 +266,45 @@ impl<'a> Reasons<'_, 'a> {
         Ok(Fact::Compared { value, comparison: sign(comparison), threshold, margin, unit, holding })
     }
 
-    /// How much of a window was held.
-    fn wait(&mut self, window: Window, inner: &'a Expr, duration_s: f64, spot: Spot) -> Outcome<Fact> {
-        let rate_hz = self.probe.frames().layout.rate_hz;
-        let wanted = samples(duration_s, rate_hz)? as usize;
-        let begin = self.probe.began(inner, spot.this, spot.frame)? - self.start();
-        let column = self.probe.kept(inner, spot.this)?;
-        let slot = if column.is_array() { spot.slot } else { 0 };
+    /// What an operator over time found: how much of its window was held, when its condition held, or how often it began.
+    fn over_time(&mut self, op: &Temporal<Constant>, inner: &'a Expr, spot: Spot) -> Outcome<Fact> {
+        let rate_hz = self.inspector.frames().layout.rate_hz;
+        let begin = self.inspector.began(inner, spot.this, spot.frame) - self.start();
+        let truth = self.inspector.truth(inner, spot.this)?;
+        let slot = if truth.is_array() { spot.slot } else { 0 };
         let at = spot.frame - self.start();
-        let end = self.probe.leaves().frames.len();
+        let end = self.inspector.leaves().frames.len();
         #[allow(clippy::cast_precision_loss, reason = "frames of a log")]
         let seconds = |frames: usize| frames as f64 / rate_hz;
-        let wait = match window {
-            Window::For => {
-                let held = (begin..=at).rev().take(wanted).take_while(|frame| column.holds(slot, *frame)).count();
-                Wait::Held(seconds(held))
+        let window = |duration: &Constant| Ok::<usize, InputError>(samples(duration.value, rate_hz)? as usize);
+        let holds = |frame: &usize| truth.holds(slot, *frame);
+        let (wait, wanted) = match op {
+            Temporal::For(duration) => {
+                let wanted = window(duration)?;
+                (Wait::Held(seconds((begin..=at).rev().take(wanted).take_while(holds).count())), wanted)
             }
-            Window::WithinLast => {
-                let last = (begin..=at).rev().find(|frame| column.holds(slot, *frame));
-                Wait::Ago(last.map(|last| seconds(at - last)))
+            Temporal::WithinLast(duration) => {
+                let last = (begin..=at).rev().find(holds);
+                (Wait::Ago(last.map(|last| seconds(at - last))), window(duration)?)
             }
-            Window::WithinNext => {
-                let next = (at..end).find(|frame| column.holds(slot, *frame));
-                Wait::Ahead(next.map(|next| seconds(next - at)))
+            Temporal::WithinNext(duration) => {
+                let next = (at..end).find(holds);
+                (Wait::Ahead(next.map(|next| seconds(next - at))), window(duration)?)
             }
+            Temporal::AtLeast { times, within } => {
+                let wanted = window(within)?;
+                let begins = |frame: &usize| holds(frame) && (*frame == begin || !holds(&(frame - 1)));
+                let begun = (begin..=at).rev().take(wanted).filter(begins).count();
+                (Wait::Begun { times: begun, wanted: times.value }, wanted)
+            }
+            Temporal::Rises | Temporal::Falls => (Wait::Held(0.0), 1),
         };
         Ok(Fact::Window { wait, wanted_s: seconds(wanted) })
     }
 
     /// The frame since which a condition has been as it is; `None` when it has been so from the beginning of the stretch.
     fn since(&mut self, expr: &'a Expr, spot: Spot, holds: bool) -> Outcome<Option<usize>> {
-        let column = self.probe.kept(expr, spot.this)?;
+        let column = self.inspector.truth(expr, spot.this)?;
         let slot = if column.is_array() { spot.slot } else { 0 };
         let start = self.start();
         let differs = column.last_otherwise(slot, spot.frame - start, holds);

@@ -5,7 +5,7 @@ use super::reason::{Reasons, Spot};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::engine::runs::Leaves;
 use crate::language::rules::Expr;
 use crate::stream::frames::Frames;
@@ -27,17 +27,17 @@ pub fn frame_at<'a>(frames: &Frames, leaves: &'a [Leaves], time_s: f64) -> Optio
 /// # Errors
 /// When the rate of the log cannot honour a duration in it.
 pub fn value<'a>(
-    probe: &mut Probe<'a>,
+    inspector: &mut Inspector<'a>,
     expr: &'a Expr,
     this: Option<Side>,
     frame: usize,
 ) -> Result<Vec<String>, InputError> {
-    let column = probe.column(expr, this)?;
-    let at = frame.saturating_sub(probe.leaves().frames.start);
+    let column = inspector.column(expr, this)?;
+    let at = frame.saturating_sub(inspector.leaves().frames.start);
     if !column.is_array() {
-        let mut lines = vec![element(probe, expr, column.at(0, at))];
+        let mut lines = vec![element(inspector, expr, column.at(0, at))];
         if expr.ty.shape == Shape::Bool {
-            let reason = Reasons { probe }.reason(expr, Spot::new(this, frame))?;
+            let reason = Reasons { inspector }.reason(expr, Spot::new(this, frame))?;
             lines.extend(reason.fact.map(|fact| fact.words(reason.holds)));
             let parts = reason.because.into_iter().take(MAX_PARTS);
             lines.extend(parts.map(|part| match &part.fact {
@@ -50,20 +50,20 @@ pub fn value<'a>(
     let spot = Spot::new(this, frame);
     let slots: Vec<String> = (0..column.slots())
         .map(|slot| {
-            let name = Reasons { probe }.slot_name(expr, slot, spot);
-            format!("{name} {}", element(probe, expr, column.at(slot, at)))
+            let name = Reasons { inspector }.slot_name(expr, slot, spot);
+            format!("{name} {}", element(inspector, expr, column.at(slot, at)))
         })
         .collect();
     Ok(vec![if slots.is_empty() { "nothing to run over".to_string() } else { slots.join(", ") }])
 }
 
 /// One element as people read it.
-fn element(probe: &Probe, expr: &Expr, numbers: &[f64]) -> String {
+fn element(inspector: &Inspector, expr: &Expr, numbers: &[f64]) -> String {
     let unit = expr.ty.dimension.si_unit();
     match (expr.ty.shape, numbers) {
         (Shape::Bool, [truth]) => (*truth > 0.5).to_string(),
         (Shape::Object, [number]) => {
-            let name = (*number >= 0.0).then(|| probe.frames().objects.get(*number as usize)).flatten();
+            let name = (*number >= 0.0).then(|| inspector.frames().objects.get(*number as usize)).flatten();
             name.map_or("none", String::as_str).to_string()
         }
         (Shape::Scalar, [number]) => {

@@ -4,7 +4,7 @@ use super::reason::{Reason, Reasons, Spot};
 use super::written;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::language::rules::{Choice, Expr, ExprKind, Label, Then, Way};
 use serde::Serialize;
 use std::ops::Range;
@@ -41,12 +41,12 @@ type Outcome<T> = Result<T, InputError>;
 
 /// The nearest path of a tree to one of `labels` on the frames of `at`; `None` when no leaf gives them.
 pub(super) fn why_not(
-    probe: &mut Probe,
+    inspector: &mut Inspector<'_>,
     side: Option<Side>,
     at: Range<usize>,
     labels: &[Label],
 ) -> Outcome<Option<WhyNot>> {
-    let Some(tree) = probe.tree(side) else { return Ok(None) };
+    let Some(tree) = inspector.tree(side) else { return Ok(None) };
     let gives = |choice: &Choice| match choice.then {
         Then::Primitive(label) => labels.iter().any(|pattern| pattern.covers(label)),
         _ => false,
@@ -56,7 +56,7 @@ pub(super) fn why_not(
     for way in &ways {
         let mut lacking = vec![0; at.len()];
         for (_, condition, wanted) in &way.asked {
-            for (count, more) in lacking.iter_mut().zip(lacks(probe, condition, *wanted, side, &at)?) {
+            for (count, more) in lacking.iter_mut().zip(lacks(inspector, condition, *wanted, side, &at)?) {
                 *count += more;
             }
         }
@@ -67,12 +67,12 @@ pub(super) fn why_not(
         }
     }
     let Some((_, frame, way)) = nearest else { return Ok(None) };
-    let rules = probe.rules();
+    let rules = inspector.rules();
     let place = |choice: &Choice| rules.sources.place(choice.span);
     let mut missing = Vec::new();
     for (choice, condition, wanted) in &way.asked {
-        if probe.holds(condition, side, frame)? != *wanted {
-            let reason = Reasons { probe }.reason(condition, Spot::new(side, frame))?;
+        if inspector.holds(condition, side, frame)? != *wanted {
+            let reason = Reasons { inspector }.reason(condition, Spot::new(side, frame))?;
             missing.push(Obstacle {
                 choice: written(rules.sources.text(choice.span)),
                 place: place(choice),
@@ -87,7 +87,7 @@ pub(super) fn why_not(
     };
     Ok(Some(WhyNot {
         primitive: label,
-        time_s: probe.frames().time.get(frame).copied().unwrap_or_default(),
+        time_s: inspector.frames().time.get(frame).copied().unwrap_or_default(),
         choice: written(rules.sources.text(way.choice.span)),
         place: place(way.choice),
         missing,
@@ -95,14 +95,20 @@ pub(super) fn why_not(
 }
 
 /// How many parts of a condition would have to come out differently, on each frame.
-fn lacks(probe: &mut Probe, expr: &Expr, wanted: bool, side: Option<Side>, at: &Range<usize>) -> Outcome<Vec<usize>> {
+fn lacks<'a>(
+    inspector: &mut Inspector<'a>,
+    expr: &'a Expr,
+    wanted: bool,
+    side: Option<Side>,
+    at: &Range<usize>,
+) -> Outcome<Vec<usize>> {
     match &expr.kind {
-        ExprKind::Not(inner) => lacks(probe, inner, !wanted, side, at),
+        ExprKind::Not(inner) => lacks(inspector, inner, !wanted, side, at),
         ExprKind::And(parts) | ExprKind::Or(parts) => {
             let all = matches!(expr.kind, ExprKind::And(_)) == wanted;
             let mut total: Option<Vec<usize>> = None;
             for part in parts {
-                let one = lacks(probe, part, wanted, side, at)?;
+                let one = lacks(inspector, part, wanted, side, at)?;
                 total = Some(match total {
                     None => one,
                     Some(so_far) => {
@@ -113,9 +119,9 @@ fn lacks(probe: &mut Probe, expr: &Expr, wanted: bool, side: Option<Side>, at: &
             Ok(total.unwrap_or_else(|| vec![0; at.len()]))
         }
         _ => {
-            let start = probe.leaves().frames.start;
-            let column = probe.column(expr, side)?;
-            Ok(at.clone().map(|frame| usize::from(column.holds(0, frame - start) != wanted)).collect())
+            let start = inspector.leaves().frames.start;
+            let truth = inspector.truth(expr, side)?;
+            Ok(at.clone().map(|frame| usize::from(truth.holds(0, frame - start) != wanted)).collect())
         }
     }
 }

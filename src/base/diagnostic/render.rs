@@ -1,15 +1,15 @@
-//! Draws diagnostics as text with the source lines they speak of. The only file that knows `annotate-snippets`.
+//! Renders diagnostics as text with their source lines. No other file uses `annotate-snippets`.
 
 use super::{Diagnostic, Severity, Sources, Span};
 use annotate_snippets::{AnnotationKind, Group, Level, Patch, Renderer, Snippet};
 use std::ops::Range;
 
-/// Edits of lines longer than this are not drawn, in bytes. (Snippets of such lines are trimmed by the library.)
+/// Edits of lines longer than this, in bytes, are not rendered. (The library trims snippets of such lines.)
 const LONGEST_EDIT: usize = 400;
-/// Lines of source kept above and below what a report shows, so that a long file costs no more than a short one.
+/// Source lines kept above and below the spans of a report, so that the cost does not depend on the length of the file.
 const CONTEXT_LINES: usize = 3;
 
-/// All diagnostics as one text, each followed by a blank line; with terminal colours when `color`.
+/// Renders all diagnostics as one text, each followed by a blank line; with terminal colors if `color`.
 pub fn render(diagnostics: &[Diagnostic], sources: &Sources, color: bool) -> String {
     let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     let mut text = String::new();
@@ -20,7 +20,7 @@ pub fn render(diagnostics: &[Diagnostic], sources: &Sources, color: bool) -> Str
     text
 }
 
-/// The report of one diagnostic: the finding with its places, then the edit that mends it.
+/// Builds the report of one diagnostic: the finding with its places, then the edit.
 fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>> {
     let level = match diagnostic.severity {
         Severity::Error => Level::ERROR,
@@ -28,7 +28,7 @@ fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>
     };
     let mut report = Group::with_title(level.primary_title(&diagnostic.message).id(diagnostic.code));
 
-    // One snippet a file, in the order in which the labels name the files.
+    // One snippet per file, in the order in which the labels name the files.
     let mut files: Vec<u32> = Vec::new();
     for label in &diagnostic.labels {
         if !files.contains(&label.span.file) {
@@ -51,7 +51,7 @@ fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>
         report = report.element(Level::NOTE.message(note.as_str()));
     }
 
-    // The first help belongs to the edit, when there is one that changes something visible.
+    // The first help belongs to the edit, if that changes visible text.
     let fix = diagnostic.fix.as_ref().and_then(|fix| Some((fix, Window::over(sources, [fix.span].into_iter())?)));
     let fix = fix.filter(|(_, window)| window.text.lines().all(|line| line.len() <= LONGEST_EDIT));
     let mut help = diagnostic.help.iter();
@@ -70,13 +70,13 @@ fn groups<'a>(diagnostic: &'a Diagnostic, sources: &'a Sources) -> Vec<Group<'a>
 struct Window<'a> {
     name: &'a str,
     text: &'a str,
-    /// Where the part begins in the file, in bytes, and its line from 1.
+    /// Start of the part in the file, in bytes, and its line from 1.
     start: usize,
     line: usize,
 }
 
 impl<'a> Window<'a> {
-    /// The lines around these spans of one file; `None` when the file is unknown or there is no span.
+    /// Returns the lines around these spans of one file; `None` if the file is unknown or there is no span.
     fn over(sources: &'a Sources, spans: impl Iterator<Item = Span> + Clone) -> Option<Self> {
         let file = spans.clone().next()?.file;
         let source = sources.files.get(file as usize)?;
@@ -93,7 +93,7 @@ impl<'a> Window<'a> {
         Snippet::source(self.text).path(self.name).line_start(self.line)
     }
 
-    /// A span of the file within the window.
+    /// Converts a span of the file to one of the window.
     fn range(&self, span: Span) -> Range<usize> {
         let inside = |at: u32| floor_boundary(self.text, (at as usize).saturating_sub(self.start));
         let start = inside(span.start);
@@ -101,7 +101,7 @@ impl<'a> Window<'a> {
     }
 }
 
-/// The last character boundary at or before `at`.
+/// Returns the last character boundary at or before `at`.
 fn floor_boundary(text: &str, at: usize) -> usize {
     let mut at = at.min(text.len());
     while !text.is_char_boundary(at) {

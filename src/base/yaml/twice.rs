@@ -1,4 +1,4 @@
-//! Keys that stand in a mapping twice, anywhere in a text: whoever reads it into a map would keep the last one and drop the others without a word.
+//! Detects duplicate keys of a mapping anywhere in a text. Deserializing into a map would silently keep the last one.
 
 use crate::base::yaml::MAX_BYTES;
 use serde::de::{
@@ -8,25 +8,25 @@ use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::fmt;
 
-/// What errors of this search begin and end with.
+/// The begin and end of this search's errors.
 const TWICE: [&str; 2] = ["the key `", "is there twice"];
 const MUCH: [&str; 2] = ["the text", "its aliases are written out"];
-/// A text without aliases has fewer values.
+/// Limit of the number of values; a text without aliases has fewer.
 const MOST: usize = MAX_BYTES;
 
-/// What an error of this search says, without the place that the crate puts about it; `None` of any other error: what else is wrong with a text is
-/// told by who reads it into types.
+/// Returns the message of an error of this search without the place that the crate adds; `None` for other errors, which deserializing into types
+/// reports.
 pub(super) fn said(message: &str) -> Option<&str> {
     let between = |[begins, ends]: [&str; 2]| message.get(message.find(begins)?..message.find(ends)? + ends.len());
     between(TWICE).or_else(|| between(MUCH))
 }
 
-/// The search through a text.
+/// The search.
 pub(super) fn search<'de, D: Deserializer<'de>>(text: D) -> Result<(), D::Error> {
     Once(&Cell::new(0)).deserialize(text)
 }
 
-/// Goes through all of a value, and stops at the first key that its mapping had already.
+/// Visits all values, and stops at the first duplicate key.
 #[derive(Clone, Copy)]
 struct Once<'s>(&'s Cell<usize>);
 
@@ -92,7 +92,7 @@ impl<'de> Visitor<'de> for Once<'_> {
     }
 }
 
-/// Reads a key, and stops at one that was there before.
+/// Reads a key, and stops at a duplicate.
 struct Key<'s>(&'s mut BTreeSet<String>);
 
 impl<'de> DeserializeSeed<'de> for Key<'_> {

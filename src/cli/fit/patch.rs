@@ -2,7 +2,7 @@
 
 use crate::analysis::fit::{Knob, Point};
 use crate::language::Rules;
-use crate::language::written::Written;
+use crate::language::param_sites::ParamSite;
 use crate::stream::text;
 use similar::TextDiff;
 use std::path::Path;
@@ -16,10 +16,10 @@ pub struct Patch {
 }
 
 /// The patch from the values in the files to a point; `written` and `knobs` are of one order.
-pub fn patch(rules: &Rules, written: &[Written], knobs: &[Knob], point: &Point) -> Patch {
+pub fn patch(rules: &Rules, written: &[ParamSite], knobs: &[Knob], point: &Point) -> Patch {
     let mut patch = Patch { diff: String::new(), lacking: Vec::new() };
     for (source, file) in rules.sources.files.iter().zip(0_u32..) {
-        let mut changes: Vec<(&Written, String)> = written
+        let mut changes: Vec<(&ParamSite, String)> = written
             .iter()
             .zip(knobs)
             .zip(point)

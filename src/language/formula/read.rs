@@ -3,6 +3,7 @@
 use super::written::{label, written};
 use super::{Atom, Bound, Formula, Interval, Number, Quantity, Test};
 use crate::base::channels::Shape;
+use crate::language::ops::{self, Range};
 use crate::language::rules::{Arithmetic, Comparison, Expr, ExprKind, Function, Hand, Rules};
 use std::rc::Rc;
 
@@ -132,7 +133,7 @@ impl<'a> Reader<'a> {
         let key = written(expr, self.rules, this);
         let shown = Some((self.text(expr, this), expr.ty.dimension));
         let natural = if never_negative(expr) { Interval::above(0.0, false) } else { Interval::ALL };
-        let whole = matches!(expr.kind, ExprKind::Call(Function::Count, _));
+        let whole = range(expr) == Some(Range::Counted);
         Rc::new(Number { key: key.into(), shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined })
     }
 
@@ -177,12 +178,13 @@ impl<'a> Reader<'a> {
         match &expr.kind {
             ExprKind::Signal(id, _) => self.qualities.get(id.index()).copied().unwrap_or(Quality::Undefined),
             ExprKind::Arithmetic(Arithmetic::Divide, ..) => Quality::Undefined,
-            ExprKind::Call(Function::Count, _) => Quality::Finite,
-            ExprKind::Call(Function::Min | Function::Max, args) if args.len() == 1 => worst().max(Quality::Infinite),
-            ExprKind::Call(Function::Abs | Function::Min | Function::Max, _)
-            | ExprKind::Negate(_)
-            | ExprKind::Component(..)
-            | ExprKind::Pick(..) => worst(),
+            ExprKind::Negate(_) | ExprKind::Component(..) | ExprKind::Pick(..) => worst(),
+            ExprKind::Call(..) => match range(expr) {
+                Some(Range::Counted) => Quality::Finite,
+                Some(Range::Extreme) => worst().max(Quality::Infinite),
+                Some(Range::Chosen) => worst(),
+                Some(Range::Computed) | None => counted(worst()),
+            },
             // Infinities cancel.
             _ => counted(worst()),
         }
@@ -201,6 +203,12 @@ impl<'a> Reader<'a> {
     }
 }
 
-const fn never_negative(expr: &Expr) -> bool {
-    matches!(expr.kind, ExprKind::Call(Function::Abs | Function::Norm | Function::Count, _))
+fn never_negative(expr: &Expr) -> bool {
+    ops::of(&expr.kind).is_some_and(|operator| operator.never_negative)
+}
+
+/// What the table says of the number that a call gives.
+fn range(expr: &Expr) -> Option<Range> {
+    let places = expr.arguments().len();
+    ops::of(&expr.kind)?.forms.iter().find(|form| form.takes.len() == places).map(|form| form.range)
 }

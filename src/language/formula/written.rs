@@ -49,10 +49,15 @@ fn write(expr: &Expr, rules: &Rules, this: Hand, text: &mut String) {
         ExprKind::Hysteresis { on, off, rising, .. } => {
             write!(text, "hysteresis {:e} {:e} {rising}", on.value, off.value)
         }
-        ExprKind::Window(window, _, duration) => write!(text, "{window:?} {:e}", duration.value),
+        ExprKind::Temporal(temporal, _) => {
+            // The name of the variant where constants follow.
+            let variant = format!("{temporal:?}");
+            let constants = temporal.constants();
+            let name = if constants.is_empty() { Some(temporal.name()) } else { variant.split(['(', ' ']).next() };
+            text.push_str(name.unwrap_or_default());
+            constants.into_iter().try_for_each(|constant| write!(text, " {:e}", constant.value))
+        }
         ExprKind::Rate(_, duration) => write!(text, "rate {:e}", duration.value),
-        ExprKind::Rises(_) => write!(text, "rises"),
-        ExprKind::Falls(_) => write!(text, "falls"),
         ExprKind::Call(function, _) => write!(text, "{function:?}"),
         ExprKind::From { labels, none } => {
             let labels: Vec<String> = labels.iter().map(|one| label(*one, rules)).collect();

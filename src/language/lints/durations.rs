@@ -3,13 +3,12 @@
 use super::expressions;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
-use crate::language::rules::{Constant, Expr, ExprKind, RelabelKind, Rules};
+use crate::language::ops::Takes;
+use crate::language::rules::{Constant, Expr, ExprKind, LEAST_SAMPLES, RelabelKind, Rules};
 use std::collections::BTreeSet;
 
 /// The rate at which demonstrations are usually recorded, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
-/// Of a sample; below, a log is refused (`engine::open`), with half a percent for a rate that is only nearly round.
-const LEAST_SAMPLES: f64 = 0.995;
 
 /// Warns of windows, settlings and durations of tasks and relabelling rules in the `named` files that are shorter than a sample.
 pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
@@ -36,9 +35,12 @@ pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> 
 }
 
 fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {
-    expr.walk(&mut |part| {
-        if let ExprKind::Window(_, _, duration) | ExprKind::Rate(_, duration) = &part.kind {
-            durations.push(duration);
+    expr.walk(&mut |part| match &part.kind {
+        ExprKind::Rate(_, duration) => durations.push(duration),
+        ExprKind::Temporal(temporal, _) => {
+            let constants = temporal.constants().into_iter().zip(temporal.kinds());
+            durations.extend(constants.filter(|(_, kind)| *kind == Takes::Duration).map(|(constant, _)| constant));
         }
+        _ => {}
     });
 }

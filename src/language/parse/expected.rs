@@ -158,7 +158,7 @@ const fn words(rule: Rule) -> &'static [&'static str] {
         Rule::comparison | Rule::sum | Rule::product | Rule::operand => &["from", "true", "false"],
         Rule::truth => &["true", "false"],
         Rule::hysteresis => &["above", "below"],
-        Rule::window => &["for", "within last", "within next"],
+        Rule::window => &["for", "within last", "within next", "at least"],
         Rule::shorter => &["shorter than"],
         Rule::in_both => &["in both without"],
         Rule::one_hand => &["in one hand"],

@@ -8,7 +8,8 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
 use crate::language::codes;
-use crate::language::rules::{Arithmetic, Comparison, Window};
+use crate::language::ops::Temporal;
+use crate::language::rules::{Arithmetic, Comparison};
 use crate::language::syntax::{Expr, ExprKind, Label, Name, Path};
 use pest::iterators::Pair;
 
@@ -70,13 +71,14 @@ impl Builder<'_, '_, '_> {
             Rule::comparison => self.comparison(pair)?,
             Rule::sum | Rule::product => self.chain(pair)?,
             Rule::operand => self.operand(pair)?,
-            Rule::duration => self.inner(pair)?,
+            Rule::duration | Rule::count => self.inner(pair)?,
             Rule::group => {
                 let inner = pair.into_inner().find(|part| part.as_rule() == Rule::expression)?;
                 let inner = self.expression(inner)?;
                 Expr::new(ExprKind::Group(Box::new(inner)), span)
             }
             Rule::quantity => self.quantity(pair)?,
+            Rule::number => self.number(pair.as_str().parse().ok()?, Dimension::NONE, true, span)?,
             Rule::truth => Expr::new(ExprKind::Bool(pair.as_str() == "true"), span),
             Rule::path => Expr::new(ExprKind::Path(self.path(&pair)), span),
             Rule::reference => self.reference(pair)?,
@@ -192,18 +194,15 @@ impl Builder<'_, '_, '_> {
 
     fn window(&mut self, condition: Expr, pair: P<'_>) -> Option<Expr> {
         let place = self.piece.span(&pair);
-        let mut kind = Window::For;
-        let mut duration = None;
+        let (mut words, mut constants) = (Vec::new(), Vec::new());
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::kw_for | Rule::kw_within => {}
-                Rule::kw_last => kind = Window::WithinLast,
-                Rule::kw_next => kind = Window::WithinNext,
-                _ => duration = Some(self.expression(part)?),
+                Rule::duration | Rule::count => constants.push(Box::new(self.expression(part)?)),
+                _ => words.push(part.as_str()),
             }
         }
         if !matches!(condition.kind, ExprKind::Group(_)) {
-            let word = if kind == Window::For { "for" } else { "within" };
+            let word = words.first().copied().unwrap_or_default();
             self.findings.push(
                 Diagnostic::error(codes::BARE_WINDOW, format!("`{word}` takes a condition in parentheses"))
                     .at(condition.span, "it is not clear how much of the condition is meant")
@@ -212,7 +211,8 @@ impl Builder<'_, '_, '_> {
             return None;
         }
         let span = condition.span.to(place);
-        Some(Expr::new(ExprKind::Window(kind, Box::new(condition), Box::new(duration?)), span))
+        let temporal = Temporal::new(&words.join(" "), constants)?;
+        Some(Expr::new(ExprKind::Temporal(temporal, Box::new(condition)), span))
     }
 
     fn quantity(&mut self, pair: P<'_>) -> Option<Expr> {

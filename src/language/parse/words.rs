@@ -1,6 +1,8 @@
 //! Words for every rule of the grammar, as an author hears them when a piece of a file does not parse.
 
 use super::grammar::Rule;
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 /// The rules that were tried as a list: what has to come before what may come.
 pub fn expected(rules: &[Rule]) -> String {
@@ -48,6 +50,7 @@ const fn goes_on(rule: Rule) -> bool {
             | Rule::hysteresis
             | Rule::kw_above
             | Rule::kw_and
+            | Rule::kw_at
             | Rule::kw_below
             | Rule::kw_for
             | Rule::kw_or
@@ -67,8 +70,20 @@ const fn goes_on(rule: Rule) -> bool {
     )
 }
 
-/// The words for a rule; empty for rules that are never reported.
-const fn word(rule: Rule) -> &'static str {
+/// The words for a rule; empty for rules that are never reported. The rule of a word of the language is called as that word is written.
+fn word(rule: Rule) -> &'static str {
+    static WORDS: LazyLock<BTreeMap<Rule, String>> = LazyLock::new(|| {
+        let rules = Rule::all_rules().iter();
+        rules.filter_map(|rule| Some((*rule, format!("`{}`", format!("{rule:?}").strip_prefix("kw_")?)))).collect()
+    });
+    match WORDS.get(&rule) {
+        Some(word) => word,
+        None => described(rule),
+    }
+}
+
+/// The words for a rule that is no word of the language.
+const fn described(rule: Rule) -> &'static str {
     match rule {
         Rule::anchor => "`first`, `last`, `before` or `after`",
         Rule::anchor_name => "the name of a choice",
@@ -100,61 +115,22 @@ const fn word(rule: Rule) -> &'static str {
         Rule::hands_head => "`for each hand`",
         Rule::in_both => "`in both`",
         Rule::joined => "`, joined`",
-        Rule::kw_above => "`above`",
-        Rule::kw_after => "`after`",
-        Rule::kw_and => "`and`",
-        Rule::kw_becomes | Rule::list_rule => "`becomes`",
-        Rule::kw_before | Rule::before_task => "`before`",
-        Rule::kw_below => "`below`",
-        Rule::kw_between | Rule::between_rule | Rule::between => "`between`",
-        Rule::kw_both => "`both`",
-        Rule::kw_clear => "`clear`",
-        Rule::kw_each => "`each`",
-        Rule::kw_else => "`else`",
-        Rule::kw_extend | Rule::extend_head => "`extend`",
-        Rule::kw_false => "`false`",
-        Rule::kw_first => "`first`",
-        Rule::kw_for => "`for`",
-        Rule::kw_from => "`from`",
-        Rule::kw_hand => "`hand`",
-        Rule::kw_in => "`in`",
-        Rule::kw_joined => "`joined`",
-        Rule::kw_last => "`last`",
-        Rule::kw_lasting => "`lasting`",
-        Rule::kw_latch | Rule::latch => "`latch`",
-        Rule::kw_left => "`left`",
-        Rule::kw_next => "`next`",
-        Rule::kw_none => "`none`",
-        Rule::kw_not => "`not`",
-        Rule::kw_one => "`one`",
-        Rule::kw_optional => "`optional`",
-        Rule::kw_or => "`or`",
-        Rule::kw_other => "`other`",
-        Rule::kw_param | Rule::param => "`param`",
-        Rule::kw_per => "`per`",
-        Rule::kw_primitive | Rule::primitives => "`primitive`",
-        Rule::kw_relabel | Rule::relabel_head => "`relabel`",
-        Rule::kw_right => "`right`",
-        Rule::kw_separate => "`separate`",
-        Rule::kw_sequence | Rule::sequence => "`sequence`",
-        Rule::kw_set => "`set`",
-        Rule::kw_settle => "`settle`",
-        Rule::kw_shorter => "`shorter`",
-        Rule::kw_signal | Rule::signal => "`signal`",
-        Rule::kw_stay => "`stay`",
-        Rule::kw_stream | Rule::stream_head => "`stream`",
-        Rule::kw_task | Rule::task => "`task`",
-        Rule::kw_than => "`than`",
-        Rule::kw_the => "`the`",
-        Rule::kw_travelling => "`travelling`",
-        Rule::kw_tree | Rule::tree_head => "`tree`",
-        Rule::kw_true => "`true`",
-        Rule::kw_turning => "`turning`",
-        Rule::kw_until => "`until`",
-        Rule::kw_use | Rule::use_file => "`use`",
-        Rule::kw_with | Rule::with_keys => "`with`",
-        Rule::kw_within => "`within`",
-        Rule::kw_without | Rule::without_keys => "`without`",
+        Rule::list_rule => "`becomes`",
+        Rule::before_task => "`before`",
+        Rule::between_rule | Rule::between => "`between`",
+        Rule::extend_head => "`extend`",
+        Rule::latch => "`latch`",
+        Rule::param => "`param`",
+        Rule::primitives => "`primitive`",
+        Rule::relabel_head => "`relabel`",
+        Rule::sequence => "`sequence`",
+        Rule::signal => "`signal`",
+        Rule::stream_head => "`stream`",
+        Rule::task => "`task`",
+        Rule::tree_head => "`tree`",
+        Rule::use_file => "`use`",
+        Rule::with_keys => "`with`",
+        Rule::without_keys => "`without`",
         Rule::leaf => "a primitive, `stay` or `separate`",
         Rule::name => "a name such as `touching`",
         Rule::number => "a number",
@@ -173,6 +149,7 @@ const fn word(rule: Rule) -> &'static str {
         | Rule::hysteresis => "an operator",
         Rule::primitive_name | Rule::label | Rule::key => "a primitive such as `Grasp`",
         Rule::quantity | Rule::duration => "a quantity such as `30 ms`",
+        Rule::count => "a number of times",
         Rule::range => "`..`",
         Rule::relabel => "a rule such as `Insert, Pullout become Turn`",
         Rule::repeat => "`*` or `+`",
@@ -212,5 +189,7 @@ const fn word(rule: Rule) -> &'static str {
         | Rule::only_relabel
         | Rule::side_suffix
         | Rule::side_mark => "",
+        // Words of the language: `word`.
+        _ => "",
     }
 }

@@ -3,7 +3,7 @@
 //! one report.
 
 mod channels;
-mod forgotten;
+mod missing_from;
 mod names;
 mod nearest;
 mod params;
@@ -17,7 +17,7 @@ use super::rules::{Label, PrimitiveId, Rules, SignalId};
 use super::syntax;
 use crate::base::diagnostic::{Diagnostic, Sources, Span};
 use crate::base::hands::FingerPick;
-use forgotten::forgotten_use;
+use missing_from::missing_use;
 use names::Declared;
 use std::collections::BTreeSet;
 
@@ -98,7 +98,7 @@ impl Resolver {
             .at(place, "nothing has this name");
         // Looking for near names takes time; reports beyond the bound are only counted.
         let known = if self.findings.len() < super::MAX_REPORTS { known(self) } else { Vec::new() };
-        if let Some(file) = forgotten_use(head, &self.rules.sources) {
+        if let Some(file) = missing_use(head, &self.rules.sources) {
             self.report(finding.help(format!("did you forget `use \"{file}\"`?")));
             return;
         }

@@ -6,10 +6,10 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units;
 use crate::language::codes;
+use crate::language::ops;
 use crate::language::rules::Primitive;
 use crate::language::source::SHIPPED;
 use crate::language::syntax::{self, File, Item, ItemKind};
-use crate::language::types::signature;
 use indexmap::IndexMap;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -179,7 +179,7 @@ impl Resolver {
             Some("a unit")
         } else if Side::from_name(word).is_some() {
             Some("a hand")
-        } else if signature(word).is_some() {
+        } else if ops::function(word).is_some() {
             Some("a function")
         } else if self.names.channel_heads.contains(word) {
             Some("a channel")

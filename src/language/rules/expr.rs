@@ -4,6 +4,7 @@ use super::{ChannelId, Hand, Label, LatchId, ParamId, SignalId, Type};
 use crate::base::diagnostic::Span;
 use crate::base::hands::FingerPick;
 use crate::base::units::Dimension;
+use crate::language::ops::Temporal;
 
 /// An expression with its type.
 #[derive(Clone, Debug)]
@@ -58,14 +59,10 @@ pub enum ExprKind {
         /// Whether true is above.
         rising: bool,
     },
-    /// `(c) for d`, `(c) within last d`, `(c) within next d`.
-    Window(Window, Box<Expr>, Constant),
+    /// An operator over time on a condition: `(c) for d`, `rises(c)`.
+    Temporal(Temporal<Constant>, Box<Expr>),
     /// `rate(x, d)`: the difference over `d`, divided by `d`; 0 until `d` has passed.
     Rate(Box<Expr>, Constant),
-    /// `rises(c)`: true now, false on the frame before.
-    Rises(Box<Expr>),
-    /// `falls(c)`: false now, true on the frame before.
-    Falls(Box<Expr>),
     /// A function.
     Call(Function, Vec<Expr>),
     /// `from(A, B, none)`: the tree's own leaf of the frame before, before settling. In a declaration per hand: of that hand's tree.
@@ -76,6 +73,9 @@ pub enum ExprKind {
         none: bool,
     },
 }
+
+/// The most often that a condition is counted.
+pub const MOST_TIMES: f64 = 1000.0;
 
 /// A constant scalar: its value now, and the params it was computed from (for `--set`, `fit` and explanations).
 #[derive(Clone, Debug, PartialEq)]
@@ -159,16 +159,8 @@ impl Comparison {
     }
 }
 
-/// A window on a condition. A duration `d` is `n = round(d · rate)` samples, the current one among them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Window {
-    /// True on each of the last `n` frames; false until `n` frames have been seen.
-    For,
-    /// True on at least one of the last `n` frames.
-    WithinLast,
-    /// True on at least one of the `n` frames that begin with this one; cut at the end.
-    WithinNext,
-}
+/// The shortest duration that a log honors, in samples: half a percent below one, for a rate that is only nearly round.
+pub const LEAST_SAMPLES: f64 = 0.995;
 
 /// A function of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -216,10 +208,8 @@ macro_rules! arguments {
             | ExprKind::Negate(one)
             | ExprKind::Not(one)
             | ExprKind::Hysteresis { value: one, .. }
-            | ExprKind::Window(_, one, _)
-            | ExprKind::Rate(one, _)
-            | ExprKind::Rises(one)
-            | ExprKind::Falls(one) => vec![one],
+            | ExprKind::Temporal(_, one)
+            | ExprKind::Rate(one, _) => vec![one],
             ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
             ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.$iter().collect(),
         }

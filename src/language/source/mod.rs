@@ -56,7 +56,7 @@ pub struct Loader {
     /// The files that were named themselves, by their position in `sources`; all others are there for them.
     pub named: BTreeSet<u32>,
     /// Whether a file that was asked for, not one that another uses, could not be read at all.
-    pub unread: bool,
+    pub root_unreadable: bool,
     /// Texts that stand for files on disk, by canonical path.
     pub buffers: BTreeMap<PathBuf, String>,
     progress: BTreeMap<Place, Progress>,
@@ -98,7 +98,7 @@ impl Loader {
             return;
         }
         self.incomplete = true;
-        self.unread = true;
+        self.root_unreadable = true;
         let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
         self.findings.push(
             Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display()))
@@ -125,6 +125,12 @@ impl Loader {
 
     /// Reads a text under a name.
     pub fn load_text(&mut self, name: &str, text: &str) {
+        if text.len() as u64 > MAX_BYTES {
+            let (code, reason) = too_large();
+            self.incomplete = true;
+            self.findings.push(Diagnostic::error(code, format!("cannot read `{name}`: {reason}")));
+            return;
+        }
         self.progress.insert(Place::Text, Progress::Open);
         self.parse(Place::Text, name.to_string(), text.to_string(), 0);
     }
@@ -203,7 +209,7 @@ impl Loader {
             }
             Err((code, reason)) => {
                 self.incomplete = true;
-                self.unread |= user.is_none();
+                self.root_unreadable |= user.is_none();
                 self.progress.insert(place, Progress::Done);
                 let finding = Diagnostic::error(code, format!("cannot read `{shown}`: {reason}"));
                 self.findings.push(match user {

@@ -2,7 +2,8 @@
 //! equal pieces are one atom, different pieces are free. So a proof holds for every log; where none is found, nothing is said.
 
 use crate::base::hands::Side;
-use crate::language::rules::{Expr, ExprKind, Label, PrimitiveId};
+use crate::language::ops::Temporal;
+use crate::language::rules::{Constant, Expr, ExprKind, Label, PrimitiveId};
 
 /// Formulas with more atoms than this are not tried.
 const MAX_ATOMS: usize = 12;
@@ -119,7 +120,7 @@ pub fn at_start(expr: &Expr) -> Option<bool> {
         ExprKind::Bool(value) => Some(*value),
         ExprKind::From { none, .. } => Some(*none),
         // There is no frame before.
-        ExprKind::Rises(inner) | ExprKind::Falls(inner) if inner.ty.axis.is_none() => Some(false),
+        ExprKind::Temporal(temporal, inner) if inner.ty.axis.is_none() => temporal.operator()?.at_start,
         ExprKind::Not(inner) => at_start(inner).map(|value| !value),
         ExprKind::And(parts) => joined(parts, false),
         ExprKind::Or(parts) => joined(parts, true),
@@ -142,6 +143,7 @@ fn joined(parts: &[Expr], decides: bool) -> Option<bool> {
 /// Whether two expressions say the same, wherever they stand.
 fn same(one: &Expr, two: &Expr) -> bool {
     use ExprKind as E;
+    let bits = |temporal: &Temporal<Constant>| temporal.map(|constant| Some(constant.value.to_bits()));
     let all =
         |one: &[Expr], two: &[Expr]| one.len() == two.len() && one.iter().zip(two).all(|(one, two)| same(one, two));
     one.ty == two.ty
@@ -155,12 +157,11 @@ fn same(one: &Expr, two: &Expr) -> bool {
             (E::Pick(a, x), E::Pick(b, y)) => x == y && same(a, b),
             (E::Component(a, x), E::Component(b, y)) => x == y && same(a, b),
             (E::Negate(a), E::Negate(b)) | (E::Not(a), E::Not(b)) => same(a, b),
-            (E::Rises(a), E::Rises(b)) | (E::Falls(a), E::Falls(b)) => same(a, b),
             (E::Arithmetic(a, p, q), E::Arithmetic(b, r, s)) => a == b && same(p, r) && same(q, s),
             (E::Compare(a, p, q), E::Compare(b, r, s)) => a == b && same(p, r) && same(q, s),
             (E::And(a), E::And(b)) | (E::Or(a), E::Or(b)) => all(a, b),
             (E::Call(a, p), E::Call(b, q)) => a == b && all(p, q),
-            (E::Window(a, p, d), E::Window(b, q, e)) => a == b && same(p, q) && d.value.to_bits() == e.value.to_bits(),
+            (E::Temporal(a, p), E::Temporal(b, q)) => bits(a) == bits(b) && same(p, q),
             (E::Rate(p, d), E::Rate(q, e)) => same(p, q) && d.value.to_bits() == e.value.to_bits(),
             (
                 E::Hysteresis { value: p, on: a, off: b, rising: r },

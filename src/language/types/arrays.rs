@@ -107,10 +107,8 @@ impl Resolver {
             | ExprKind::Negate(inner)
             | ExprKind::Not(inner)
             | ExprKind::Hysteresis { value: inner, .. }
-            | ExprKind::Window(_, inner, _)
-            | ExprKind::Rate(inner, _)
-            | ExprKind::Rises(inner)
-            | ExprKind::Falls(inner) => self.picked(inner),
+            | ExprKind::Temporal(_, inner)
+            | ExprKind::Rate(inner, _) => self.picked(inner),
             ExprKind::Arithmetic(_, left, right) | ExprKind::Compare(_, left, right) => {
                 self.picked(left).or_else(|| self.picked(right))
             }

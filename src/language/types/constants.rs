@@ -7,7 +7,7 @@ use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::resolve::Resolver;
-use crate::language::rules::{Constant, Expr, ExprKind, ParamId};
+use crate::language::rules::{Constant, Expr, ExprKind, MOST_TIMES, ParamId};
 use crate::language::syntax;
 
 /// Nothing is remembered or looked ahead for longer, s.
@@ -94,6 +94,21 @@ impl Resolver {
         self.report(
             Diagnostic::error(codes::OUT_OF_RANGE, wanted)
                 .at(duration.span, format!("this is {} s", Shown(duration.value))),
+        );
+        None
+    }
+
+    /// Reports a number of times that is none, or more than is counted. What is written as a number is a whole one; what is computed from params is
+    /// rounded up when the rules are run.
+    pub fn want_times(&mut self, times: &Constant) -> Option<()> {
+        let wanted = match times.value {
+            few if few <= 0.0 => "a condition is counted once or more often",
+            many if many > MOST_TIMES => "a condition is counted 1000 times at most",
+            part if part.fract() != 0.0 && times.params.is_empty() => "a whole number of times is wanted here",
+            _ => return Some(()),
+        };
+        self.report(
+            Diagnostic::error(codes::OUT_OF_RANGE, wanted).at(times.span, format!("this is {}", Shown(times.value))),
         );
         None
     }

@@ -1,4 +1,4 @@
-//! Functions: how many arguments they take, of which types, and what they give.
+//! Calls: what the table of operators says of the arguments and the result, checked.
 
 use super::{Scope, describe, scalar};
 use crate::base::channels::Shape;
@@ -6,183 +6,146 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units::Dimension;
 use crate::language::codes;
+use crate::language::ops::{self, Becomes, Form, Gives, Operator, Takes, Temporal};
 use crate::language::resolve::Resolver;
-use crate::language::rules::{Expr, ExprKind, Function, Type};
+use crate::language::rules::{Constant, Expr, ExprKind, Function, Type};
 use crate::language::syntax::{self, ExprKind as Syntax, Path};
-
-/// A function as it is called, and what it gives.
-pub struct Signature {
-    /// Its name, which is reserved.
-    pub name: &'static str,
-    /// How it may be written.
-    pub calls: &'static [&'static str],
-    /// What it gives.
-    pub doc: &'static str,
-}
-
-const fn function(name: &'static str, calls: &'static [&'static str], doc: &'static str) -> Signature {
-    Signature { name, calls, doc }
-}
-
-/// The functions.
-pub const FUNCTIONS: &[Signature] = &[
-    function("abs", &["abs(x)"], "the size of a number, without its sign"),
-    function("all", &["all(conditions)"], "whether every one of an array of conditions holds"),
-    function("any", &["any(conditions)"], "whether one of an array of conditions holds"),
-    function("count", &["count(conditions)"], "how many of an array of conditions hold"),
-    function("dot", &["dot(a, b)"], "the scalar product of two vec3"),
-    function("falls", &["falls(condition)"], "true on the frame on which the condition ceases to hold"),
-    function(
-        "in_contact",
-        &["in_contact(left.target, right.target)"],
-        "whether the two hands' targets touch each other",
-    ),
-    function("max", &["max(array)", "max(a, b)"], "the largest of an array, or of two numbers"),
-    function(
-        "mean",
-        &["mean(array)"],
-        "the sum of an array divided by the number of its elements; zero when it has none",
-    ),
-    function("min", &["min(array)", "min(a, b)"], "the smallest of an array, or of two numbers"),
-    function("norm", &["norm(v)"], "the length of a vec3"),
-    function(
-        "rate",
-        &["rate(x, 100 ms)"],
-        "how fast a number changes: its difference over the time, divided by the time",
-    ),
-    function("rises", &["rises(condition)"], "true on the frame on which the condition begins to hold"),
-    function(
-        "squeeze_of",
-        &["squeeze_of(left.fingers, right.fingers)"],
-        "the force with which both hands press an object between them",
-    ),
-    function("sum", &["sum(array)"], "the sum of an array; zero when it has no elements"),
-    function(
-        "tangential",
-        &["tangential(v, contacts.normal)"],
-        "the part of a vec3 that is at right angles to a direction",
-    ),
-];
-
-/// The function with this name.
-pub fn signature(name: &str) -> Option<&'static Signature> {
-    FUNCTIONS.iter().find(|function| function.name == name)
-}
 
 impl Resolver {
     /// `norm(x)`
     pub(super) fn call(&mut self, path: &Path, arguments: &[syntax::Expr], span: Span, scope: Scope) -> Option<Expr> {
         let name = path.text();
-        let name = name.as_str();
-        let Some(signature) = signature(name) else {
+        let Some(operator) = ops::function(&name) else {
             self.unknown_function(path);
             return None;
         };
-        let counts: &[usize] = match name {
-            "dot" | "tangential" | "rate" | "squeeze_of" | "in_contact" => &[2],
-            "min" | "max" => &[1, 2],
-            _ => &[1],
-        };
-        if !counts.contains(&arguments.len()) {
-            let wanted = match counts {
-                [1] => "one argument",
-                [2] => "two arguments",
-                _ => "one or two arguments",
-            };
-            self.report(
-                Diagnostic::error(codes::WRONG_COUNT, format!("`{name}` takes {wanted}"))
-                    .at(span, format!("{} given", arguments.len()))
-                    .help(format!("write `{}`", signature.calls.join("`, or `"))),
-            );
+        let Some(form) = operator.forms.iter().find(|form| form.takes.len() == arguments.len()) else {
+            self.wrong_count(operator, arguments.len(), span);
             return None;
-        }
-        match (name, arguments) {
-            ("rate", [value, duration]) => self.rate(value, duration, span, scope),
-            ("squeeze_of", [one, two]) => self.squeeze_of(one, two, span, scope),
-            ("in_contact", [one, two]) => self.in_contact(one, two, span, scope),
-            ("rises" | "falls", [condition]) => {
+        };
+        match (operator.becomes, arguments) {
+            (Becomes::Rate, [value, duration]) => self.rate(value, duration, span, scope),
+            (Becomes::Call(Function::SqueezeOf), [one, two]) => self.squeeze_of(one, two, span, scope),
+            (Becomes::Contact, [one, two]) => self.in_contact(one, two, span, scope),
+            (Becomes::Temporal, [condition, constants @ ..]) => {
                 let condition = self.expr(condition, scope)?;
                 self.want_bool(&condition, &format!("`{name}` watches"))?;
-                let ty = condition.ty;
-                let condition = Box::new(condition);
-                let kind = if name == "rises" { ExprKind::Rises(condition) } else { ExprKind::Falls(condition) };
-                Some(Expr { kind, ty, span })
+                let constants = self.constants(constants.iter().zip(form.takes.iter().skip(1).copied()), scope)?;
+                let (temporal, ty) = (self.over_time(&name, constants)?, condition.ty);
+                Some(Expr { kind: ExprKind::Temporal(temporal, Box::new(condition)), ty, span })
             }
-            _ => {
+            (Becomes::Call(function), _) => {
                 let read: Vec<Option<Expr>> = arguments.iter().map(|argument| self.expr(argument, scope)).collect();
                 let arguments = read.into_iter().collect::<Option<Vec<Expr>>>()?;
-                let (function, ty) = self.plain(name, &arguments)?;
+                let ty = self.applied(&name, form, &arguments)?;
                 Some(Expr { kind: ExprKind::Call(function, arguments), ty, span })
-            }
-        }
-    }
-
-    /// A function of its arguments on one frame.
-    fn plain(&mut self, name: &str, arguments: &[Expr]) -> Option<(Function, Type)> {
-        let takes = format!("`{name}` takes");
-        let first = arguments.first()?;
-        let reduced = Type { axis: None, ..first.ty };
-        match (name, arguments) {
-            ("abs", [x]) => {
-                self.want(x, Shape::Scalar, &takes)?;
-                Some((Function::Abs, x.ty))
-            }
-            ("norm", [v]) => {
-                self.want(v, Shape::Vec3, &takes)?;
-                Some((Function::Norm, Type { shape: Shape::Scalar, ..v.ty }))
-            }
-            ("dot", [a, b]) => {
-                self.want(a, Shape::Vec3, &takes)?;
-                self.want(b, Shape::Vec3, &takes)?;
-                let axis = self.merged(a, b)?;
-                let dimension = self.carried(a.ty.dimension.times(b.ty.dimension), a.span.to(b.span))?;
-                Some((Function::Dot, Type { axis, ..scalar(dimension) }))
-            }
-            ("tangential", [v, normal]) => {
-                self.want(v, Shape::Vec3, &takes)?;
-                self.want(normal, Shape::Vec3, &takes)?;
-                if normal.ty.dimension != Dimension::NONE {
-                    self.report(
-                        Diagnostic::error(codes::WRONG_TYPE, "a direction, such as `contacts.normal`, is wanted here")
-                            .at(normal.span, format!("this is {}", describe(normal.ty))),
-                    );
-                    return None;
-                }
-                let axis = self.merged(v, normal)?;
-                Some((Function::Tangential, Type { axis, ..v.ty }))
-            }
-            ("sum" | "mean", [x]) => {
-                self.want_number(x, &takes)?;
-                self.want_array(x, name)?;
-                Some((if name == "sum" { Function::Sum } else { Function::Mean }, reduced))
-            }
-            ("min" | "max", [x]) => {
-                self.want(x, Shape::Scalar, &takes)?;
-                self.want_array(x, name)?;
-                Some((if name == "min" { Function::Min } else { Function::Max }, reduced))
-            }
-            ("min" | "max", [a, b]) => {
-                self.want(a, Shape::Scalar, &takes)?;
-                self.want(b, Shape::Scalar, &takes)?;
-                if a.ty.dimension != b.ty.dimension {
-                    let message = format!("cannot compare {} with {}", super::element(a.ty), super::element(b.ty));
-                    self.report(super::two_sides(codes::COMPARED_KINDS, message, a, b));
-                    return None;
-                }
-                let axis = self.merged(a, b)?;
-                Some((if name == "min" { Function::Min } else { Function::Max }, Type { axis, ..a.ty }))
-            }
-            (_, [x]) => {
-                self.want_bool(x, &takes)?;
-                self.want_array(x, name)?;
-                Some(match name {
-                    "count" => (Function::Count, scalar(Dimension::NONE)),
-                    "any" => (Function::Any, Type::BOOL),
-                    _ => (Function::All, Type::BOOL),
-                })
             }
             _ => None,
         }
+    }
+
+    /// The constants of an operator over time, each with what it is. All of them are read, so that each mistake is reported.
+    pub(super) fn constants<'e>(
+        &mut self,
+        constants: impl Iterator<Item = (&'e syntax::Expr, Takes)>,
+        scope: Scope,
+    ) -> Option<Vec<(Constant, Takes)>> {
+        let read: Vec<Option<(Constant, Takes)>> = constants
+            .map(|(constant, takes)| {
+                let wanted = if takes == Takes::Times { Dimension::NONE } else { Dimension::TIME };
+                Some((self.constant(constant, Some(wanted), scope)?, takes))
+            })
+            .collect();
+        read.into_iter().collect()
+    }
+
+    /// The operator over time with these constants, when each lies in its range.
+    pub(super) fn over_time(&mut self, name: &str, constants: Vec<(Constant, Takes)>) -> Option<Temporal<Constant>> {
+        for (constant, takes) in &constants {
+            match takes {
+                Takes::Times => self.want_times(constant)?,
+                _ => self.want_duration(constant)?,
+            }
+        }
+        Temporal::new(name, constants.into_iter().map(|(constant, _)| constant).collect())
+    }
+
+    fn wrong_count(&mut self, operator: &Operator, given: usize, span: Span) {
+        let counts: Vec<usize> = operator.forms.iter().map(|form| form.takes.len()).collect();
+        let wanted = match counts.as_slice() {
+            [1] => "one argument",
+            [2] => "two arguments",
+            _ => "one or two arguments",
+        };
+        self.report(
+            Diagnostic::error(codes::WRONG_COUNT, format!("`{}` takes {wanted}", operator.name))
+                .at(span, format!("{given} given"))
+                .help(format!("write `{}`", operator.calls().join("`, or `"))),
+        );
+    }
+
+    /// The type of what a function gives; its arguments are checked from the first to the last.
+    fn applied(&mut self, name: &str, form: &Form, arguments: &[Expr]) -> Option<Type> {
+        let who = format!("`{name}` takes");
+        for (argument, takes) in arguments.iter().zip(form.takes) {
+            match takes {
+                Takes::Condition | Takes::Conditions => self.want_bool(argument, &who)?,
+                Takes::Scalar | Takes::SameScalar | Takes::Scalars | Takes::Threshold => {
+                    self.want(argument, Shape::Scalar, &who)?;
+                }
+                Takes::Number | Takes::Numbers => self.want_number(argument, &who)?,
+                Takes::Vec3 | Takes::Direction => self.want(argument, Shape::Vec3, &who)?,
+                Takes::Duration | Takes::Times | Takes::OfHand(_) => return None,
+            }
+            if matches!(takes, Takes::Conditions | Takes::Scalars | Takes::Numbers) {
+                self.want_array(argument, name)?;
+            }
+        }
+        let first = arguments.first()?;
+        let axis = match arguments {
+            [a, b] => {
+                match form.takes.get(1) {
+                    Some(Takes::Direction) => self.want_direction(b)?,
+                    Some(Takes::SameScalar) if a.ty.dimension != b.ty.dimension => {
+                        let message = format!("cannot compare {} with {}", super::element(a.ty), super::element(b.ty));
+                        self.report(super::two_sides(codes::COMPARED_KINDS, message, a, b));
+                        return None;
+                    }
+                    _ => {}
+                }
+                self.merged(a, b)?
+            }
+            _ => first.ty.axis,
+        };
+        Some(match form.gives {
+            Gives::Condition => Type { axis, ..Type::BOOL },
+            Gives::OneCondition => Type::BOOL,
+            Gives::Count => scalar(Dimension::NONE),
+            Gives::Same => Type { axis, ..first.ty },
+            Gives::Element => Type { axis: None, ..first.ty },
+            Gives::Length => Type { axis, ..scalar(first.ty.dimension) },
+            Gives::Product => {
+                let last = arguments.last()?;
+                let dimension = first.ty.dimension.times(last.ty.dimension);
+                Type { axis, ..scalar(self.carried(dimension, first.span.to(last.span))?) }
+            }
+            Gives::PerTime => {
+                let dimension = self.carried(first.ty.dimension.over(Dimension::TIME), first.span)?;
+                Type { dimension, ..first.ty }
+            }
+            Gives::Force => scalar(Dimension::FORCE),
+        })
+    }
+
+    fn want_direction(&mut self, normal: &Expr) -> Option<()> {
+        if normal.ty.dimension == Dimension::NONE {
+            return Some(());
+        }
+        self.report(
+            Diagnostic::error(codes::WRONG_TYPE, "a direction, such as `contacts.normal`, is wanted here")
+                .at(normal.span, format!("this is {}", describe(normal.ty))),
+        );
+        None
     }
 
     fn rate(&mut self, value: &syntax::Expr, duration: &syntax::Expr, span: Span, scope: Scope) -> Option<Expr> {
@@ -256,6 +219,6 @@ impl Resolver {
             );
             return;
         }
-        self.unknown("function", &name, path.span, |_| FUNCTIONS.iter().map(|known| known.name.to_string()).collect());
+        self.unknown("function", &name, path.span, |_| ops::functions().map(|known| known.name.to_string()).collect());
     }
 }

@@ -7,11 +7,10 @@ mod equality;
 mod functions;
 mod paths;
 
-pub use functions::{FUNCTIONS, Signature, signature};
-
 use super::codes;
+use super::ops::Temporal;
 use super::resolve::Resolver;
-use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type, Window};
+use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type};
 use super::syntax::{self, ExprKind as Syntax};
 use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
@@ -113,20 +112,21 @@ impl Resolver {
                 made(ExprKind::Or(operands), ty)
             }
             Syntax::Hysteresis { value, on, off, rising } => self.hysteresis(value, on, off, *rising, span, scope),
-            Syntax::Window(window, condition, duration) => {
-                let inside = if *window == Window::WithinNext {
+            Syntax::Temporal(temporal, condition) => {
+                let inside = if matches!(temporal, Temporal::WithinNext(_)) {
                     let ahead = Span { start: condition.span.end, ..span };
                     Scope { ahead: Some(self.trimmed(ahead)), ..scope }
                 } else {
                     scope
                 };
                 let condition = self.expr(condition, inside);
-                let duration = self.constant(duration, Some(Dimension::TIME), scope);
-                let (condition, duration) = (condition?, duration?);
+                let written = temporal.constants().into_iter().map(|constant| &**constant);
+                let constants = self.constants(written.zip(temporal.kinds()), scope);
+                let (condition, constants) = (condition?, constants?);
                 self.want_bool(&condition, "a window watches")?;
-                self.want_duration(&duration)?;
+                let temporal = self.over_time(temporal.name(), constants)?;
                 let ty = condition.ty;
-                made(ExprKind::Window(*window, Box::new(condition), duration), ty)
+                made(ExprKind::Temporal(temporal, Box::new(condition)), ty)
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::analysis::explain::{
 };
 use crate::analysis::{Track, Who};
 use crate::base::error::InputError;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 
@@ -112,25 +112,25 @@ fn fact(fact: Option<&Fact>, holds: bool) -> Vec<String> {
 /// When the rate of the log cannot honour a duration of the rules.
 pub(super) fn boundaries<'a>(
     analysed: &Analysed<'a>,
-    probes: &mut [Probe<'a>],
+    inspectors: &mut [Inspector<'a>],
     track: &Track,
     book: &mut Book,
 ) -> Result<Vec<Value>, InputError> {
     let mut told = Vec::new();
     for segment in &track.segments {
         let frame = segment.frames.start;
-        let probe = probes.iter_mut().find(|probe| probe.leaves().frames.contains(&frame));
+        let inspector = inspectors.iter_mut().find(|inspector| inspector.leaves().frames.contains(&frame));
         let enough = book.reasons.len() >= MAX_REASONS;
-        let change = match probe {
-            Some(probe) if !enough => {
+        let change = match inspector {
+            Some(inspector) if !enough => {
                 let both = match track.who {
                     // What both hands do begins or ends here, and speaks for the hand while it lasts.
-                    Who::Hand(_) if frame > 0 && probe.leaf(None, frame) != probe.leaf(None, frame - 1) => {
-                        change(analysed, probe, Who::Both, frame)?
+                    Who::Hand(_) if frame > 0 && inspector.leaf(None, frame) != inspector.leaf(None, frame - 1) => {
+                        change(analysed, inspector, Who::Both, frame)?
                     }
                     _ => None,
                 };
-                change(analysed, probe, track.who, frame)?.map(|own| (own, both))
+                change(analysed, inspector, track.who, frame)?.map(|own| (own, both))
             }
             _ => None,
         };
@@ -146,11 +146,11 @@ pub(super) fn boundaries<'a>(
 }
 
 /// How each task of a track came to its name.
-pub(super) fn tasks(analysed: &Analysed, probes: &[Probe], track: &Track) -> Vec<Value> {
+pub(super) fn tasks(analysed: &Analysed, inspectors: &[Inspector], track: &Track) -> Vec<Value> {
     let reason = |frame: usize| {
         let Who::Hand(side) = track.who else { return None };
-        let probe = probes.iter().find(|probe| probe.leaves().frames.contains(&frame))?;
-        Some(tried(&task(analysed, probe, side, frame)?))
+        let inspector = inspectors.iter().find(|inspector| inspector.leaves().frames.contains(&frame))?;
+        Some(tried(&task(analysed, inspector, side, frame)?))
     };
     track.tasks.iter().map(|task| reason(task.frames.start).unwrap_or(Value::Null)).collect()
 }

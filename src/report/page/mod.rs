@@ -16,7 +16,7 @@ use crate::analysis::json::Meta;
 use crate::analysis::{Segment, Track};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use changes::Book;
 use serde_json::{Map, Value, json};
 use thin::rounded;
@@ -49,13 +49,13 @@ pub(super) fn scripts(analysed: &Analysed, recording: &Recording, meta: &Meta) -
 
 fn data(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
     let Analysed { rules, frames, leaves, analysis } = *analysed;
-    let mut probes: Vec<Probe> = leaves.iter().map(|leaves| Probe::new(rules, frames, leaves)).collect();
-    let signals = quantities::all(rules, frames, &mut probes)?;
+    let mut inspectors: Vec<Inspector> = leaves.iter().map(|leaves| Inspector::new(rules, frames, leaves)).collect();
+    let signals = quantities::all(rules, frames, &mut inspectors)?;
     let mut book = Book::default();
     let mut tracks = Vec::new();
     for track in &analysis.tracks {
-        let changes = changes::boundaries(analysed, &mut probes, track, &mut book)?;
-        let tried = changes::tasks(analysed, &probes, track);
+        let changes = changes::boundaries(analysed, &mut inspectors, track, &mut book)?;
+        let tried = changes::tasks(analysed, &inspectors, track);
         tracks.push(self::track(track, changes, tried));
     }
     let (texts, reasons) = book.tables();

@@ -7,7 +7,7 @@ use crate::base::channels::{Axis, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::units::Dimension;
-use crate::engine::probe::Probe;
+use crate::engine::inspect::Inspector;
 use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
 use crate::report::scale::{Scale, scale as scale_of};
 use crate::report::signals::{Panel, Signals, of_both};
@@ -57,7 +57,11 @@ struct Threshold {
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub(super) fn all<'a>(rules: &'a Rules, frames: &Frames, probes: &mut [Probe<'a>]) -> Result<Vec<Value>, InputError> {
+pub(super) fn all<'a>(
+    rules: &'a Rules,
+    frames: &Frames,
+    inspectors: &mut [Inspector<'a>],
+) -> Result<Vec<Value>, InputError> {
     let mut wanted = panels(frames);
     wanted.extend(compared(rules, frames));
     wanted.extend(declared(rules, frames));
@@ -66,7 +70,7 @@ pub(super) fn all<'a>(rules: &'a Rules, frames: &Frames, probes: &mut [Probe<'a>
     let most = (KNOTS / curves.max(1)).clamp(*KNOTS_OF_ONE.start(), *KNOTS_OF_ONE.end());
     let mut entries = Vec::new();
     for wanted in wanted {
-        entries.extend(evaluated(wanted, frames, probes, most)?);
+        entries.extend(evaluated(wanted, frames, inspectors, most)?);
     }
     Ok(entries)
 }
@@ -241,12 +245,12 @@ type Rows = Vec<(String, Vec<f64>)>;
 fn evaluated<'a>(
     wanted: Wanted,
     frames: &Frames,
-    probes: &mut [Probe<'a>],
+    inspectors: &mut [Inspector<'a>],
     most: usize,
 ) -> Result<Option<Value>, InputError> {
     let Wanted { group, title, note, side, of, thresholds, shades } = wanted;
     let (rows, ty, unit): (Rows, (Shape, Dimension), Option<&str>) = match of {
-        Of::Expr(expr) => (of_expr(&expr, side, frames, probes)?, (expr.ty.shape, expr.ty.dimension), None),
+        Of::Expr(expr) => (of_expr(&expr, side, frames, inspectors)?, (expr.ty.shape, expr.ty.dimension), None),
         Of::Channel(at) => {
             let Some(spec) = frames.channels.get(at as usize) else { return Ok(None) };
             (of_channel(at, side, frames), (spec.shape, spec.dimension), None)
@@ -287,7 +291,7 @@ fn evaluated<'a>(
     let mut shaded = Vec::new();
     for (name, condition) in shades {
         let truth =
-            of_expr(&condition, side, frames, probes)?.into_iter().next().map(|(_, row)| row).unwrap_or_default();
+            of_expr(&condition, side, frames, inspectors)?.into_iter().next().map(|(_, row)| row).unwrap_or_default();
         shaded.push(json!([name, toggles(&truth.iter().map(|value| *value > 0.5).collect::<Vec<bool>>())]));
     }
     if !shaded.is_empty() {
@@ -317,23 +321,24 @@ fn shown_in(unit: &str, largest: f64) -> (f64, String) {
     }
 }
 
-fn of_expr<'a>(expr: &Expr, side: Option<Side>, frames: &Frames, probes: &mut [Probe<'a>]) -> Result<Rows, InputError> {
-    let whose = |hand| match hand {
-        Hand::This => side,
-        Hand::Named(side) => Some(side),
-        Hand::Nobody => None,
-    };
+fn of_expr<'a>(
+    expr: &Expr,
+    side: Option<Side>,
+    frames: &Frames,
+    inspectors: &mut [Inspector<'a>],
+) -> Result<Rows, InputError> {
+    let whose = |hand: Hand| hand.side(side);
     let axis = expr.ty.axis.and_then(|(axis, hand)| Some((axis, frames.layout.hand(whose(hand)?)?)));
-    let names = axis.map_or_else(Vec::new, |(axis, hand)| match (&expr.kind, probes.first()) {
+    let names = axis.map_or_else(Vec::new, |(axis, hand)| match (&expr.kind, inspectors.first()) {
         // Which fingers a signal leaves out stands where it is declared.
-        (ExprKind::Signal(id, _), Some(probe)) => slots(&probe.rules().signals[id.index()].expr, axis, hand),
+        (ExprKind::Signal(id, _), Some(inspector)) => slots(&inspector.rules().signals[id.index()].expr, axis, hand),
         _ => slots(expr, axis, hand),
     });
     let mut rows: Rows = Vec::new();
-    for probe in probes {
-        let column = probe.column(expr, side)?;
+    for inspector in inspectors {
+        let column = inspector.column(expr, side)?;
         let width = column.at(0, 0).len();
-        let stretch = probe.leaves().frames.clone();
+        let stretch = inspector.leaves().frames.clone();
         for slot in 0..column.slots() {
             for component in 0..width {
                 let at = slot * width + component;

@@ -2,7 +2,7 @@
 
 use super::picture::View;
 use crate::base::scene::Role;
-use crate::robot::trace::{Limb, Moment, Trace};
+use crate::robot::simulation::trace::{Limb, Moment, Trace};
 use crate::robot::{Robot, Solid};
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -58,8 +58,8 @@ pub(super) fn framing(trace: &Trace, moments: &[&Moment]) -> Framing {
 
 /// Where the links of every limb are.
 pub(super) fn poses(trace: &Trace, moment: &Moment) -> Vec<Vec<Isometry3<f64>>> {
-    let links = |(limb, stance): (&Limb, &crate::robot::trace::Stance)| {
-        limb.robot.forward(&stance.q).into_iter().map(|link| stance.root * link).collect()
+    let links = |(limb, stance): (&Limb, &crate::robot::simulation::trace::Stance)| {
+        limb.robot.tree.forward(&stance.q).into_iter().map(|link| stance.root * link).collect()
     };
     trace.limbs.iter().zip(&moment.stances).map(links).collect()
 }
@@ -68,7 +68,7 @@ pub(super) fn poses(trace: &Trace, moment: &Moment) -> Vec<Vec<Isometry3<f64>>> 
 pub(super) fn is_of_hand(robot: &Robot, palm: usize, link: usize) -> bool {
     let mut at = link;
     while at > palm {
-        let Some(parent) = robot.links.get(at).map(|link| link.parent) else { return false };
+        let Some(parent) = robot.tree.links.get(at).map(|link| link.parent) else { return false };
         if parent == at {
             return false;
         }
@@ -83,7 +83,7 @@ fn of_hand(limb: &Limb, poses: &[Isometry3<f64>]) -> Bounds {
     let mut bounds = Bounds::default();
     let mut piece = Bounds::default();
     let Some(palm) = poses.get(hand.palm).map(|pose| Point3::from(pose.translation.vector)) else { return bounds };
-    for (at, (link, pose)) in limb.robot.links.iter().zip(poses).enumerate() {
+    for (at, (link, pose)) in limb.robot.tree.links.iter().zip(poses).enumerate() {
         let own = is_of_hand(&limb.robot, hand.palm, at);
         for solid in &link.solids {
             for (corner, radius) in corners(solid, pose) {

@@ -10,8 +10,8 @@ use crate::analysis::number::decimals;
 use crate::base::hands::Finger;
 use crate::command::Commands;
 use crate::robot::Kind;
-use crate::robot::simulate::Outcome;
-use crate::robot::trace::{Moment, Trace};
+use crate::robot::simulation::Outcome;
+use crate::robot::simulation::trace::{Moment, Trace};
 use framing::{Framing, framing};
 use nalgebra::Vector3;
 use picture::picture;
@@ -114,13 +114,14 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     let joints = |dofs: &[usize]| -> Vec<Line> {
         let line = |(place, dof): (usize, &usize)| {
             let value = |moment: &&Moment| q(moment).get(*dof).copied().unwrap_or(f64::NAN);
-            let name = limb.robot.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
+            let name =
+                limb.robot.tree.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
             Line { name: name.into(), color: place, dashed: false, values: moments.iter().map(value).collect() }
         };
         dofs.iter().enumerate().map(line).collect()
     };
     let unit = |dofs: &[usize]| {
-        let joints = limb.robot.links.iter().filter_map(|link| link.joint.as_ref());
+        let joints = limb.robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
         let mut kinds = joints.filter(|joint| dofs.contains(&joint.dof)).map(|joint| joint.kind);
         match kinds.next() {
             Some(Kind::Slides) if kinds.all(|kind| kind == Kind::Slides) => "m",

@@ -5,7 +5,7 @@ use crate::base::geometry::pose;
 use crate::base::scene::{Body, Role, Shape};
 use crate::report::svg::length;
 use crate::robot::Solid;
-use crate::robot::trace::{Moment, Trace};
+use crate::robot::simulation::trace::{Moment, Trace};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// From where it is seen: from the far right and above.
@@ -54,7 +54,7 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str, framing: Fra
         let palm = limb.robot.hands.get(&limb.side).map(|hand| hand.palm);
         // The hand at work is darker than the other one.
         let color = if place == moment.limb { "robot" } else { "other" };
-        for (at, (link, pose)) in limb.robot.links.iter().zip(poses).enumerate() {
+        for (at, (link, pose)) in limb.robot.tree.links.iter().zip(poses).enumerate() {
             let of_hand = palm.is_some_and(|palm| is_of_hand(&limb.robot, palm, at));
             let paint = Paint { class: if of_hand { "hand" } else { "arm" }, color };
             for solid in &link.solids {

@@ -2,7 +2,7 @@
 
 use crate::report::palette::color;
 use crate::report::svg::{BAR, Bar, TimeAxis, ValueAxis, WIDTH, curve, escape, length};
-use crate::robot::trace::Moment;
+use crate::robot::simulation::trace::Moment;
 
 /// The height of the curves, and where they begin below the title and the bars.
 const HEIGHT: f64 = 84.0;

@@ -1,11 +1,12 @@
 //! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and the only place here that names parry.
 
-use super::{CLEAR_M, Wanted};
-use crate::base::geometry::pose;
+use super::problem::{CLEAR_M, Wanted};
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
-use crate::robot::hand::{Angles, FingerModel, HandModel};
-use crate::robot::tree::Solid;
+use crate::robot::kinematics::finger::FingerModel;
+use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::shape::Solid;
+use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
 use parry3d::query;
@@ -126,7 +127,7 @@ fn shape(object_from_palm: &Isometry3<f64>, solid: &Solid) -> (Pose, SharedShape
 
 fn shapes(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<(Pose, SharedShape)> {
     let part = |part: &crate::base::scene::Part| {
-        let at = object_from_body * pose(part.at.map(|at| at.0), part.turned);
+        let at = object_from_body * part.pose();
         match part.shape {
             Shape::Box([x, y, z]) => (parry_pose(&at), SharedShape::cuboid(x.0 / 2.0, y.0 / 2.0, z.0 / 2.0)),
             // parry's cylinder stands along y.

@@ -6,22 +6,17 @@
 //!
 //! An overlap of more than 2 mm counts in proportion. A finger that cannot reach counts as the smallest measure there is, and 0.4 for each mm that is missing.
 
-use super::beads::{Bar, placed};
-use super::slope::{Follower, Push, Touching, twist};
-use super::surroundings::{Part, Seen, parts};
-use super::{Contact, Effort, Failure, Held, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Mapper, NO_ANGLES, Wanted};
+use super::candidate::Held;
+use super::clearance_field::{Part, Seen, parts};
+use super::gradient::{Follower, Push, Touching, twist};
+use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
+use super::problem::{Contact, Failure, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Wanted};
+use super::spheres::{Bar, HandBeads, placed};
 use crate::base::hands::Finger;
-use crate::robot::hand::{Angles, REACHED_M};
+use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS, REACHED_M};
+use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 use std::cell::Cell;
-
-/// No measure counts for less.
-const SMALLEST: f64 = 1e-3;
-/// What a metre that is missing costs.
-const PER_METRE: f64 = 400.0;
-/// Shapes are kept this far apart while searching, m, and an overlap of this much costs 1.
-const MARGIN_M: f64 = 0.0008;
-const OVERLAP_M: f64 = 0.002;
 
 /// A finger that does not touch goes with one that does, with its second joint opened by one of these, rad.
 const LIFTED: [f64; 2] = [0.2, 0.45];
@@ -32,9 +27,21 @@ const UNCROSSED_M: f64 = 0.004;
 /// The bars of one finger, palm frame.
 type Bars = Vec<Bar>;
 
+/// How often a search looked at a pose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Effort {
+    /// The cost of a pose.
+    pub costs: u64,
+    /// The cost and its slope.
+    pub slopes: u64,
+    /// Only what the fingers miss, and a step that brings them nearer.
+    pub fits: u64,
+}
+
 /// The cost of poses for one grasp.
 pub(super) struct Cost<'a> {
-    mapper: &'a Mapper<'a>,
+    hand: &'a HandModel,
+    beads: &'a HandBeads,
     contacts: Vec<(usize, Contact, Point3<f64>)>,
     /// Indices of the fingers that do not touch.
     idle: Vec<usize>,
@@ -49,8 +56,7 @@ pub(super) struct Cost<'a> {
 }
 
 impl<'a> Cost<'a> {
-    pub(super) fn new(mapper: &'a Mapper<'a>, wanted: &Wanted<'_>) -> Result<Self, Failure> {
-        let hand = mapper.hand;
+    pub(super) fn new(hand: &'a HandModel, beads: &'a HandBeads, wanted: &Wanted<'_>) -> Result<Self, Failure> {
         let mut contacts = Vec::new();
         for contact in &wanted.contacts {
             let index = hand.fingers.iter().position(|finger| finger.finger == contact.finger);
@@ -62,7 +68,7 @@ impl<'a> Cost<'a> {
         let (parts, own) = parts(wanted);
         let opposed = wanted.contacts.iter().any(|contact| contact.finger == Finger::Thumb);
         let largest_pad_angle = if opposed { LARGEST_PAD_ANGLE } else { LARGEST_PUSHING_ANGLE };
-        Ok(Self { mapper, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
+        Ok(Self { hand, beads, contacts, idle, largest_pad_angle, away: 0.0, parts, own, effort: Cell::default() })
     }
 
     /// Keeps this much farther away from everything but the contacts, m.
@@ -84,7 +90,7 @@ impl<'a> Cost<'a> {
     /// The fingers on their contacts at a pose.
     pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<Held> {
         let held = self.contacts.iter().map(|(index, contact, tip)| {
-            let finger = &self.mapper.hand.fingers[*index];
+            let finger = &self.hand.fingers[*index];
             let reached = finger.reach(pose.inverse_transform_point(tip));
             let posture = finger.posture(&reached.angles);
             Held {
@@ -101,7 +107,7 @@ impl<'a> Cost<'a> {
 
     /// How far a finger stays from its contact at a pose, m.
     pub(super) fn miss(&self, pose: &Isometry3<f64>, finger: Finger) -> f64 {
-        let hand = self.mapper.hand;
+        let hand = self.hand;
         let contact = self.contacts.iter().find(|(index, ..)| hand.fingers[*index].finger == finger);
         contact.map_or(0.0, |(index, _, tip)| hand.fingers[*index].miss(pose.inverse_transform_point(tip)))
     }
@@ -112,13 +118,11 @@ impl<'a> Cost<'a> {
         let touching: Vec<(usize, Angles)> = self
             .contacts
             .iter()
-            .map(|(index, _, tip)| {
-                (*index, self.mapper.hand.fingers[*index].reach(pose.inverse_transform_point(tip)).angles)
-            })
+            .map(|(index, _, tip)| (*index, self.hand.fingers[*index].reach(pose.inverse_transform_point(tip)).angles))
             .collect();
         let idle = self.idle.iter().map(|&index| {
             let idle = self.idle_posture(index, &touching, &scene);
-            (self.mapper.hand.fingers[index].finger, idle.angles)
+            (self.hand.fingers[index].finger, idle.angles)
         });
         idle.collect()
     }
@@ -126,12 +130,12 @@ impl<'a> Cost<'a> {
     /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
     /// half bent or curled.
     fn idle_posture(&self, index: usize, touching: &[(usize, Angles)], scene: &[Seen]) -> Idle {
-        let finger = &self.mapper.hand.fingers[index];
-        let mut best = Idle { angles: NO_ANGLES, bars: Vec::new(), cost: f64::INFINITY, follows: None };
+        let finger = &self.hand.fingers[index];
+        let mut best = Idle { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
         let neighbour = touching
             .iter()
             .filter(|(other, _)| {
-                let other = &self.mapper.hand.fingers[*other];
+                let other = &self.hand.fingers[*other];
                 other.finger != Finger::Thumb && finger.finger != Finger::Thumb && other.dofs.len() == finger.dofs.len()
             })
             .min_by_key(|(other, _)| other.abs_diff(index));
@@ -145,7 +149,7 @@ impl<'a> Cost<'a> {
                         _ => *angle,
                     };
                 }
-                let bars: Bars = placed(&self.mapper.beads.fingers[index], &finger.posture(&angles)).collect();
+                let bars: Bars = placed(&self.beads.fingers[index], &finger.posture(&angles)).collect();
                 let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
                 if cost < best.cost {
                     best = Idle { angles, bars, cost, follows: Some(*other) };
@@ -155,7 +159,7 @@ impl<'a> Cost<'a> {
                 }
             }
         }
-        for (angles, bars) in &self.mapper.beads.idle[index] {
+        for (angles, bars) in &self.beads.idle[index] {
             let cost = bars.iter().map(|bar| self.overlap(scene, bar)).sum();
             if cost < best.cost {
                 best = Idle { angles: *angles, bars: bars.clone(), cost, follows: None };
@@ -187,7 +191,7 @@ impl<'a> Cost<'a> {
     }
 
     fn evaluate(&self, pose: &Isometry3<f64>, slope: Option<(&Point3<f64>, &mut Vector6<f64>)>) -> f64 {
-        let hand = self.mapper.hand;
+        let hand = self.hand;
         let mut cost = 0.0;
         let share = 1.0 / self.contacts.len().max(1) as f64;
         let palm_from_object = pose.inverse();
@@ -201,12 +205,12 @@ impl<'a> Cost<'a> {
             let target = palm_from_object * tip;
             let reached = finger.reach(target);
             let posture = finger.posture(&reached.angles);
-            cost += share * worth(reached.measure, reached.miss);
+            cost += share * measure_cost(reached.measure, reached.miss);
             let into = -(palm_from_object * contact.normal);
             let beyond = (self.largest_pad_angle.cos() + 0.01 - posture.pad.dot(&into)).max(0.0);
             cost += (beyond / 0.1).powi(2);
             if let Some(place) = bars.get_mut(*index) {
-                place.extend(placed(&self.mapper.beads.fingers[*index], &posture));
+                place.extend(placed(&self.beads.fingers[*index], &posture));
                 cost += place.iter().map(|bar| self.overlap(&scene, bar)).sum::<f64>();
                 if let Some(pushes) = &mut pushes {
                     place.iter().for_each(|bar| self.push_out(&scene, *index, bar, pushes));
@@ -262,7 +266,7 @@ impl<'a> Cost<'a> {
     /// What the palm costs.
     fn palm(&self, scene: &[Seen], palm_from_object: &Isometry3<f64>, pushes: &mut Option<Vec<Push>>) -> f64 {
         let mut cost = 0.0;
-        let beads = &self.mapper.beads;
+        let beads = &self.beads;
         let kept = MARGIN_M + self.away;
         for part in scene {
             let (middle, around) = &beads.about_palm;
@@ -336,7 +340,7 @@ impl<'a> Cost<'a> {
         let mut right = Vector6::zeros();
         let mut missed = 0.0;
         for (index, _, tip) in &self.contacts {
-            let finger = &self.mapper.hand.fingers[*index];
+            let finger = &self.hand.fingers[*index];
             let target = pose.inverse_transform_point(tip);
             let reached = finger.reach(target);
             missed += reached.miss;
@@ -371,23 +375,6 @@ struct Idle {
     bars: Bars,
     cost: f64,
     follows: Option<usize>,
-}
-
-/// What the measure of a finger costs, and what it misses, m.
-pub(super) fn worth(measure: f64, miss: f64) -> f64 {
-    let measure = if miss < REACHED_M { measure } else { 0.0 };
-    PER_METRE * miss - measure.max(SMALLEST).ln()
-}
-
-/// What an overlap costs: its square, and less steep where the search has far to go.
-fn price(over: f64) -> f64 {
-    let over = over / OVERLAP_M;
-    if over < 1.0 { over * over } else { 2.0 * over - 1.0 }
-}
-
-/// How that grows with the overlap, 1/m.
-fn price_slope(over: f64) -> f64 {
-    2.0 * (over / OVERLAP_M).min(1.0) / OVERLAP_M
 }
 
 /// What it costs that two fingers overlap.

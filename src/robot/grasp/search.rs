@@ -3,8 +3,8 @@
 //! Improving is a quasi-Newton descent (BFGS) in six coordinates about the current pose: a shift of the
 //! middle of the contacts in m, and a turn about it in units of 0.1 m / rad, so that both move fingertips alike.
 
-use super::Wanted;
 use super::cost::Cost;
+use super::problem::Wanted;
 use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix6, Point3, Translation3, UnitQuaternion, Vector3, Vector6};
 

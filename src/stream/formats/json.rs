@@ -5,9 +5,78 @@
 use super::super::names;
 use super::super::sheet::Memory;
 use super::rosmsg::{Failure, MAX_ARRAY};
-#[cfg(feature = "mcap")]
 use crate::base::json::told;
-use serde_json::Value;
+use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
+use serde_json::{Map, Number, Value};
+use std::fmt;
+
+/// A value in which no object has a key twice: of two values that one name has, nobody knows which is meant.
+pub struct Unique(pub Value);
+
+impl<'de> Deserialize<'de> for Unique {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(UniqueVisitor).map(Self)
+    }
+}
+
+struct UniqueVisitor;
+
+impl<'de> Visitor<'de> for UniqueVisitor {
+    type Value = Value;
+
+    fn expecting(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        out.write_str("a value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Value, E> {
+        Ok(Value::Null)
+    }
+
+    fn visit_bool<E>(self, flag: bool) -> Result<Value, E> {
+        Ok(Value::Bool(flag))
+    }
+
+    fn visit_i64<E>(self, number: i64) -> Result<Value, E> {
+        Ok(number.into())
+    }
+
+    fn visit_u64<E>(self, number: u64) -> Result<Value, E> {
+        Ok(number.into())
+    }
+
+    fn visit_f64<E>(self, number: f64) -> Result<Value, E> {
+        Ok(Number::from_f64(number).map_or(Value::Null, Value::Number))
+    }
+
+    fn visit_str<E>(self, text: &str) -> Result<Value, E> {
+        Ok(Value::String(text.into()))
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Value, A::Error> {
+        let mut list = vec![];
+        while let Some(Unique(item)) = items.next_element()? {
+            list.push(item);
+        }
+        Ok(Value::Array(list))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Value, A::Error> {
+        let mut object = Map::new();
+        while let Some(key) = entries.next_key::<String>()? {
+            if object.contains_key(&key) {
+                return Err(A::Error::custom(format!("the key `{key}` is there twice")));
+            }
+            let Unique(value) = entries.next_value()?;
+            object.insert(key, value);
+        }
+        Ok(Value::Object(object))
+    }
+}
+
+/// What is wrong with a text that is no such value.
+pub fn fault(error: &serde_json::Error) -> String {
+    if error.is_data() { told(error) } else { format!("found no JSON object: {}", told(error)) }
+}
 
 /// The deepest nesting that is spread into names.
 const MAX_DEPTH: usize = 16;
@@ -18,8 +87,7 @@ const MAX_DEPTH: usize = 16;
 /// When it is no JSON object.
 #[cfg(feature = "mcap")]
 pub fn message(text: &[u8], row: &mut Memory) -> Result<Option<i64>, Failure> {
-    let value: Value =
-        serde_json::from_slice(text).map_err(|error| format!("found no JSON object: {}", told(&error)))?;
+    let Unique(value) = serde_json::from_slice(text).map_err(|error| fault(&error))?;
     let Value::Object(_) = value else {
         return Err("found no JSON object".to_string().into());
     };
@@ -36,7 +104,7 @@ pub fn message(text: &[u8], row: &mut Memory) -> Result<Option<i64>, Failure> {
 /// Puts the values of an object into the last row.
 ///
 /// # Errors
-/// When there are too many columns.
+/// When there are too many columns, or two values have one name, such as `a.b` and `b` within `a`.
 pub fn put(object: &Value, row: &mut Memory) -> Result<(), Failure> {
     spread(object, &mut String::new(), row, 0)
 }
@@ -46,13 +114,13 @@ fn spread(value: &Value, path: &mut String, row: &mut Memory, depth: usize) -> R
         return Err(format!("`{path}` is nested more than {MAX_DEPTH} deep").into());
     }
     let length = path.len();
-    match value {
+    let is_new = match value {
         // Nothing is said about what it would be.
-        Value::Null => {}
+        Value::Null => true,
         Value::Bool(flag) => row.put(path, f64::from(u8::from(*flag)))?,
         Value::Number(number) => row.put(path, number.as_f64().unwrap_or(f64::NAN))?,
         Value::String(text) => row.put_text(path, text)?,
-        Value::Array(items) if items.len() > MAX_ARRAY => {}
+        Value::Array(items) if items.len() > MAX_ARRAY => true,
         Value::Array(items) => {
             let letters = names::channel(path)
                 .map(|(shape, ..)| shape.components())
@@ -65,6 +133,7 @@ fn spread(value: &Value, path: &mut String, row: &mut Memory, depth: usize) -> R
                 spread(item, path, row, depth + 1)?;
                 path.truncate(length);
             }
+            true
         }
         Value::Object(entries) => {
             for (key, item) in entries {
@@ -75,7 +144,8 @@ fn spread(value: &Value, path: &mut String, row: &mut Memory, depth: usize) -> R
                 spread(item, path, row, depth + 1)?;
                 path.truncate(length);
             }
+            true
         }
-    }
-    Ok(())
+    };
+    if is_new { Ok(()) } else { Err(format!("`{path}` is there twice, as one key and as nested ones").into()) }
 }

@@ -1,9 +1,9 @@
-//! JSON lines: an object a line, each a row; the first line may be `{"scene": {…}}`, the scene of the log.
+//! JSON lines: an object a line, each a row; the first line may be `{"scene": {…}}`, the scene of the log, and no other line may.
 
 use super::super::csv::check_scene;
 use super::super::sheet::Memory;
 use super::super::table::Source;
-use super::json;
+use super::json::{self, Unique, fault};
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::base::error::InputError;
@@ -42,12 +42,18 @@ pub fn source(rows: Memory, scene: Option<Scene>, cut: Option<String>) -> Source
 }
 
 /// Puts an object as a row behind the others.
-pub fn push(row: &Value, rows: &mut Memory) -> Result<(), String> {
-    rows.begin_row().map_err(|error| error.message)?;
-    json::put(row, rows).map_err(|failure| match failure {
+pub fn push(row: &Row, rows: &mut Memory) -> Result<(), String> {
+    rows.begin_row_at(row.line).map_err(|error| error.message)?;
+    json::put(&row.object, rows).map_err(|failure| match failure {
         Failure::Message(message) => message,
         Failure::Log(error) => error.message,
     })
+}
+
+/// A sample and the line that it stands in.
+pub struct Row {
+    object: Value,
+    line: u64,
 }
 
 /// What a line says.
@@ -55,7 +61,7 @@ pub enum Line {
     /// The scene of the log.
     Scene(Box<Scene>),
     /// A sample.
-    Row(Value),
+    Row(Row),
     /// The beginning of one, at the end of the log.
     Cut(String),
 }
@@ -65,12 +71,14 @@ pub struct Lines<R> {
     bytes: R,
     file: String,
     row: u64,
+    /// Whether a line was read that says something.
+    begun: bool,
 }
 
 impl<R: BufRead> Lines<R> {
     /// Lines of these bytes; `file` is their name in messages.
     pub fn new(bytes: R, file: String) -> Self {
-        Self { bytes, file, row: 0 }
+        Self { bytes, file, row: 0, begun: false }
     }
 
     /// An error at the line that was read last.
@@ -97,13 +105,18 @@ impl<R: BufRead> Lines<R> {
             if line.iter().all(u8::is_ascii_whitespace) {
                 continue;
             }
-            return match serde_json::from_slice::<Value>(&line) {
-                Ok(Value::Object(mut object)) => match object.remove("scene") {
+            let is_first = !std::mem::replace(&mut self.begun, true);
+            return match serde_json::from_slice(&line) {
+                Ok(Unique(Value::Object(mut object))) => match object.remove("scene") {
+                    Some(_) if !is_first => Err(self.error("found a `scene`, wanted it in the first line only")),
+                    Some(_) if !object.is_empty() => {
+                        Err(self.error("found a `scene` beside other keys, wanted it in a line of its own"))
+                    }
                     Some(scene) => self.scene(scene).map(Some),
-                    None => Ok(Some(Line::Row(Value::Object(object)))),
+                    None => Ok(Some(Line::Row(Row { object: Value::Object(object), line: self.row }))),
                 },
                 // Only the last line can be the one that was being written when the recording stopped.
-                Err(_) if !line.ends_with(b"\n") => {
+                Err(error) if !line.ends_with(b"\n") && !error.is_data() => {
                     Ok(Some(Line::Cut(format!("row {}, the last one, is cut short; it is left out", self.row))))
                 }
                 Ok(_) => {
@@ -113,7 +126,7 @@ impl<R: BufRead> Lines<R> {
                 Err(error) => {
                     let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };
                     let place = format!("{} row {}{letter}", self.file, self.row);
-                    Err(InputError::new(place, format!("found no JSON object: {}", told(&error))))
+                    Err(InputError::new(place, fault(&error)))
                 }
             };
         }

@@ -5,7 +5,7 @@
 
 mod part;
 
-use super::super::table::{Blocks, Rows, Stamps, Table, Want, check_size, column_place, see};
+use super::super::table::{Blocks, Rows, Stamps, Table, Want, check_rows, check_size, column_place, see};
 use super::heading::Form;
 use super::truncated;
 use crate::base::error::InputError;
@@ -63,7 +63,7 @@ impl Lines {
 
 impl Rows for Lines {
     fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let mut reading = Reading::new(*self, header, wants, rate_hz);
+        let mut reading = Reading { in_memory: true, ..Reading::new(*self, header, wants, rate_hz) };
         let mut table = Table::empty(header.len());
         while reading.read_into(&mut table)? {}
         Ok(table)
@@ -93,6 +93,8 @@ struct Reading {
     /// The last row, if it is one that was being written when the recording stopped; whatever follows makes it an error.
     cut: Option<(Cut, InputError)>,
     ended: bool,
+    /// Whether all rows have to fit in memory.
+    in_memory: bool,
 }
 
 /// A part with its place among the others.
@@ -168,7 +170,7 @@ impl Reading {
         let (file, form) = (lines.file.clone(), lines.form);
         let plan = Arc::new(Plan { file, form, header: header.to_vec(), wants: wants.to_vec(), rate_hz });
         let parts = Parts::begin(lines, &plan);
-        Self { plan, parts, stamps: Stamps::default(), rows: 0, cut: None, ended: false }
+        Self { plan, parts, stamps: Stamps::default(), rows: 0, cut: None, ended: false, in_memory: false }
     }
 
     /// Puts the rows of the next block behind those of a table; whether there may be more.
@@ -194,7 +196,12 @@ impl Reading {
             return Err(error);
         }
         let columns = wants.iter().filter(|want| **want != Want::Nothing).count();
-        check_size(file, self.rows + rows + usize::from(fault.is_some()), columns)?;
+        let so_far = self.rows + rows + usize::from(fault.is_some());
+        if self.in_memory {
+            check_size(file, so_far, columns)?;
+        } else {
+            check_rows(file, so_far)?;
+        }
         let timed = wants.iter().position(|want| matches!(want, Want::Time(_)));
         let mut kept = Vec::with_capacity(rows);
         for row in 0..rows {

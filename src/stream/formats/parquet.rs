@@ -5,6 +5,7 @@
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
 mod flat;
+mod guard;
 mod walk;
 mod write;
 
@@ -12,7 +13,7 @@ pub use write::write;
 
 use super::super::csv::check_scene;
 use super::super::sheet::{Cells, Memory, titled};
-use super::super::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_size};
+use super::super::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_cells, check_rows, check_size};
 use crate::base::error::InputError;
 use crate::base::{json, yaml};
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -23,6 +24,7 @@ use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
+use guard::guarded;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -127,6 +129,10 @@ struct Opened {
 
 impl Opened {
     fn new(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, InputError> {
+        guarded(name, || Self::read_head(file, name, wanted))
+    }
+
+    fn read_head(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
         let reader = SerializedFileReader::new(Whole { file, length }).map_err(|error| damaged(name, &error))?;
         let metadata = reader.metadata().file_metadata();
@@ -160,6 +166,11 @@ impl Opened {
 
     /// Reads the columns.
     fn memory(self) -> Result<Memory, InputError> {
+        let name = self.name.clone();
+        guarded(&name, || self.decoded())
+    }
+
+    fn decoded(self) -> Result<Memory, InputError> {
         let Self { name, reader, mut leaves, rows } = self;
         let damaged = |error: ParquetError| damaged(&name, &error);
         let wanted = |(_, leaf): &(usize, Leaf)| if leaf.unread { 0 } else { leaf.weight() };
@@ -177,7 +188,7 @@ impl Opened {
                 let column = group.get_column_reader(*index).map_err(damaged)?;
                 let used = leaf.read(column, before, rows_here, rows).map_err(damaged)?;
                 cells += used * leaf.weight();
-                check_size(&name, 1, cells)?;
+                check_cells(&name, rows, cells)?;
             }
             before += rows_here;
         }
@@ -214,7 +225,7 @@ impl Rows for Opened {
         if texts || rate_hz.is_some() {
             return Ok(None);
         }
-        check_size(&self.name, self.rows, 1)?;
+        check_rows(&self.name, self.rows)?;
         Ok(Some(Box::new(walk::Walk::new(*self, wants.to_vec()))))
     }
 }

@@ -1,8 +1,9 @@
 //! Motions that are guided by touch: fingers that close until they feel enough, and a hand that goes straight on until it meets something.
 
 use super::grips::Held;
-use super::motion::{bump, minimum_jerk};
+use super::motion::bump;
 use super::senses::Glimpse;
+use crate::base::easing::minimum_jerk;
 use crate::world::{STEP_S, World};
 use nalgebra::{Isometry3, Point3, Vector3};
 

@@ -1,5 +1,6 @@
 //! How people move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
 
+use crate::base::easing::minimum_jerk;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 /// The largest speed of a minimum-jerk motion over its mean speed.
@@ -8,12 +9,6 @@ const PEAK_OVER_MEAN: f64 = 1.875;
 const SHORTEST_S: f64 = 0.25;
 /// Time constant of each of the two lags of a guided velocity, s.
 const LAG_S: f64 = 0.04;
-
-/// Position on a minimum-jerk way, 0 to 1, at this share of its time.
-pub(super) fn minimum_jerk(share: f64) -> f64 {
-    let s = share.clamp(0.0, 1.0);
-    s * s * s * (10.0 - s * (15.0 - 6.0 * s))
-}
 
 /// A smooth bump that is 0 at both ends and 1 in the middle.
 pub(super) fn bump(share: f64) -> f64 {

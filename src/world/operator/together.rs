@@ -1,8 +1,8 @@
 //! Two hands of one person: a hand knows which phases the other one has begun and how it moves, and moves along with it while both are at one object.
 
 use super::grips::Held;
-use super::motion::minimum_jerk;
 use super::senses::Glimpse;
+use crate::base::easing::minimum_jerk;
 use crate::base::hands::Side;
 use nalgebra::Vector3;
 

@@ -10,9 +10,9 @@ use teachtree::base::diagnostic::{Diagnostic, Span};
 use teachtree::base::hands::Side;
 use teachtree::engine::runs::{Leaves, Run};
 use teachtree::language::codes;
+use teachtree::language::lints::cyclic_rewrites::cyclic_rewrites;
 use teachtree::language::lints::labels::missing_labels;
 use teachtree::language::lints::tasks::hidden_tasks;
-use teachtree::language::lints::undoing::undoing_rules;
 use teachtree::language::rules::*;
 
 /// Gives the trees the leaves that are found in a recording, and every rule, task and key a place of its own.
@@ -83,7 +83,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
 fn hold_undoing(rules: Rules, leaves: &Leaves) -> usize {
     let rules = fitted(rules, leaves);
     let mut run = 0;
-    for undoing in undoing_rules(&rules, &BTreeSet::from([0])) {
+    for undoing in cyclic_rewrites(&rules, &BTreeSet::from([0])) {
         let pair = undoing.pair.map(|at| Relabel { task: None, ..rules.relabels[at].clone() });
         let texts = pair.clone().map(|rule| rule.text);
         let alone = Rules { relabels: pair.to_vec(), ..rules.clone() };

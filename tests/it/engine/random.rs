@@ -5,6 +5,7 @@ use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::{Finger, FingerPick, Side};
 use teachtree::base::units::Dimension;
+use teachtree::language::ops::Temporal;
 use teachtree::language::rules::*;
 use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
 
@@ -49,11 +50,16 @@ pub fn case_of_few_numbers(seed: u64, depth: u32) -> (Rules, Frames) {
 }
 
 /// SplitMix64.
-struct Random {
+pub struct Random {
     state: u64,
 }
 
 impl Random {
+    /// The numbers of a seed.
+    pub fn new(seed: u64) -> Self {
+        Self { state: seed }
+    }
+
     fn next(&mut self) -> u64 {
         self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut z = self.state;
@@ -62,11 +68,11 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 
-    fn chance(&mut self, percent: usize) -> bool {
+    pub fn chance(&mut self, percent: usize) -> bool {
         self.below(100) < percent
     }
 }
@@ -351,13 +357,22 @@ impl Maker {
             }
             8 | 9 => {
                 let duration = self.duration();
-                let window = [Window::For, Window::WithinLast, Window::WithinNext]
-                    [self.random.below(if place.next { 3 } else { 2 })];
-                let inner = if window == Window::WithinNext { Place { memory: false, ..place } } else { place };
-                of(ExprKind::Window(window, Box::new(self.bool(inner, axis, deeper)), duration))
+                let window = match self.random.below(if place.next { 4 } else { 3 }) {
+                    0 => Temporal::For(duration),
+                    1 => Temporal::WithinLast(duration),
+                    2 => {
+                        // Half a time more is once more often.
+                        let times = 1.0 + 0.5 * self.random.below(6) as f64;
+                        Temporal::AtLeast { times: self.constant(times), within: duration }
+                    }
+                    _ => Temporal::WithinNext(duration),
+                };
+                let ahead = matches!(window, Temporal::WithinNext(_));
+                let inner = if ahead { Place { memory: false, ..place } } else { place };
+                of(ExprKind::Temporal(window, Box::new(self.bool(inner, axis, deeper))))
             }
-            10 => of(ExprKind::Rises(Box::new(self.bool(place, axis, deeper)))),
-            11 => of(ExprKind::Falls(Box::new(self.bool(place, axis, deeper)))),
+            10 => of(ExprKind::Temporal(Temporal::Rises, Box::new(self.bool(place, axis, deeper)))),
+            11 => of(ExprKind::Temporal(Temporal::Falls, Box::new(self.bool(place, axis, deeper)))),
             12 | 13 if axis.is_none() => {
                 let hand = self.hand(place);
                 let array = self.axis(hand).unwrap_or((Axis::Fingers, hand));

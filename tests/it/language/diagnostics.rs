@@ -150,12 +150,12 @@ fn a_file_that_cannot_be_read_is_told_apart() {
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("mine.rules"), "use \"nowhere.rules\"\n").unwrap();
     std::fs::write(at("binary.rules"), [0xff, 0xfe, 0]).unwrap();
-    assert!(!load(&at("mine.rules")).unread, "it is the file that is wrong");
-    assert!(load(&at("nowhere.rules")).unread);
-    assert!(load(&at("binary.rules")).unread);
+    assert!(!load(&at("mine.rules")).root_unreadable, "it is the file that is wrong");
+    assert!(load(&at("nowhere.rules")).root_unreadable);
+    assert!(load(&at("binary.rules")).root_unreadable);
     let with_hand = |hand: &str| Request { hand_file: Some(hand.to_string()), ..Request::default() };
-    assert!(!language::load(&with_hand("hand_flags.rules")).unread);
-    assert!(language::load(&with_hand("hand_nowhere.rules")).unread);
+    assert!(!language::load(&with_hand("hand_flags.rules")).root_unreadable);
+    assert!(language::load(&with_hand("hand_nowhere.rules")).root_unreadable);
 }
 
 #[test]

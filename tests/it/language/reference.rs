@@ -51,16 +51,16 @@ fn everything_built_in_is_described() {
 }
 
 #[test]
-fn the_readme_shows_what_is_reported() {
-    let readme = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/README.md"));
-    let blocks: Vec<&str> = readme.split("```").collect();
+fn the_page_of_check_shows_what_is_reported() {
+    let page = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/docs/check.md"));
+    let blocks: Vec<&str> = page.split("```").collect();
     let throw =
         blocks.iter().find_map(|block| block.strip_prefix("text\n").filter(|text| text.contains("primitive Throw")));
     let told = report(&language::load_text("throw.rules", throw.unwrap()));
     let told: Vec<&str> = told.lines().map(str::trim_end).collect();
-    let readme: Vec<&str> = readme.lines().map(str::trim_end).collect();
+    let page: Vec<&str> = page.lines().map(str::trim_end).collect();
     let told = told.join("\n");
-    assert!(readme.join("\n").contains(told.trim_end()), "README.md shows something else than:\n{told}");
+    assert!(page.join("\n").contains(told.trim_end()), "docs/check.md shows something else than:\n{told}");
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn hover_tells_declaration_type_range_and_comments() {
     let norm = hover(&mut editor, "main.rules", "n|orm");
     assert!(norm.contains("norm(v)") && norm.contains("the length of a vec3"), "{norm}");
     let above = hover(&mut editor, "main.rules", "a|bove");
-    assert!(above.ends_with("a condition"), "{above}");
+    assert!(above.contains("\n\na condition\n\na hysteresis: true once"), "{above}");
     assert_eq!(hover(&mut editor, "main.rules", "20 c|m/s"), "`cm`: a length, 0.01 m");
     let grasped = {
         editor.change("main.rules", "use \"contact.rules\"\nsignal a = left.grasped and left.squeeze > 1 N\n");

@@ -1,7 +1,7 @@
 //! The clock of all hands.
 
 use proptest::prelude::*;
-use teachtree::robot::clock::{Clock, Part};
+use teachtree::robot::planning::time_scale::{Part, TimeScale};
 
 fn part(from: f64, to: f64, needs_s: f64) -> Part {
     Part { taught: [from, to], needs_s }
@@ -11,7 +11,7 @@ fn part(from: f64, to: f64, needs_s: f64) -> Part {
 fn one_hand_takes_what_it_needs() {
     // The second one overlaps the first as it was taught; the third was not taught at all.
     let parts = vec![part(0.0, 1.0, 2.0), part(0.0, 1.5, 0.5), part(1.5, 1.5, 0.9), part(4.0, 5.0, 1.0)];
-    let clock = Clock::of(&[parts], 0.0);
+    let clock = TimeScale::of(&[parts], 0.0);
     assert!((clock.duration() - 4.4).abs() < 1e-9, "{}", clock.duration());
     for at in 0..=44 {
         let time = f64::from(at) / 10.0;
@@ -24,7 +24,7 @@ fn a_hand_waits_for_what_the_other_one_does() {
     // The right hand takes over at 2 s, for which it first closes; the left one lets go at 3 s and needs twice as long to bring it.
     let left = vec![part(0.0, 2.0, 4.0), part(2.0, 3.0, 1.0), part(3.0, 3.5, 1.0)];
     let right = vec![part(0.0, 2.0, 2.0), part(2.0, 2.0, 0.9), part(2.0, 3.0, 1.0), part(3.0, 5.0, 2.0)];
-    let clock = Clock::of(&[left, right], 0.0);
+    let clock = TimeScale::of(&[left, right], 0.0);
     // At 2 s of the recording: 4 s; closing until 4.9 s; both hold until 5.9 s.
     for (time, left, right) in
         [(2.0, 2.0, 1.0), (4.0, 4.0, 2.0), (4.5, 4.0, 2.5), (4.9, 4.0, 2.9), (5.9, 5.0, 3.9), (6.9, 6.0, 4.4)]
@@ -54,7 +54,7 @@ proptest! {
     #[test]
     fn hands_keep_together_and_none_is_hurried(left in hand(), right in hand(), eased in prop_oneof![Just(0.0), 0.01..0.3]) {
         let hands = [left, right];
-        let clock = Clock::of(&hands, eased);
+        let clock = TimeScale::of(&hands, eased);
         let step = clock.duration() / 500.0;
         for (which, parts) in hands.iter().enumerate() {
             let whole: f64 = parts.iter().map(|part| part.needs_s).sum();
@@ -66,7 +66,7 @@ proptest! {
                 prop_assert!(went >= -1e-9 && went <= step * (1.0 + 1e-6), "{went} in {step}");
             }
         }
-        let sharp = Clock::of(&hands, 0.0);
+        let sharp = TimeScale::of(&hands, 0.0);
         // Where both begin something at the same time as taught, what was taught to take time before is over in both.
         let mut begun = [0.0, 0.0];
         for (one, other) in hands[0].iter().zip(&hands[1]) {

@@ -26,7 +26,7 @@ fn every_mistake_in_a_robot_is_told_at_its_line() {
 #[test]
 fn the_shipped_robots_can_be_read_and_an_unknown_name_lists_them() {
     for name in robot::names() {
-        assert!(!shipped(name).links.is_empty(), "{name}");
+        assert!(!shipped(name).tree.links.is_empty(), "{name}");
     }
     let error = robot::open("gifu", &|_| unreachable!()).unwrap_err().to_string();
     assert!(error.contains("`gifu_hand_iii_right`") && error.contains("no shipped robot"), "{error}");
@@ -58,7 +58,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
         })
     };
     let robot = open(urdf).unwrap();
-    assert_eq!((robot.n_joints(), robot.dofs.len()), (3, 2), "the third mimics");
+    assert_eq!((robot.tree.n_joints(), robot.tree.dofs.len()), (3, 2), "the third mimics");
     let finger = &robot.hands[&teachtree::base::hands::Side::Right].fingers[0];
     // Bent by 0.8 rad, and by half of it more.
     let mut angles = [0.0; robot::MAX_DOFS];
@@ -80,7 +80,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, wanted three numbers"));
     // A moment that is more than the other two together is balanced, as files of well-known hands want it.
     let balanced: &'static str = Box::leak(urdf.replace("ixx=\"1e-3\"", "ixx=\"4e-3\"").into_boxed_str());
-    let palm = open(balanced).unwrap().links.into_iter().find(|link| link.name == "palm").unwrap();
+    let palm = open(balanced).unwrap().tree.links.into_iter().find(|link| link.name == "palm").unwrap();
     assert!((palm.inertia - nalgebra::Matrix3::identity() * 2e-3).norm() < 1e-12, "{}", palm.inertia);
     assert!(wrong("ixx=\"1e-3\"", "ixx=\"-1e-3\"").contains("`palm` has an inertia that no body has"));
     let boxes = "<collision><geometry><box size=\"0.06 0.06 0.02\"/></geometry></collision>".repeat(65);
@@ -101,7 +101,7 @@ fn the_parts_of_a_robot_lie_beside_the_file_that_names_them() {
             Ok(arm.clone())
         }
     });
-    assert_eq!(robot.unwrap().n_joints(), 6 + 20);
+    assert_eq!(robot.unwrap().tree.n_joints(), 6 + 20);
     let error = robot::open("lab/hand.urdf", &|_| unreachable!()).unwrap_err().to_string();
     assert!(error.contains("name the URDF and its fingertips in a YAML file"), "{error}");
 }

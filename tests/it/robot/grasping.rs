@@ -35,7 +35,7 @@ fn the_measure_is_best_near_80_mm_and_ends_near_160_mm() {
     };
     let [narrow, best, wide, cube] = [30.0, 85.0, 155.0, 120.0].map(|width| measure(width).unwrap().measure);
     assert!(best > 1.1 * narrow && best > 1.1 * wide, "{narrow} {best} {wide}");
-    // A global search of a prototype found 0.167 for this hand on the chapter's cube (docs/sources.md, Grasp mapping).
+    // An earlier global search found 0.167 for this hand on the cube of Kawasaki et al. (2014) (docs/sources.md, Grasp mapping).
     assert!((0.155..0.18).contains(&cube), "{cube}");
     assert!(measure(190.0).is_err(), "wider than the hand opens");
 }
@@ -48,7 +48,7 @@ pub fn tips_off_contacts(
     q: &[f64],
     contacts: &[Contact],
 ) -> Vec<(Finger, f64)> {
-    let poses = robot.forward(q);
+    let poses = robot.tree.forward(q);
     let object_from_root = grasp.object_from_palm * poses[hand.palm].inverse();
     let off = |contact: &Contact| {
         let finger = hand.finger(contact.finger).unwrap();
@@ -66,12 +66,12 @@ fn every_condition_of_a_grasp_holds() {
     let wanted = Wanted { contacts: contacts.clone(), object: &object, obstacles: Vec::new() };
     let mapper = Mapper::new(hand);
     let grasp = mapper.map(&wanted).unwrap();
-    let mut q = vec![0.0; robot.dofs.len()];
+    let mut q = vec![0.0; robot.tree.dofs.len()];
     grasp.set(hand, &mut q);
     for (finger, off) in tips_off_contacts(&robot, hand, &grasp, &q, &contacts) {
         assert!(off < 2.0 * REACHED_M, "{finger} is {off} m off its contact");
     }
-    for (value, dof) in q.iter().zip(&robot.dofs) {
+    for (value, dof) in q.iter().zip(&robot.tree.dofs) {
         assert!((dof.range[0]..=dof.range[1]).contains(value), "{} {value}", dof.name);
     }
     assert!(grasp.fingers.iter().all(|held| held.pad_angle.to_degrees() < 80.1));

@@ -69,7 +69,7 @@ fn mapped(robot: &Robot, object: &Body, contacts: Vec<Contact>, obstacles: Vec<O
 #[test]
 fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
     for (robot, dofs) in [(shipped("parallel_jaw"), 1), (two_motors(), 2), (of_urdf(URDF).unwrap(), 1)] {
-        assert_eq!(robot.dofs.len(), dofs, "{}", robot.name);
+        assert_eq!(robot.tree.dofs.len(), dofs, "{}", robot.name);
         let hand = &robot.hands[&Side::Right];
         let jaws = hand.jaws.as_ref().unwrap();
         let [closed, open] = jaws.range();
@@ -85,7 +85,7 @@ fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
             for finger in &hand.fingers {
                 q[finger.dofs[0]] = jaws.jaw(finger.finger).unwrap().angles(share)[0];
             }
-            let poses = robot.forward(&q);
+            let poses = robot.tree.forward(&q);
             let tips = jaws.pair.map(|jaw| {
                 let finger = hand.finger(jaw.finger).unwrap();
                 poses[finger.tip_link] * finger.tip_in_link
@@ -136,7 +136,7 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
         let below = Obstacle { object_from_obstacle: nalgebra::Isometry3::translation(0.0, 0.0, -0.041), body: &table };
         let grasp = mapped(&robot, &object, contacts.clone(), vec![below]).unwrap();
         assert!((grasp.opening.unwrap() - 0.050).abs() < 1e-9);
-        let mut q = vec![0.0; robot.dofs.len()];
+        let mut q = vec![0.0; robot.tree.dofs.len()];
         grasp.set(hand, &mut q);
         for (finger, off) in tips_off_contacts(&robot, hand, &grasp, &q, &contacts) {
             assert!(off < 1e-9, "{finger} is {off} m off its contact");

@@ -31,17 +31,17 @@ fn sample(finger: &FingerModel, index: usize) -> [f64; MAX_DOFS] {
 fn the_hand_has_twenty_joints_and_sixteen_degrees_of_freedom() {
     for name in ["gifu_hand_iii_right", "gifu_hand_iii_left"] {
         let robot = shipped(name);
-        assert_eq!((robot.n_joints(), robot.dofs.len()), (20, 16), "{name}");
+        assert_eq!((robot.tree.n_joints(), robot.tree.dofs.len()), (20, 16), "{name}");
         let hand = robot.hands.values().next().unwrap();
         assert_eq!(hand.fingers.len(), 5);
         assert!(hand.fingers.iter().all(FingerModel::is_closed), "every finger has a closed form");
         let degrees: Vec<usize> = hand.fingers.iter().map(|finger| finger.dofs.len()).collect();
         assert_eq!(degrees, [4, 3, 3, 3, 3], "thumb first");
-        let mass: f64 = robot.links.iter().map(|link| link.mass).sum();
+        let mass: f64 = robot.tree.links.iter().map(|link| link.mass).sum();
         assert!((mass - 1.4).abs() < 0.01, "{mass} kg");
     }
     let both = shipped("both_hands");
-    assert_eq!((both.n_joints(), both.dofs.len()), (52, 44));
+    assert_eq!((both.tree.n_joints(), both.tree.dofs.len()), (52, 44));
     assert_eq!(both.hands[&Side::Left].arm.len(), 6);
 }
 
@@ -107,25 +107,25 @@ fn jacobians_are_the_differences_of_positions() {
     }
     // The whole robot, arm included: position and direction of a fingertip's link.
     let finger = right(&robot).finger(Finger::Ring).unwrap();
-    let mut q: Vec<f64> = robot.middle().iter().copied().collect();
+    let mut q: Vec<f64> = robot.tree.middle().iter().copied().collect();
     for (index, value) in q.iter_mut().enumerate() {
         *value += 0.3 * (spread(index, 1) - 0.5);
     }
-    let tip = |q: &[f64]| robot.forward(q)[finger.tip_link] * finger.tip_in_link;
-    let jacobian = robot.jacobian(&robot.forward(&q), finger.tip_link, tip(&q));
+    let tip = |q: &[f64]| robot.tree.forward(q)[finger.tip_link] * finger.tip_in_link;
+    let jacobian = robot.tree.jacobian(&robot.tree.forward(&q), finger.tip_link, tip(&q));
     let mut moving = 0;
     for dof in 0..q.len() {
         let at = |step: f64| {
             let mut moved = q.clone();
             moved[dof] += step;
-            (tip(&moved), robot.forward(&moved)[finger.tip_link].rotation)
+            (tip(&moved), robot.tree.forward(&moved)[finger.tip_link].rotation)
         };
         let ((to, turned), (from, before)) = (at(STEP), at(-STEP));
         let slope = (to - from) / (2.0 * STEP);
         let turning = (turned * before.inverse()).scaled_axis() / (2.0 * STEP);
         let column = jacobian.column(dof);
-        assert!((slope - column.fixed_rows::<3>(0)).norm() < 1e-7, "{}", robot.dofs[dof].name);
-        assert!((turning - column.fixed_rows::<3>(3)).norm() < 1e-7, "{}", robot.dofs[dof].name);
+        assert!((slope - column.fixed_rows::<3>(0)).norm() < 1e-7, "{}", robot.tree.dofs[dof].name);
+        assert!((turning - column.fixed_rows::<3>(3)).norm() < 1e-7, "{}", robot.tree.dofs[dof].name);
         moving += usize::from(column.norm() > 0.0);
     }
     assert_eq!(moving, 6 + 3, "arm and ring finger");

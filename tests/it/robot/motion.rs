@@ -6,12 +6,12 @@ use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
 use teachtree::command::{Commands, Contact, Grasp, Segment, Task, Tip};
-use teachtree::robot::arm::solve_arm;
-use teachtree::robot::control::limited;
-use teachtree::robot::dynamics::Motion;
-use teachtree::robot::executor::Executor;
-use teachtree::robot::plan::Target;
-use teachtree::robot::simulate::{Performance, simulate};
+use teachtree::robot::control::executor::Executor;
+use teachtree::robot::control::impedance::limited;
+use teachtree::robot::dynamics::motion::Motion;
+use teachtree::robot::planning::plan::Target;
+use teachtree::robot::planning::start::Start;
+use teachtree::robot::simulation::{Performance, simulate};
 use teachtree::robot::{Kind, Robot};
 use teachtree::world::{Fingertips, TipState, World};
 
@@ -20,12 +20,12 @@ const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
 #[test]
 fn torques_of_gravity_hold_the_robot_still() {
     let robot = shipped("both_hands").limb(Side::Right).unwrap();
-    let mut motion = Motion::new(Isometry3::identity(), robot.middle() * 0.7, GRAVITY);
+    let mut motion = Motion::new(Isometry3::identity(), robot.tree.middle() * 0.7, GRAVITY);
     let start = motion.q.clone();
     for _ in 0..200 {
-        let posture = motion.posture(&robot, 0.001);
+        let posture = motion.posture(&robot.tree, 0.001);
         let torques = posture.gravity.clone();
-        motion.step(&robot, &posture, &torques, &DVector::zeros(robot.dofs.len()), 0.001);
+        motion.step(&robot.tree, &posture, &torques, &DVector::zeros(robot.tree.dofs.len()), 0.001);
     }
     assert!((motion.q - start).amax() < 1e-9);
 }
@@ -33,26 +33,26 @@ fn torques_of_gravity_hold_the_robot_still() {
 #[test]
 fn a_falling_robot_keeps_its_energy() {
     let mut robot = shipped("both_hands").limb(Side::Right).unwrap();
-    for dof in &mut robot.dofs {
+    for dof in &mut robot.tree.dofs {
         (dof.damping, dof.friction, dof.range) = (0.0, 0.0, [-100.0, 100.0]);
     }
-    let mut q = robot.middle();
+    let mut q = robot.tree.middle();
     for (index, value) in q.iter_mut().enumerate() {
         *value = 0.3 + 0.1 * (index as f64).sin();
     }
     let mut motion = Motion::new(Isometry3::identity(), q, GRAVITY);
-    let none = DVector::zeros(robot.dofs.len());
+    let none = DVector::zeros(robot.tree.dofs.len());
     let energy = |motion: &Motion| {
-        let posture = motion.posture(&robot, 1e-5);
+        let posture = motion.posture(&robot.tree, 1e-5);
         let kinetic = 0.5 * motion.rates.dot(&(&posture.mass * &motion.rates));
         let lifted =
-            robot.links.iter().zip(&posture.poses).map(|(link, pose)| link.mass * 9.81 * (pose * link.centre).z);
+            robot.tree.links.iter().zip(&posture.poses).map(|(link, pose)| link.mass * 9.81 * (pose * link.centre).z);
         (kinetic, kinetic + lifted.sum::<f64>())
     };
     let (_, before) = energy(&motion);
     for _ in 0..10_000 {
-        let posture = motion.posture(&robot, 2e-5);
-        motion.step(&robot, &posture, &none, &none, 2e-5);
+        let posture = motion.posture(&robot.tree, 2e-5);
+        motion.step(&robot.tree, &posture, &none, &none, 2e-5);
     }
     let (kinetic, after) = energy(&motion);
     assert!(kinetic > 1.0, "it fell: {kinetic} J");
@@ -66,9 +66,9 @@ fn what_leaves_a_controller_is_finite_and_within_the_motors() {
     let mut torques = DVector::from_element(16, 100.0);
     torques[3] = f64::NAN;
     torques[4] = -f64::INFINITY;
-    let torques = limited(&robot, torques);
+    let torques = limited(&robot.tree, torques);
     assert_eq!((torques[3], torques[4]), (0.0, 0.0));
-    for (torque, dof) in torques.iter().zip(&robot.dofs) {
+    for (torque, dof) in torques.iter().zip(&robot.tree.dofs) {
         assert!(torque.abs() <= dof.torque);
     }
 }
@@ -82,7 +82,7 @@ fn the_arm_finds_poses_again() {
 fn an_arm_on_a_rail_with_a_gear_finds_poses_again() {
     let mut robot = shipped("both_hands");
     let arm = robot.hands[&Side::Right].arm.clone();
-    let mut joints = robot.links.iter_mut().filter_map(|link| link.joint.as_mut());
+    let mut joints = robot.tree.links.iter_mut().filter_map(|link| link.joint.as_mut());
     let rail = joints.find(|joint| joint.dof == arm[0]).unwrap();
     rail.kind = Kind::Slides;
     let geared = joints.find(|joint| joint.dof == arm[3]).unwrap();
@@ -92,18 +92,18 @@ fn an_arm_on_a_rail_with_a_gear_finds_poses_again() {
 
 fn finds_poses_again(robot: &Robot) {
     let hand = &robot.hands[&Side::Right];
-    let mut q: Vec<f64> = robot.middle().iter().copied().collect();
+    let mut q: Vec<f64> = robot.tree.middle().iter().copied().collect();
     for (&dof, value) in hand.arm.iter().zip([0.4, 0.6, 0.9, -0.5, 0.8, 0.3]) {
         q[dof] = value;
     }
-    let palm = robot.forward(&q)[hand.palm];
+    let palm = robot.tree.forward(&q)[hand.palm];
     let mut found = q.clone();
     for &dof in &hand.arm {
         found[dof] += 0.25;
     }
-    let missing = solve_arm(robot, hand, &Isometry3::identity(), &palm, &mut found, 100);
-    assert!(missing.0 < 1e-6 && missing.1 < 1e-6, "{missing:?}");
-    assert!((robot.forward(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6);
+    let missing = hand.arm_on(&robot.tree).inverse_kinematics(&Isometry3::identity(), &palm, &mut found, 100);
+    assert!(missing.m < 1e-6 && missing.rad < 1e-6, "{missing:?}");
+    assert!((robot.tree.forward(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6);
 }
 
 fn scene(text: &str) -> Scene {
@@ -133,11 +133,14 @@ hands: {right: {fingers: [thumb, index, middle, ring, little], tip_radius: 7 mm}
         free: false,
         pushed: false,
     };
-    let mut runs = vec![Executor::new(robot, hand, &target(0.012, 0.0), &[palm], GRAVITY).unwrap()];
+    let mut runs = vec![{
+        let start = Start::new(&robot, &hand, &target(0.012, 0.0), &[palm]).unwrap();
+        Executor::new(robot, hand, start, GRAVITY)
+    }];
     let mut step_to = |target: Target, world: &mut World| {
         let felt = |tip: &TipState| tip.touches.iter().map(|touch| touch.force).sum();
         let exerted: Vec<Vector3<f64>> = world.observation().hands[0].tips.iter().map(felt).collect();
-        runs[0].aim(&target, &exerted);
+        runs[0].set_target(&target, &exerted);
         world.step_moved(&mut runs);
     };
     for step in 0..300 {
@@ -169,7 +172,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
     let weight = [0.245, 0.1225, 0.1225];
     let segment = |primitive: &str, seconds: f64, from: f64, to: f64, lifted: f64| {
         let n = (seconds * 100.0) as usize + 1;
-        let share = |at: usize| teachtree::robot::plan::minimum_jerk(at as f64 / (n - 1) as f64);
+        let share = |at: usize| teachtree::base::easing::minimum_jerk(at as f64 / (n - 1) as f64);
         Segment {
             primitive: primitive.into(),
             duration_s: seconds,
@@ -236,7 +239,7 @@ fn the_hand_lifts_the_cube_and_holds_it_within_a_millimetre() {
         let outcome = &outcomes[0];
         assert!(outcome.done, "{name}: {outcome:?}");
         // From when it hangs still: grasp 0.9 s, lift 1.5 s, and half a second.
-        let (held, end) = (2900 / teachtree::robot::simulate::RECORDED, recording.time.len() - 1);
+        let (held, end) = (2900 / teachtree::robot::simulation::recorder::RECORDED, recording.time.len() - 1);
         let column = |name: &str| &recording.columns[name].values;
         for axis in ["x", "y", "z"] {
             let values = &column(&format!("cube.position.{axis}"))[held..end];

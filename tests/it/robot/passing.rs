@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use teachtree::robot::Solid;
-use teachtree::robot::passing::{Nearest, gap};
+use teachtree::robot::simulation::arm_clearance::MinDistance;
 
 fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Solid {
     Solid::Capsule(Point3::from(from), Point3::from(to), radius)
@@ -28,7 +28,7 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
     ];
     for (name, one, other, wanted) in cases {
         for (one, other) in [(one, other), (other, one)] {
-            let got = gap(&one, &other);
+            let got = one.gap(&other);
             assert!((got - wanted).abs() < 2e-5, "{name}: {got} m, wanted {wanted} m");
         }
     }
@@ -36,7 +36,7 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
 
 #[test]
 fn what_touches_passes_through() {
-    let nearest = |gap: f64| Nearest { gap, time_s: 1.0, links: ["a".into(), "b".into()] };
+    let nearest = |gap: f64| MinDistance { gap, time_s: 1.0, links: ["a".into(), "b".into()] };
     assert!(nearest(0.0).passes_through() && nearest(-0.01).passes_through() && !nearest(0.001).passes_through());
 }
 
@@ -45,7 +45,7 @@ proptest! {
     #[test]
     fn bars_are_as_near_as_their_points(ends in prop::array::uniform4(prop::array::uniform3(-0.5..0.5_f64)), radius in 0.0..0.05_f64) {
         let [a, b, c, d] = ends.map(Point3::from);
-        let got = gap(&Solid::Capsule(a, b, radius), &Solid::Capsule(c, d, 0.01)) + radius + 0.01;
+        let got = Solid::Capsule(a, b, radius).gap(&Solid::Capsule(c, d, 0.01)) + radius + 0.01;
         let mut least = f64::INFINITY;
         for one in 0..=200 {
             let at = a + (b - a) * (f64::from(one) / 200.0);

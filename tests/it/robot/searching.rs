@@ -5,9 +5,9 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use proptest::prelude::*;
 use teachtree::base::geometry::{across, pose};
 use teachtree::command::hole_of;
-use teachtree::robot::clock::Pace;
-use teachtree::robot::searching::WITHIN_M;
-use teachtree::robot::spiral::Spiral;
+use teachtree::robot::control::peg_search::WITHIN_M;
+use teachtree::robot::control::spiral_path::SpiralPath;
+use teachtree::robot::planning::time_scale::Pause;
 use teachtree::world;
 
 proptest! {
@@ -17,7 +17,7 @@ proptest! {
         let within: f64 = within;
         let place = [far.sqrt() * within * angle.cos(), far.sqrt() * within * angle.sin()];
         let step: f64 = 0.02e-3;
-        let mut spiral = Spiral::new(pitch, within);
+        let mut spiral = SpiralPath::new(pitch, within);
         let (mut nearest, mut before, mut steps) = (f64::INFINITY, spiral.place(), 0);
         loop {
             let [x, y] = spiral.place();
@@ -25,7 +25,7 @@ proptest! {
             prop_assert!(x.hypot(y) <= within + pitch / 2.0 + step, "{x}, {y} is far outside of {within}");
             nearest = f64::min(nearest, (x - place[0]).hypot(y - place[1]));
             (before, steps) = ([x, y], steps + 1);
-            if !spiral.go_on(step) {
+            if !spiral.advance(step) {
                 break;
             }
         }
@@ -69,9 +69,9 @@ fn the_clearance_of_a_hole_is_known_from_its_shapes() {
 /// A clock that waits stands still soon, and goes on as soon; one that never waits loses nothing.
 #[test]
 fn a_clock_waits() {
-    let mut pace = Pace::default();
+    let mut pace = Pause::default();
     let mut run = |waits: bool, steps: usize| {
-        (0..steps).for_each(|_| pace.go_on(waits, 0.001));
+        (0..steps).for_each(|_| pace.advance(waits, 0.001));
         pace.waited_s()
     };
     assert_eq!(run(false, 1000), 0.0);

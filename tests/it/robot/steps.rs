@@ -4,8 +4,8 @@
 use super::kinematics::shipped;
 use nalgebra::{DVector, Isometry3, Vector3};
 use teachtree::base::hands::Side;
-use teachtree::robot::control::{Controller, FingerTarget, Gains};
-use teachtree::robot::dynamics::Motion;
+use teachtree::robot::control::impedance::{Controller, FingerTarget, Gains};
+use teachtree::robot::dynamics::motion::Motion;
 use teachtree::robot::{Dof, HandModel, Robot};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);
@@ -30,12 +30,12 @@ impl Rig {
     fn new() -> Self {
         let robot = shipped("both_hands").limb(Side::Right).unwrap();
         let hand = robot.hands[&Side::Right].clone();
-        let mut q = robot.middle();
+        let mut q = robot.tree.middle();
         for (&dof, value) in hand.arm.iter().zip([0.4, 0.6, 0.9, -0.5, 0.8, 0.3]) {
             q[dof] = value;
         }
         let motion = Motion::new(Isometry3::identity(), q, GRAVITY);
-        let controller = Controller::new(&robot, hand.fingers.len(), Gains::default());
+        let controller = Controller::new(&robot.tree, hand.fingers.len(), Gains::default());
         let idle = hand.fingers.iter().map(|finger| FingerTarget::Idle(finger.angles(motion.q.as_slice())));
         let fingers = idle.collect();
         Self { robot, hand, motion, controller, fingers }
@@ -47,17 +47,17 @@ impl Rig {
 
     /// A millisecond towards these values of the arm, with other torques on all joints; what the motors gave.
     fn step(&mut self, wanted: &[f64], outside: &DVector<f64>) -> DVector<f64> {
-        let posture = self.motion.posture(&self.robot, DT);
+        let posture = self.motion.posture(&self.robot.tree, DT);
         let wanted: Vec<(f64, f64)> = wanted.iter().map(|value| (*value, 0.0)).collect();
         let Self { robot, hand, motion, controller, fingers } = self;
         let none = vec![Vector3::zeros(); fingers.len()];
-        let torques = controller.torques(robot, hand, motion, &posture, &wanted, fingers, &none, DT);
-        motion.step(robot, &posture, &torques, outside, DT);
+        let torques = controller.torques(&robot.tree, hand, motion, &posture, &wanted, fingers, &none, DT);
+        motion.step(&robot.tree, &posture, &torques, outside, DT);
         torques
     }
 
     fn nothing(&self) -> DVector<f64> {
-        DVector::zeros(self.robot.dofs.len())
+        DVector::zeros(self.robot.tree.dofs.len())
     }
 }
 
@@ -94,15 +94,15 @@ fn each_joint_of_the_arm_answers_a_step_as_the_law_says() {
         let mut wanted = before.clone();
         wanted[joint] += by;
         // Another joint that nothing held would be thrown back by the inertia that it shares.
-        let mass = rig.motion.posture(&rig.robot, DT).mass;
+        let mass = rig.motion.posture(&rig.robot.tree, DT).mass;
         let arm = rig.hand.arm.clone();
-        let dof = &rig.robot.dofs[arm[joint]];
+        let dof = &rig.robot.tree.dofs[arm[joint]];
         let (law_rise, law_overshoot) = rise_and_overshoot(&alone(mass[(arm[joint], arm[joint])], dof, by));
         let thrown: Vec<f64> = arm.iter().map(|&dof| (mass[(dof, arm[joint])] / mass[(dof, dof)]).abs()).collect();
         let mut way = Vec::new();
         for _ in 0..1500 {
             let torques = rig.step(&wanted, &nothing);
-            let limit = rig.robot.dofs[rig.hand.arm[joint]].torque;
+            let limit = rig.robot.tree.dofs[rig.hand.arm[joint]].torque;
             assert!(torques[rig.hand.arm[joint]].abs() < limit, "joint {joint} is not at its limit");
             let shares: Vec<f64> = rig.arm().iter().zip(&before).map(|(now, before)| (now - before) / by).collect();
             way.push(shares[joint]);
@@ -140,8 +140,8 @@ fn gravity_moves_nothing_and_an_unknown_load_is_made_up_for() {
         let mut rig = Rig::new();
         let (before, mut load) = (rig.arm(), rig.nothing());
         let dof = rig.hand.arm[joint];
-        load[dof] = 0.1 * rig.robot.dofs[dof].torque;
-        let inertia = rig.motion.posture(&rig.robot, DT).mass[(dof, dof)];
+        load[dof] = 0.1 * rig.robot.tree.dofs[dof].torque;
+        let inertia = rig.motion.posture(&rig.robot.tree, DT).mass[(dof, dof)];
         let spring = load[dof] / (inertia * Gains::default().arm_omega.powi(2));
         let mut farthest = 0.0_f64;
         for _ in 0..1500 {
@@ -165,10 +165,11 @@ fn motors_at_their_limits_do_not_wind_up() {
         let (mut farthest, mut at_limit) = (0.0_f64, 0);
         for _ in 0..3000 {
             let torques = rig.step(&wanted, &nothing);
-            for (torque, dof) in torques.iter().zip(&rig.robot.dofs) {
+            for (torque, dof) in torques.iter().zip(&rig.robot.tree.dofs) {
                 assert!(torque.abs() <= dof.torque, "{torque} N m of {}", dof.name);
             }
-            at_limit += usize::from(torques[rig.hand.arm[joint]].abs() >= rig.robot.dofs[rig.hand.arm[joint]].torque);
+            at_limit +=
+                usize::from(torques[rig.hand.arm[joint]].abs() >= rig.robot.tree.dofs[rig.hand.arm[joint]].torque);
             farthest = farthest.max(rig.arm()[joint] - before[joint]);
         }
         assert!(at_limit > 10, "joint {joint} was at its limit for {at_limit} ms");

@@ -3,7 +3,7 @@
 use super::kinematics::shipped;
 use proptest::prelude::*;
 use teachtree::robot::Dof;
-use teachtree::robot::timing::{Knot, timed};
+use teachtree::robot::planning::toppra::{Knot, timed};
 
 const STEP_S: f64 = 0.01;
 /// What the polynomial between two points may exceed a limit by.
@@ -11,7 +11,7 @@ const SPARE: f64 = 1.02;
 
 /// Joints like those of the shipped arm.
 fn joints(count: usize) -> Vec<Dof> {
-    let arm = shipped("both_hands").dofs;
+    let arm = shipped("both_hands").tree.dofs;
     let like: Vec<Dof> = arm.into_iter().filter(|dof| dof.name.contains("arm")).collect();
     (0..count).map(|at| Dof { speed: 3.0, acceleration: 10.0, ..like[at].clone() }).collect()
 }

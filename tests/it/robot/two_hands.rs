@@ -88,8 +88,8 @@ fn a_hand_over_is_carried_out_by_two_arms() {
             let joint = names.iter().position(|name| *name == dof).unwrap();
             points.last().unwrap()["positions"][joint].as_f64().unwrap()
         };
-        let q: Vec<f64> = limb.dofs.iter().map(|dof| value(&dof.name)).collect();
-        let palm = limb.forward(&q)[limb.hands[&side].palm].translation.vector;
+        let q: Vec<f64> = limb.tree.dofs.iter().map(|dof| value(&dof.name)).collect();
+        let palm = limb.tree.forward(&q)[limb.hands[&side].palm].translation.vector;
         let there = ["x", "y", "z"].map(|axis| recorded(&format!("{side}.palm.position.{axis}")));
         let off = (palm - Vector3::from(there)).norm();
         assert!(off < 0.02, "the {side} palm ends {} mm from where it did", off * 1e3);
@@ -120,7 +120,7 @@ fn gap(robot: &Robot, hands: [(Side, &MappedGrasp); 2]) -> f64 {
         for finger in &hand.fingers {
             let mut angles = [0.0; MAX_DOFS];
             for (angle, dof) in angles.iter_mut().zip(&finger.dofs) {
-                *angle = mapped.joints[&robot.dofs[*dof].name];
+                *angle = mapped.joints[&robot.tree.dofs[*dof].name];
             }
             finger.solids(&finger.posture(&angles)).for_each(|(_, solid)| add(&solid));
         }

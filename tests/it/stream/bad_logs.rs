@@ -114,3 +114,33 @@ fn brackets_that_stand_too_deep_are_refused_at_once() {
         assert!(error.place.contains(place), "{error}");
     }
 }
+
+/// One letter makes a box of 80 m of one of 80 mm.
+#[test]
+fn a_scene_beyond_all_sizes_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = folder.path().join("log.csv");
+    std::fs::write(&log, "time,cube.position.x,cube.position.y,cube.position.z\n0,0,0,0\n0.1,0,0,0\n").unwrap();
+    let bodies = (0..300).fold(String::new(), |text, body| text + &format!("  body{body}: {{role: object}}\n"));
+    let scenes = [
+        "bodies:\n  cube: {role: object, parts: [{box: [80 m, 80 mm, 80 mm]}]}\n".to_string(),
+        "bodies:\n  cube: {role: object, parts: [{cylinder: [80 mm, 80 m]}]}\n".to_string(),
+        "bodies:\n  cube: {role: object, parts: [{ball: 10 mm, at: [0 m, 0 m, 20 m]}]}\n".to_string(),
+        format!("bodies:\n{bodies}"),
+    ];
+    let told = scenes.map(|scene| {
+        std::fs::write(folder.path().join("log.scene.yaml"), scene).unwrap();
+        let error = open(&OpenRequest { log: log.clone(), ..OpenRequest::default() }).unwrap_err();
+        assert!(error.place.contains("log.scene.yaml"), "{error}");
+        error.to_string()
+    });
+    let wanted = [
+        "bodies.cube.parts.0: has an edge of 80 m, wanted 0.1 mm to 10 m",
+        "bodies.cube.parts.0: has a height of 80 m, wanted 0.1 mm to 10 m",
+        "bodies.cube.parts.0: is 20 m from the middle of its body, wanted at most 10 m",
+        "bodies: found 300 bodies, wanted at most 256",
+    ];
+    for (told, wanted) in told.iter().zip(wanted) {
+        assert!(told.contains(wanted), "{told}");
+    }
+}

@@ -21,6 +21,10 @@ fn add(log: &mut Recording, column: &str, row: usize, value: f64) {
     log.columns[column].values[row] += value;
 }
 
+fn scale(log: &mut Recording, column: &str, row: usize, factor: f64) {
+    log.columns[column].values[row] *= factor;
+}
+
 /// Every so many rows of a recording.
 fn slower(log: &mut Recording, every: usize) {
     log.time = log.time.iter().copied().step_by(every).collect();
@@ -51,7 +55,11 @@ fn a_bad_sample_is_told_and_changes_no_segment() {
     let wanted = segments(folder.path(), "plain.csv", &[]);
     assert!(wanted.len() > 5, "{wanted:?}");
     // 1900 is in the middle of Translate.
-    let changes: [(&str, usize, Change); 6] = [
+    let changes: [(&str, usize, Change); 10] = [
+        ("box.velocity", 1, &|log| scale(log, "box.velocity.y", 1900, 1e6)),
+        ("box.velocity", 1, &|log| set(log, "box.velocity.y", 1900, 0.6)),
+        ("box.angular_velocity", 1, &|log| set(log, "box.angular_velocity.z", 1900, 30.0)),
+        ("contact.box.base.force", 1, &|log| scale(log, "contact.box.base.force.z", 100, 1e4)),
         ("right.thumb.position", 1, &|log| set(log, "right.thumb.position.x", 1900, 0.3)),
         ("right.thumb.position", 2, &|log| {
             [1900, 1901].iter().for_each(|row| set(log, "right.thumb.position.x", *row, 2.0))
@@ -74,6 +82,42 @@ fn a_bad_sample_is_told_and_changes_no_segment() {
         assert!(issue.message.starts_with(&format!("{count} sample")), "{}", issue.message);
         assert_eq!(segments(folder.path(), "log.csv", &[]), wanted, "{channel}: {}", issue.message);
     }
+}
+
+/// A decimal point that is lost in one cell had made a `turn_screw` of this task.
+#[test]
+fn a_lost_decimal_point_in_a_velocity_is_told_and_changes_no_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let plain = teach(&shipped::scene("peg_in_hole").unwrap(), &shipped::operator("peg_in_hole").unwrap(), 1).unwrap();
+    formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
+    let wanted = segments(folder.path(), "plain.csv", &[]);
+    for column in ["peg.velocity.x", "peg.angular_velocity.x", "peg.velocity.z"] {
+        let mut log = plain.clone();
+        let row = 4144;
+        let digits = (log.columns[column].values[row] * 1e6).round();
+        set(&mut log, column, row, digits);
+        let told = jumps(folder.path(), &log);
+        assert_eq!(told.len(), 1, "{column} became {digits}: {told:?}");
+        assert_eq!(segments(folder.path(), "log.csv", &[]), wanted, "{column} became {digits}");
+        // What is read in windows is told as what is in memory.
+        let json = ["analyze", "log.csv", "--format", "json"];
+        let in_memory = teachtree_in(folder.path(), &[&json[..], &["--report", "report.html"]].concat());
+        assert_eq!(said(&teachtree_in(folder.path(), &json)), said(&in_memory), "{column}");
+    }
+}
+
+/// A velocity that its pose bears out was measured, and so was one that changes for good.
+#[test]
+fn a_velocity_that_the_pose_bears_out_is_no_jump() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut log = taught();
+    // 0.6 mm within a millisecond, and back in the next.
+    add(&mut log, "box.position.y", 1900, 0.0006);
+    set(&mut log, "box.velocity.y", 1900, 0.6);
+    assert_eq!(jumps(folder.path(), &log), []);
+    let mut log = taught();
+    log.columns["box.velocity.y"].values[1900..].iter_mut().for_each(|value| *value += 0.6);
+    assert_eq!(jumps(folder.path(), &log), []);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The rows of a file some at a time: every column that is wanted is decoded as far as the others.
 
 use super::super::super::table::{Blocks, Stamps, Table, Want};
-use super::{BATCH, Leaf, Opened, damaged, flat::flat};
+use super::{BATCH, Leaf, Opened, damaged, flat::flat, guard::guarded};
 use crate::base::error::InputError;
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::errors::ParquetError;
@@ -45,6 +45,14 @@ impl Walk {
 
 impl Blocks for Walk {
     fn next(&mut self) -> Result<Option<Table>, InputError> {
+        let name = self.opened.name.clone();
+        guarded(&name, || self.block())
+    }
+}
+
+impl Walk {
+    /// The rows of the next block; nothing behind the last one.
+    fn block(&mut self) -> Result<Option<Table>, InputError> {
         let name = self.opened.name.clone();
         if !self.open_group().map_err(|error| damaged(&name, &error))? {
             return Ok(None);

@@ -1,10 +1,12 @@
 //! Parquet and the data sets that are made of it.
 
 use super::{bound, fixture, folder, header, values};
+use crate::program::{all_said, complained, said, teachtree_in};
 use crate::stream::recording;
 use std::path::Path;
 use teachtree::base::recording::{Column, Event, Recording};
 use teachtree::base::units::Dimension;
+use teachtree::stream::flow::Flow;
 use teachtree::stream::{OpenRequest, formats, open};
 
 const SCENE: &str = "bodies: {cube: {role: object, parts: [{box: [120 mm, 120 mm, 120 mm]}]}}";
@@ -142,4 +144,69 @@ fn data_sets_that_say_nonsense_are_refused() {
         ]
         .join("\n")
     );
+}
+
+/// The decoder panics on some of these.
+#[test]
+fn a_damaged_file_is_an_error_of_that_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("damaged.parquet");
+    formats::write(&log(), &path).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    let request = OpenRequest { log: path.clone(), ..OpenRequest::default() };
+    let (mut undecodable, mut refused) = (None, 0);
+    for at in 4..whole.len() {
+        // 0x12 is an encoding that no page of the file has.
+        for value in [0x12, 0xff] {
+            let mut bytes = whole.clone();
+            bytes[at] = value;
+            std::fs::write(&path, &bytes).unwrap();
+            if let Err(error) = open(&request) {
+                refused += 1;
+                assert!(error.place.contains("damaged.parquet"), "byte {at}: {error}");
+                if error.message.contains("is damaged: its pages cannot be decoded") {
+                    undecodable.get_or_insert(bytes);
+                }
+            }
+            // As it is read in windows.
+            if let Some(known) = Flow::open(&request).and_then(|flow| flow.look_through(&[])) {
+                let _ = known.parts(&mut |_| Ok(()));
+            }
+        }
+    }
+    assert!(refused > 100, "{refused}");
+    // Other files of a folder go on.
+    let undecodable = undecodable.expect("no damage that makes the decoder panic");
+    std::fs::write(&path, undecodable).unwrap();
+    let sound = recording(
+        SCENE,
+        100.0,
+        300,
+        &[
+            ("right.thumb.force.x", &|_| 0.0),
+            ("right.thumb.force.y", &|_| 0.0),
+            ("right.thumb.force.z", &|_| 0.0),
+            ("right.thumb.position.x", &|time| time * 0.1),
+            ("right.thumb.position.y", &|_| 0.0),
+            ("right.thumb.position.z", &|_| 0.5),
+            ("cube.position.x", &|_| 0.0),
+            ("cube.position.y", &|_| 0.0),
+            ("cube.position.z", &|_| 0.06),
+        ],
+    );
+    formats::write(&sound, &folder.path().join("sound.parquet")).unwrap();
+    let output = teachtree_in(folder.path(), &["analyze", ".", "--format", "csv"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(said(&output).contains("sound.parquet"), "{}", all_said(&output));
+    let complaint = complained(&output);
+    assert!(complaint.contains("damaged.parquet: is damaged") && !complaint.contains("panicked"), "{complaint}");
+}
+
+/// A few bytes can promise more rows than any machine holds.
+#[test]
+fn a_log_that_does_not_fit_in_memory_is_refused_before_it_is_read() {
+    let rows = 20_000_000;
+    let refused = teachtree::stream::table::check_size("log.parquet", rows, 5).unwrap_err();
+    assert!(refused.message.contains("20000000 rows"), "{refused}");
+    assert!(teachtree::stream::table::check_size("log.parquet", 4_000_000, 73).is_ok());
 }

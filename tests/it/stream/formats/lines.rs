@@ -49,3 +49,45 @@ fn lines_that_are_no_objects_are_refused() {
         .join("\n")
     );
 }
+
+#[test]
+fn what_is_said_twice_is_refused_at_its_line() {
+    let refused = |text: &str| bound_text("log.jsonl", text, "").unwrap_err();
+    let scene = r#"{"scene": {"bodies": {}}}"#;
+    let row = r#"{"time": 0, "right.thumb.noise": 1}"#;
+    let told = [
+        refused(&format!("{row}\n{{\"time\": 0.1, \"right.thumb.noise\": 1, \"right.thumb.noise\": 2}}\n")),
+        refused(&format!("{row}\n{{\"time\": 0.1, \"right\": {{\"thumb\": {{\"noise\": 1, \"noise\": 2}}}}}}\n")),
+        refused(&format!("{row}\n{{\"time\": 0.1, \"right.thumb.noise\": 1, \"right\": {{\"thumb.noise\": 2}}}}\n")),
+        refused(&format!("{row}\n{{\"time\": 0.1, \"time\": 0.2}}")),
+        refused(&format!("{row}\n{scene}\n")),
+        refused(&format!("{scene}\n{scene}\n{row}\n")),
+        refused("{\"scene\": {\"bodies\": {}}, \"time\": 0}\n"),
+    ];
+    let wanted = [
+        "log.jsonl row 2: the key `right.thumb.noise` is there twice",
+        "log.jsonl row 2: the key `noise` is there twice",
+        "log.jsonl row 2: `right.thumb.noise` is there twice, as one key and as nested ones",
+        "log.jsonl row 2: the key `time` is there twice",
+        "log.jsonl row 2: found a `scene`, wanted it in the first line only",
+        "log.jsonl row 2: found a `scene`, wanted it in the first line only",
+        "log.jsonl row 1: found a `scene` beside other keys, wanted it in a line of its own",
+    ];
+    // The column of a letter is the reader's affair.
+    let without_letter = |text: &str| {
+        let (place, message) = text.split_once(": ").unwrap();
+        format!("{}: {message}", place.split(" letter ").next().unwrap())
+    };
+    assert_eq!(told.each_ref().map(|text| without_letter(text.as_str())), wanted);
+}
+
+/// Lines without a row, the scene or a blank one, count.
+#[test]
+fn rows_are_lines_of_the_file() {
+    let refused = |text: &str| bound_text("log.jsonl", text, "").unwrap_err();
+    let text =
+        "{\"scene\": {\"bodies\": {}}}\n{\"time\": 0, \"right.thumb.noise\": 1}\n\n{\"time\": 1}\n{\"time\": 0.5}\n";
+    assert!(refused(text).starts_with("log.jsonl row 5: time runs backwards"), "{}", refused(text));
+    let text = "{\"scene\": {\"bodies\": {}}}\n{\"time\": 0, \"right.thumb.noise\": 1}\n\n{\"time\": \"soon\"}\n";
+    assert!(refused(text).starts_with("log.jsonl row 4 column time: "), "{}", refused(text));
+}

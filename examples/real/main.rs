@@ -1,0 +1,79 @@
+//! `cargo run --release --example real -- [FOLDER…]` says how right the shipped rules are on recordings that other people made: those in `demos`, and
+//! those of the same kinds in the folders that are named. One set of rules and params for all; nothing is chosen by file.
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
+
+mod found;
+mod gold;
+mod kind;
+mod peer;
+mod tables;
+
+use clap::Parser;
+use found::Found;
+use kind::Kind;
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Measures recognition on real recordings
+#[derive(Parser)]
+struct Args {
+    /// Folders with recordings of the kinds that have a binding in `demos`, in folders of any depth; besides the project's own `demos`
+    folders: Vec<PathBuf>,
+    /// Rule files in this folder replace the shipped ones of the same name
+    #[arg(long, value_name = "FOLDER")]
+    rules: Option<PathBuf>,
+    /// Also a line for each recording
+    #[arg(long)]
+    each: bool,
+    /// Only recordings whose path contains this
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+}
+
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{error}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(args: &Args) -> Result<(), String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut logs = Vec::new();
+    for folder in std::iter::once(&root.join("demos")).chain(&args.folders) {
+        kind::recordings(folder, &mut logs)?;
+    }
+    let wanted = |path: &Path| args.only.as_ref().is_none_or(|part| path.to_string_lossy().contains(part.as_str()));
+    logs.retain(|(_, path)| wanted(path));
+    let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs
+        .into_par_iter()
+        .map(|(kind, path)| {
+            let found = found::found(kind, &path, root, args.rules.as_deref());
+            (kind, path, found)
+        })
+        .collect();
+    let mut all = Vec::new();
+    let mut failures = 0;
+    for (kind, path, found) in results {
+        let given = !path.starts_with(root);
+        let name = if given { &path } else { path.strip_prefix(root).unwrap_or(&path) };
+        match found {
+            Ok(found) => {
+                if args.each {
+                    println!("{}", tables::line(&name.display().to_string(), &found));
+                }
+                all.push((kind, given, found));
+            }
+            Err(error) => {
+                failures += 1;
+                eprintln!("{}: {error}", name.display());
+            }
+        }
+    }
+    println!("{}", tables::table(&all));
+    if failures > 0 { Err(format!("{failures} recordings could not be analysed")) } else { Ok(()) }
+}

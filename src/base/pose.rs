@@ -1,0 +1,49 @@
+//! Poses: rigid transforms from positions and quaternions, and the seven numbers by which files write them.
+
+use super::scene::{Body, Part};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+/// A pose as seven numbers: position x y z, m, and quaternion w x y z.
+pub type Seven = [f64; 7];
+
+/// Returns the pose of a position, m, and a quaternion w x y z; a quaternion without direction is no rotation.
+pub fn pose(position: [f64; 3], rotation: [f64; 4]) -> Isometry3<f64> {
+    let [x, y, z] = position;
+    Isometry3::from_parts(Translation3::new(x, y, z), unit(rotation))
+}
+
+/// Returns the unit quaternion of w x y z; no rotation when it has no direction.
+pub fn unit(quaternion: [f64; 4]) -> UnitQuaternion<f64> {
+    directed(quaternion, 1e-9).unwrap_or_else(UnitQuaternion::identity)
+}
+
+/// Returns the unit quaternion of w x y z; `None` when its norm is at most `least` or it is not finite.
+pub fn directed([w, x, y, z]: [f64; 4], least: f64) -> Option<UnitQuaternion<f64>> {
+    UnitQuaternion::try_new(Quaternion::new(w, x, y, z), least)
+        .filter(|rotation| rotation.coords.iter().all(|part| part.is_finite()))
+}
+
+/// Returns a pose as seven numbers.
+pub fn seven(pose: &Isometry3<f64>) -> Seven {
+    let (at, turn) = (pose.translation.vector, pose.rotation);
+    [at.x, at.y, at.z, turn.w, turn.i, turn.j, turn.k]
+}
+
+/// Returns the pose of seven numbers.
+pub fn from_seven([x, y, z, a, b, c, d]: &Seven) -> Isometry3<f64> {
+    pose([*x, *y, *z], [*a, *b, *c, *d])
+}
+
+impl Body {
+    /// Returns the pose of the body at the start, `world_from_body`.
+    pub fn pose(&self) -> Isometry3<f64> {
+        pose(self.position.map(|length| length.0), self.rotation)
+    }
+}
+
+impl Part {
+    /// Returns the pose of the part in its body, `body_from_part`.
+    pub fn pose(&self) -> Isometry3<f64> {
+        pose(self.at.map(|length| length.0), self.turned)
+    }
+}

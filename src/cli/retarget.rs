@@ -1,0 +1,169 @@
+//! `teachtree retarget`: a recording in, commands for a robot out.
+
+use super::rules::{RuleArgs, read_by};
+use super::source::{SourceArgs, is_yaml};
+use super::{Failure, output};
+use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
+use crate::base::scene::Scene;
+use crate::command::{self, Commands};
+use crate::robot::{self, Robot};
+use crate::stream;
+use crate::stream::text;
+use nalgebra::Vector3;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+#[derive(clap::Args)]
+#[command(after_help = "Examples:
+  teachtree retarget demonstration.csv --robot both_hands -o commands.json
+  teachtree retarget demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv
+
+Exit status: 0 commands for every task are written; 1 no task was found, and nothing is written, or the robot's hand cannot take a grasp: the commands are written with the reason, and `simulate` refuses such commands; 2 bad input.")]
+pub struct Args {
+    /// A recording of any format
+    #[arg(value_name = "LOG")]
+    log: PathBuf,
+    /// A shipped robot by name, or a robot file
+    #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
+    robot: String,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Json)]
+    format: Format,
+    /// Where to write the commands
+    #[arg(long, short, value_name = "FILE")]
+    out: PathBuf,
+}
+
+/// Forms of commands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// `teachtree.commands/1`
+    Json,
+    /// A table, a row a sample
+    Csv,
+}
+
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let (robot, parts) = open_robot(&args.robot)?;
+    let files = read_by(&args.source, &args.rules);
+    let inputs: Vec<&Path> = files.iter().chain(&parts).chain([&args.log]).map(PathBuf::as_path).collect();
+    output::refuse_inputs(&args.out, &inputs)?;
+    let log = args.source.open(&args.log)?;
+    let opened = log.opened()?;
+    let analysis = args.rules.load(&log)?.analyze(&log)?;
+    let mut commands = command::commands(&opened.trusted()?, analysis.found(), &log.name())?;
+    if commands.tasks.is_empty() {
+        output::print(
+            "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
+        )?;
+        return Err(Failure::No);
+    }
+    // Jaws are not asked for more than they give, which is told all the same.
+    let too_hard = too_hard(&commands, &robot);
+    robot::map(&mut commands, &robot, &opened.recording.scene)?;
+    let text = match args.format {
+        Format::Json => commands.json()?,
+        Format::Csv => command::csv::csv(&commands)?,
+    };
+    output::write(&args.out, &text, &inputs)?;
+    output::print(&summary(&commands))?;
+    output::print(&too_hard)?;
+    output::print(&format!("written: {}\n", args.out.display()))?;
+    let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
+    if infeasible {
+        output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
+    }
+    if infeasible { Err(Failure::No) } else { Ok(()) }
+}
+
+/// Fingers of which a person's forces ask more than they give.
+fn too_hard(commands: &Commands, robot: &Robot) -> String {
+    let mut text = String::new();
+    for (number, task) in commands.tasks.iter().enumerate() {
+        let Some(hand) = Side::from_name(&task.track).and_then(|side| robot.hands.get(&side)) else { continue };
+        let mut asked: BTreeMap<&str, f64> = BTreeMap::new();
+        for tip in task.segments.iter().filter(|segment| segment.touching).flat_map(|segment| &segment.tips) {
+            let hardest = tip.force.iter().map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
+            let most = asked.entry(&tip.finger).or_default();
+            *most = most.max(hardest);
+        }
+        for (finger, asked) in asked {
+            let gives = Finger::from_name(finger).and_then(|finger| hand.finger(finger)).map(|finger| finger.force);
+            if let Some(gives) = gives.filter(|gives| asked > *gives) {
+                let of = format!("task {} asks the {} {finger} for {asked:.2} N", number + 1, task.track);
+                let _ = writeln!(text, "warning: {of}, which gives {gives:.2} N at most");
+            }
+        }
+    }
+    text
+}
+
+/// The robot of this name, or in this file, with all the files that it was read from.
+pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
+    let files = RefCell::new(Vec::new());
+    let robot = robot::open(name, &|file| {
+        files.borrow_mut().push(PathBuf::from(file));
+        text::read(Path::new(file), robot::MAX_BYTES)
+    })?;
+    Ok((robot, files.into_inner()))
+}
+
+/// The scene of this name, or in this file.
+pub fn open_scene(name: &str) -> Result<Scene, InputError> {
+    if is_yaml(name) { stream::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
+}
+
+/// What is commanded, for people.
+pub fn summary(commands: &Commands) -> String {
+    let mut text = String::new();
+    for task in &commands.tasks {
+        let _ = writeln!(
+            text,
+            "{} {} of `{}`: {} segments, {:.1} s (taught in {:.1} s)",
+            task.track,
+            task.task,
+            task.object,
+            task.segments.len(),
+            task.duration_s(),
+            task.end_s - task.start_s
+        );
+        for grasp in &task.grasps {
+            let fingers: Vec<&str> = grasp.contacts.iter().map(|contact| contact.finger.as_str()).collect();
+            let fingers = fingers.join(", ");
+            if let Some(mapped) = &grasp.mapped {
+                let beside = match (mapped.opening, mapped.copied_measure) {
+                    (Some(opening), _) => format!("jaws open by {:.1} mm", opening * 1e3),
+                    (None, Some(copied)) => format!("{copied:.3} where the palm copies the person's"),
+                    (None, None) => "out of reach where the palm copies the person's".into(),
+                };
+                let _ = writeln!(text, "  {fingers}: measure {:.3}, {beside}", mapped.measure);
+            }
+            if let Some(why) = &grasp.infeasible {
+                let _ = writeln!(text, "  {fingers}: no grasp, {why}");
+            }
+        }
+        let (before, after) = task
+            .segments
+            .iter()
+            .fold((0.0_f64, 0.0_f64), |(a, b), it| (a.max(it.quality.jerk_before), b.max(it.quality.jerk_after)));
+        let _ = writeln!(text, "  largest jerk {before:.0} m/s^3 taught, {after:.0} m/s^3 commanded");
+        for left in &task.left_out {
+            let _ = writeln!(
+                text,
+                "  left out: {} {:.2} – {:.2} s, {}",
+                left.primitives.join(" "),
+                left.start_s,
+                left.end_s,
+                left.why
+            );
+        }
+    }
+    text
+}

@@ -1,0 +1,264 @@
+//! The rows, by kind and name.
+
+use super::known::{Known, abs, all, any, lasting, length, part, product, same, total, unchanging, unknown};
+use super::{Becomes, Form, Gives, Kind, Operator, Range, Takes};
+use crate::language::rules::Function;
+
+const fn form(written: &'static str, takes: &'static [Takes], gives: Gives) -> Form {
+    Form { written, takes, gives, range: Range::Computed }
+}
+
+const fn ranged(range: Range, form: Form) -> Form {
+    Form { range, ..form }
+}
+
+/// A row of which nothing is known but how it is written; the rest is added by `..`.
+const fn row(
+    kind: Kind,
+    becomes: Becomes,
+    name: &'static str,
+    forms: &'static [Form],
+    doc: &'static str,
+    example: &'static str,
+    known: fn(&[Known]) -> Known,
+) -> Operator {
+    Operator { name, kind, becomes, forms, doc, example, never_negative: false, at_start: None, known }
+}
+
+/// What stands for a row that is missing.
+pub(super) static UNKNOWN: Operator = row(Kind::Function, Becomes::Contact, "", &[], "", "", unknown);
+
+/// The operators.
+pub static OPERATORS: &[Operator] = &[
+    Operator {
+        never_negative: true,
+        ..row(
+            Kind::Function,
+            Becomes::Call(Function::Abs),
+            "abs",
+            &[ranged(Range::Chosen, form("abs(x)", &[Takes::Scalar], Gives::Same))],
+            "the size of a number, without its sign",
+            "abs(target.velocity.z) > 5 mm/s",
+            abs,
+        )
+    },
+    row(
+        Kind::Function,
+        Becomes::Call(Function::Dot),
+        "dot",
+        &[form("dot(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::Product)],
+        "the scalar product of two vec3",
+        "any(dot(contacts.force, contacts.normal) > 1 N)",
+        product,
+    ),
+    row(
+        Kind::Function,
+        Becomes::Contact,
+        "in_contact",
+        &[form(
+            "in_contact(left.target, right.target)",
+            &[Takes::OfHand("target"), Takes::OfHand("target")],
+            Gives::OneCondition,
+        )],
+        "whether the two hands' targets touch each other",
+        "in_contact(left.target, right.target)",
+        unknown,
+    ),
+    Operator {
+        never_negative: true,
+        ..row(
+            Kind::Function,
+            Becomes::Call(Function::Norm),
+            "norm",
+            &[form("norm(v)", &[Takes::Vec3], Gives::Length)],
+            "the length of a vec3",
+            "norm(target.velocity) > 10 mm/s",
+            length,
+        )
+    },
+    row(
+        Kind::Function,
+        Becomes::Call(Function::SqueezeOf),
+        "squeeze_of",
+        &[form(
+            "squeeze_of(left.fingers, right.fingers)",
+            &[Takes::OfHand("fingers"), Takes::OfHand("fingers")],
+            Gives::Force,
+        )],
+        "the force with which both hands press an object between them",
+        "squeeze_of(left.fingers, right.fingers) > 13 N",
+        total,
+    ),
+    row(
+        Kind::Function,
+        Becomes::Call(Function::Tangential),
+        "tangential",
+        &[form("tangential(v, contacts.normal)", &[Takes::Vec3, Takes::Direction], Gives::Same)],
+        "the part of a vec3 that is at right angles to a direction",
+        "any(norm(tangential(contacts.force, contacts.normal)) > 1 N)",
+        part,
+    ),
+    row(
+        Kind::Set,
+        Becomes::Call(Function::All),
+        "all",
+        &[form("all(conditions)", &[Takes::Conditions], Gives::OneCondition)],
+        "whether every one of an array of conditions holds",
+        "all(touches[opposing])",
+        all,
+    ),
+    row(
+        Kind::Set,
+        Becomes::Call(Function::Any),
+        "any",
+        &[form("any(conditions)", &[Takes::Conditions], Gives::OneCondition)],
+        "whether one of an array of conditions holds",
+        "any(fingers.contact)",
+        any,
+    ),
+    Operator {
+        never_negative: true,
+        ..row(
+            Kind::Set,
+            Becomes::Call(Function::Count),
+            "count",
+            &[ranged(Range::Counted, form("count(conditions)", &[Takes::Conditions], Gives::Count))],
+            "how many of an array of conditions hold",
+            "count(fingers.contact) >= 3",
+            total,
+        )
+    },
+    row(
+        Kind::Set,
+        Becomes::Call(Function::Max),
+        "max",
+        &[
+            ranged(Range::Extreme, form("max(array)", &[Takes::Scalars], Gives::Element)),
+            ranged(Range::Chosen, form("max(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+        ],
+        "the largest of an array, or of two numbers",
+        "max(norm(fingers.force)) > max(load, 1 N)",
+        unknown,
+    ),
+    row(
+        Kind::Set,
+        Becomes::Call(Function::Mean),
+        "mean",
+        &[form("mean(array)", &[Takes::Numbers], Gives::Element)],
+        "the sum of an array divided by the number of its elements; zero when it has none",
+        "norm(mean(fingers.force)) > 1 N",
+        total,
+    ),
+    row(
+        Kind::Set,
+        Becomes::Call(Function::Min),
+        "min",
+        &[
+            ranged(Range::Extreme, form("min(array)", &[Takes::Scalars], Gives::Element)),
+            ranged(Range::Chosen, form("min(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+        ],
+        "the smallest of an array, or of two numbers",
+        "min(norm(fingers.force)) > min(load, 1 N)",
+        unknown,
+    ),
+    row(
+        Kind::Set,
+        Becomes::Call(Function::Sum),
+        "sum",
+        &[form("sum(array)", &[Takes::Numbers], Gives::Element)],
+        "the sum of an array; zero when it has no elements",
+        "norm(sum(fingers.force)) > 1 N",
+        total,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Hysteresis,
+        "above until below",
+        &[form("x above on until below off", &[Takes::Scalar, Takes::Threshold, Takes::Threshold], Gives::Condition)],
+        "a hysteresis: true once the number is above the first threshold, until it is below the second one",
+        "load above 3 N until below 2 N",
+        unknown,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Temporal,
+        "at least times within last",
+        &[form(
+            "(condition) at least 3 times within last 2 s",
+            &[Takes::Condition, Takes::Times, Takes::Duration],
+            Gives::Condition,
+        )],
+        "true when the condition began to hold so often within the time that ends now",
+        "(moving) at least 3 times within last 200 ms",
+        lasting,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Hysteresis,
+        "below until above",
+        &[form("x below on until above off", &[Takes::Scalar, Takes::Threshold, Takes::Threshold], Gives::Condition)],
+        "a hysteresis: true once the number is below the first threshold, until it is above the second one",
+        "target.position.z below 10 mm until above 12 mm",
+        unknown,
+    ),
+    Operator {
+        at_start: Some(false),
+        ..row(
+            Kind::Temporal,
+            Becomes::Temporal,
+            "falls",
+            &[form("falls(condition)", &[Takes::Condition], Gives::Condition)],
+            "true on the frame on which the condition ceases to hold",
+            "falls(moving)",
+            unchanging,
+        )
+    },
+    row(
+        Kind::Temporal,
+        Becomes::Temporal,
+        "for",
+        &[form("(condition) for 200 ms", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        "true when the condition has held for all of the time that ends now",
+        "(moving) for 200 ms",
+        lasting,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Rate,
+        "rate",
+        &[form("rate(x, 100 ms)", &[Takes::Number, Takes::Duration], Gives::PerTime)],
+        "how fast a number changes: its difference over the time, divided by the time",
+        "rate(target.position.z, 100 ms) > 5 mm/s",
+        unchanging,
+    ),
+    Operator {
+        at_start: Some(false),
+        ..row(
+            Kind::Temporal,
+            Becomes::Temporal,
+            "rises",
+            &[form("rises(condition)", &[Takes::Condition], Gives::Condition)],
+            "true on the frame on which the condition begins to hold",
+            "rises(moving)",
+            unchanging,
+        )
+    },
+    row(
+        Kind::Temporal,
+        Becomes::Temporal,
+        "within last",
+        &[form("(condition) within last 1 s", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        "true when the condition held on a frame of the time that ends now",
+        "(moving) within last 200 ms",
+        same,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Temporal,
+        "within next",
+        &[form("(condition) within next 250 ms", &[Takes::Condition, Takes::Duration], Gives::Condition)],
+        "true when the condition holds on a frame of the time that begins now; it is known only when that time has passed",
+        "(moving) within next 200 ms",
+        same,
+    ),
+];

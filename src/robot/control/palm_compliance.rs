@@ -1,0 +1,52 @@
+//! Yielding: the palm of a gripper gives way to forces, and presses with them, where its jaws cannot.
+//!
+//! A finger exerts force in all directions by itself; a jaw only along its line, and across that the arm holds it as firmly as it can. So that a gripper presses
+//! a stamp down, or gives way at the rim of a hole, as fingers do, its palm follows the force that is missing like a spring (admittance control):
+//!
+//! ```text
+//! ẋ = (f_d - f - K x) / D        x: shift of the palm, f_d, f: sums of what the jaws are to exert and exert, without what jaws with a motor each do themselves
+//! ```
+//!
+//! which is what impedance control of two fingertips comes to, docs/sources.md, Control: `K = 2 K_p / (1 + K_f)`.
+
+use crate::robot::control::impedance::Gains;
+use crate::robot::model::gripper::Jaws;
+use crate::robot::planning::plan::Target;
+use nalgebra::{Translation3, Vector3};
+
+/// D, N s/m: with the stiffness of two fingertips' friction, 1400 N/m, the force follows within 0.1 s, slower than arms do.
+const DAMPING: f64 = 160.0;
+/// The palm gives way no farther, m.
+const MOST_M: f64 = 0.02;
+
+/// How far a palm gives way, reference frame, m.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Yielding {
+    shift: Vector3<f64>,
+}
+
+impl Yielding {
+    /// A target shifted by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
+    pub(crate) fn apply(&mut self, target: &Target, jaws: &Jaws, exerted: &[Vector3<f64>], dt: f64) -> Target {
+        let gains = Gains::default();
+        let stiffness = 2.0 * gains.stiffness / (1.0 + gains.force_feedback);
+        let asked: Vector3<f64> = target.tips.iter().map(|(.., force)| force).sum();
+        let touches = asked != Vector3::zeros() && exerted.iter().any(|force| *force != Vector3::zeros());
+        let mut missing = if touches { asked - exerted.iter().sum::<Vector3<f64>>() } else { Vector3::zeros() };
+        if !jaws.geared {
+            let along = target.palm.rotation * jaws.along.into_inner();
+            missing -= along * along.dot(&missing);
+        }
+        let shift = self.shift + (missing - self.shift * stiffness) * (dt / DAMPING);
+        if shift.iter().all(|part| part.is_finite()) {
+            self.shift = shift * (MOST_M / shift.norm().max(1e-9)).min(1.0);
+        }
+        let by = Translation3::from(self.shift);
+        let mut shifted = target.clone();
+        shifted.palm = by * target.palm;
+        for (_, tip, _) in &mut shifted.tips {
+            *tip = by * *tip;
+        }
+        shifted
+    }
+}

@@ -1,0 +1,3 @@
+//! Dynamics: the motion of a robot under torques.
+
+pub mod motion;

@@ -1,0 +1,69 @@
+//! A grasp that was found: the pose of the palm and the joint positions of the fingers.
+
+use super::clearance::Clearance;
+use crate::base::hands::Finger;
+use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::model::hand::HandModel;
+use nalgebra::Isometry3;
+
+/// A palm pose with the fingers on their contacts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Grasp {
+    /// The pose of the palm in the frame of the object.
+    pub object_from_palm: Isometry3<f64>,
+    /// W; of a gripper what `pinch` says.
+    pub measure: f64,
+    /// The fingers that touch, in the order of the contacts.
+    pub fingers: Vec<Held>,
+    /// Angles of the fingers that do not touch.
+    pub idle: Vec<(Finger, Angles)>,
+    /// How far the jaws of a gripper are open, m.
+    pub opening: Option<f64>,
+    /// The gaps, on the exact shapes.
+    pub clearance: Clearance,
+}
+
+/// A finger on its contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Held {
+    /// Which finger.
+    pub finger: Finger,
+    /// Its angles, in the order of its degrees of freedom.
+    pub angles: Angles,
+    /// `w / L³`; nothing for a jaw.
+    pub manipulability: f64,
+    /// Freedom from joint limits, 0 to 1.
+    pub freedom: f64,
+    /// Angle between the way its pad looks and the way into the surface, rad.
+    pub pad_angle: f64,
+    /// How far its tip stays away from the contact, m.
+    pub miss: f64,
+}
+
+impl Grasp {
+    /// The degrees of freedom of the hand in a robot's list, set to this grasp in `q`.
+    pub fn set(&self, hand: &HandModel, q: &mut [f64]) {
+        let touching = self.fingers.iter().map(|held| (held.finger, held.angles));
+        for (finger, angles) in touching.chain(self.idle.iter().copied()) {
+            let Some(model) = hand.finger(finger) else { continue };
+            for (dof, angle) in model.dofs.iter().zip(angles) {
+                if let Some(value) = q.get_mut(*dof) {
+                    *value = angle;
+                }
+            }
+        }
+    }
+}
+
+impl Held {
+    /// The measure of this finger.
+    pub fn measure(&self) -> f64 {
+        self.manipulability * self.freedom
+    }
+}
+
+/// The geometric mean of the measures of fingers.
+pub(super) fn geometric_mean(fingers: &[Held]) -> f64 {
+    let product: f64 = fingers.iter().map(Held::measure).product();
+    product.powf(1.0 / fingers.len().max(1) as f64)
+}

@@ -1,0 +1,279 @@
+//! Commands mapped to a robot: for each grasp of each task, the palm pose and the finger angles of the hand that does it.
+//!
+//! One pose is chosen for a grasp and carried along its trajectory. Whatever stands about the object when it is taken and when it is let go is
+//! in the way.
+
+use super::bimanual::{One, both};
+use super::candidate::Grasp;
+use super::hand_obstacles::{bodies, meeting};
+use super::held_path::way;
+use super::mapper::Mapper;
+use super::obstacles::{around, to_blame};
+use super::problem::{Contact, Failure, Obstacle, Wanted};
+use crate::base::error::InputError;
+use crate::base::hands::{Finger, Side};
+use crate::base::pose::seven;
+use crate::base::scene::{Body, Scene};
+use crate::command::{self, Commands, MappedFinger, MappedGrasp, Task};
+use crate::robot::model::gripper::Jaws;
+use crate::robot::model::hand::HandModel;
+use crate::robot::model::robot::Robot;
+use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
+
+/// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
+const REACH_STARTS: usize = 48;
+const REACH_STEPS: usize = 100;
+/// A hand that fumbles for an object moves it by less than this, m.
+const NUDGED_M: f64 = 0.040;
+
+/// Maps every grasp of commands; what cannot be held is noted with its reason.
+///
+/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way.
+///
+/// # Errors
+/// A hand that the robot does not have, an object that the scene does not have.
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+    commands.robot = Some(robot.name.clone());
+    let tasks = &mut commands.tasks;
+    let holders = tasks.iter().enumerate().map(|(number, task)| Holder::new(number, task, robot, scene));
+    let holders = holders.collect::<Result<Vec<Holder<'_>>, InputError>>()?;
+    for (task, holder) in tasks.iter_mut().zip(&holders) {
+        holder.give(task);
+    }
+    for number in 0..tasks.len() {
+        for grasp in 0..tasks[number].grasps.len() {
+            let others = meeting(tasks, (number, grasp));
+            let taken = bodies(tasks, &others, robot);
+            let held = match (holders[number].hold(&tasks[number], grasp, &taken), &others[..]) {
+                (Err(why), &[other]) if !taken.is_empty() => {
+                    give_way(tasks, &holders, [other, (number, grasp)]).ok_or(why)
+                }
+                (held, _) => held,
+            };
+            match held {
+                Ok(held) => held.note(&mut tasks[number], grasp),
+                Err(why) => {
+                    let why = holders[number].explained(&why, &tasks[number], grasp, &taken);
+                    tasks[number].grasps[grasp].infeasible = Some(why);
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
+fn give_way(tasks: &mut [Task], holders: &[Holder<'_>], [first, second]: [(usize, usize); 2]) -> Option<Held> {
+    // Jaws have no poses between which they could give way.
+    if [first, second].iter().any(|(number, _)| holders[*number].hand.jaws.is_some()) {
+        return None;
+    }
+    let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
+    let mut wanted = Vec::new();
+    for ((number, grasp), turned) in [(first, None), (second, alone.turned.as_ref())] {
+        let mut those = holders[number].wanted(&tasks[number], grasp, &[]);
+        if let Some([_, turned]) = turned {
+            those.contacts.clone_from(turned);
+        }
+        wanted.push(those);
+    }
+    let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp));
+    let reachable = [0, 1].map(|which| {
+        let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
+        move |pose: &Isometry3<f64>| holder.reaches(way, pose)
+    });
+    let one = |which: usize| {
+        let Holder { hand, mapper, .. } = &holders[[first, second][which].0];
+        One { hand, mapper, wanted: &wanted[which], reachable: &reachable[which] }
+    };
+    let [again, beside] = both([&one(0), &one(1)])?;
+    let again = Held { mapped: holders[first.0].mapped(&wanted[0], &again), turned: None };
+    let beside = Held { mapped: holders[second.0].mapped(&wanted[1], &beside), turned: alone.turned };
+    again.note(&mut tasks[first.0], first.1);
+    Some(beside)
+}
+
+/// The hand of a task and its object.
+struct Holder<'a> {
+    robot: &'a Robot,
+    hand: &'a HandModel,
+    mapper: Mapper<'a>,
+    object: &'a Body,
+    scene: &'a Scene,
+}
+
+/// A grasp that was found.
+struct Held {
+    mapped: MappedGrasp,
+    /// The contacts with the person's fingers and with those that take them, when those are others.
+    turned: Option<[Vec<Contact>; 2]>,
+}
+
+impl<'a> Holder<'a> {
+    fn new(number: usize, task: &Task, robot: &'a Robot, scene: &'a Scene) -> Result<Self, InputError> {
+        let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
+        let side = Side::from_name(&task.track).ok_or_else(|| refuse(format!("is of no hand: `{}`", task.track)))?;
+        let hand = robot
+            .hands
+            .get(&side)
+            .ok_or_else(|| refuse(format!("is of the {side} hand, which robot `{}` does not have", robot.name)))?;
+        let object = scene
+            .bodies
+            .get(&task.object)
+            .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
+        Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene })
+    }
+
+    /// Gives a person's task to a gripper: to two jaws what several fingers did.
+    fn give(&self, task: &mut Task) {
+        let person = Side::from_name(&task.track).and_then(|side| self.scene.hands.get(&side));
+        if let (Some(jaws), Some(person)) = (&self.hand.jaws, person) {
+            jaws.take_over(task, self.hand, self.object, person.tip_radius.0);
+        }
+    }
+
+    /// What is to be held with `others` in the way, which are in the frame of the object.
+    fn wanted<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> Wanted<'b> {
+        let obstacles = around(task, grasp, self.scene, others).into_iter().map(|it| it.obstacle).collect();
+        let contacts = task.grasps[grasp].contacts.iter().filter_map(contact).collect();
+        Wanted { contacts, object: self.object, obstacles }
+    }
+
+    /// The way of the object while it is held, and where it stood before a person nudged it, which the robot does not.
+    fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
+        let mut way = way(task, grasp);
+        let stood = self.object.pose();
+        let nudged = |first: &Isometry3<f64>| (first.translation.vector - stood.translation.vector).norm() < NUDGED_M;
+        if way.first().is_some_and(nudged) {
+            way.insert(0, stood);
+        }
+        way
+    }
+
+    /// Whether the arm can bring the palm along the way of the object.
+    fn reaches(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> bool {
+        let (robot, hand) = (self.robot, self.hand);
+        let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
+        let mut q = vec![0.0; robot.tree.dofs.len()];
+        hand.arm.is_empty()
+            || hand.arm_on(&robot.tree).inverse_kinematics_along(
+                &Isometry3::identity(),
+                &way,
+                &mut q,
+                REACH_STARTS,
+                REACH_STEPS,
+            )
+    }
+
+    /// The best way to take hold with `others` in the way, frame of the object.
+    fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<Held, Failure> {
+        let wanted = self.wanted(task, grasp, others);
+        let (found, contacts) = self.found(&wanted, &self.way(task, grasp))?;
+        let by = Wanted { contacts, ..wanted.clone() };
+        let mapped = self.mapped(&by, &found);
+        let turned = (by.contacts != wanted.contacts).then_some([wanted.contacts, by.contacts]);
+        Ok(Held { mapped, turned })
+    }
+
+    /// The best grasp with which the object can be brought along its way, and the contacts with the fingers that take them.
+    fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(Grasp, Vec<Contact>), Failure> {
+        let reachable = |pose: &Isometry3<f64>| self.reaches(way, pose);
+        let why = match self.mapper.map_where(wanted, &reachable) {
+            Ok(found) => return Ok((found, wanted.contacts.clone())),
+            Err(why) => why,
+        };
+        // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
+        let contacts = match &self.hand.jaws {
+            Some(jaws) => exchanged(jaws, &wanted.contacts),
+            None => turned_round(&wanted.contacts),
+        };
+        let other = Wanted { contacts, ..wanted.clone() };
+        let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
+        Ok((found, other.contacts))
+    }
+
+    /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
+    fn explained(&self, why: &Failure, task: &Task, grasp: usize, others: &[Body]) -> String {
+        let around = around(task, grasp, self.scene, others);
+        let way = self.way(task, grasp);
+        let wanted = self.wanted(task, grasp, &[]);
+        let held_with =
+            |obstacles: Vec<Obstacle<'_>>| self.found(&Wanted { obstacles, ..wanted.clone() }, &way).is_ok();
+        match to_blame(&around, &held_with) {
+            Some(blamed) => format!("{why}; it could be held without {blamed}"),
+            None => why.to_string(),
+        }
+    }
+
+    /// A grasp as commands have it.
+    fn mapped(&self, wanted: &Wanted<'_>, found: &Grasp) -> MappedGrasp {
+        let mut q = vec![0.0; self.robot.tree.dofs.len()];
+        found.set(self.hand, &mut q);
+        let fingers = found.fingers.iter().map(|held| MappedFinger {
+            finger: held.finger.name().into(),
+            manipulability: held.manipulability,
+            freedom: held.freedom,
+            pad_angle_deg: held.pad_angle.to_degrees(),
+        });
+        MappedGrasp {
+            object_from_palm: seven(&found.object_from_palm),
+            joints: joints(self.robot, self.hand, &q),
+            measure: found.measure,
+            copied_measure: self.mapper.copied(wanted),
+            opening: found.opening,
+            fingers: fingers.collect(),
+        }
+    }
+}
+
+impl Held {
+    /// Puts it into a task.
+    fn note(self, task: &mut Task, grasp: usize) {
+        if let Some([before, after]) = &self.turned {
+            rename(task, grasp, before, after);
+        }
+        task.grasps[grasp].mapped = Some(self.mapped);
+    }
+}
+
+fn contact(contact: &command::Contact) -> Option<Contact> {
+    Some(Contact {
+        finger: Finger::from_name(&contact.finger)?,
+        point: Point3::from(contact.point),
+        normal: Vector3::from(contact.normal),
+    })
+}
+
+/// The same contacts with their fingers in the opposite order; a thumb stays where it is.
+fn turned_round(contacts: &[Contact]) -> Vec<Contact> {
+    let (mut turned, row): (Vec<Contact>, Vec<Contact>) =
+        contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
+    let fingers = row.iter().map(|contact| contact.finger);
+    turned.extend(row.iter().rev().zip(fingers).map(|(contact, finger)| Contact { finger, ..*contact }));
+    turned
+}
+
+/// The same contacts with the jaws exchanged.
+fn exchanged(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
+    contacts.iter().map(|contact| Contact { finger: jaws.opponent(contact.finger), ..*contact }).collect()
+}
+
+/// Gives what a finger did in a grasp to the one that is at its contact now.
+fn rename(task: &mut Task, grasp: usize, before: &[Contact], after: &[Contact]) {
+    let now = |name: &str| {
+        let point = before.iter().find(|contact| contact.finger.name() == name)?.point;
+        after.iter().find(|contact| contact.point == point).map(|contact| contact.finger.name().to_string())
+    };
+    for contact in &mut task.grasps[grasp].contacts {
+        contact.finger = now(&contact.finger).unwrap_or_else(|| contact.finger.clone());
+    }
+    for tip in task.segments.iter_mut().filter(|segment| segment.grasp == Some(grasp)).flat_map(|it| &mut it.tips) {
+        tip.finger = now(&tip.finger).unwrap_or_else(|| tip.finger.clone());
+    }
+}
+
+fn joints(robot: &Robot, hand: &HandModel, q: &[f64]) -> BTreeMap<String, f64> {
+    let dofs = hand.fingers.iter().flat_map(|finger| &finger.dofs);
+    dofs.map(|&dof| (robot.tree.dofs[dof].name.clone(), q[dof])).collect()
+}

@@ -1,0 +1,124 @@
+//! The arm's inverse kinematics: the palm to a pose, and along a way.
+
+use super::tree::KinematicTree;
+use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
+
+/// Damps the steps where the arm is nearly singular; no joint goes farther in one step, rad or m.
+const DAMPING: f64 = 1e-5;
+const STEP: f64 = 0.2;
+/// What may be missing along a way: a joint that just comes to its limit is no reason not to go.
+const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
+/// A pose is reached exactly when less than this is missing, m and rad.
+const EXACT: f64 = 1e-7;
+/// Irrational steps spread the starts evenly.
+const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
+/// Iterations from one pose of a way to the next.
+const FOLLOWING: usize = 12;
+
+/// An arm: a palm on a tree of links and the degrees of freedom that move it.
+#[derive(Clone, Copy, Debug)]
+pub struct Arm<'a> {
+    /// The links and joints.
+    pub tree: &'a KinematicTree,
+    /// Index of the palm's link.
+    pub palm: usize,
+    /// The degrees of freedom between the root and the palm.
+    pub dofs: &'a [usize],
+}
+
+/// How far one pose is from another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseError {
+    /// The distance of the origins, m.
+    pub m: f64,
+    /// The angle between them, rad.
+    pub rad: f64,
+}
+
+impl PoseError {
+    /// Whether no part of it is more than this.
+    pub fn is_within(&self, most: &Self) -> bool {
+        self.m <= most.m && self.rad <= most.rad
+    }
+}
+
+impl Arm<'_> {
+    /// Brings the palm to a pose (reference frame, of which `root` is the pose of the root) by damped least squares from the present values `q` of all degrees
+    /// of freedom, and moves only those of the arm. Returns what is missing at the end.
+    pub fn inverse_kinematics(
+        &self,
+        root: &Isometry3<f64>,
+        palm: &Isometry3<f64>,
+        q: &mut [f64],
+        iterations: usize,
+    ) -> PoseError {
+        let root_from_palm = root.inverse() * palm;
+        let mut missing = PoseError { m: f64::INFINITY, rad: f64::INFINITY };
+        for _ in 0..=iterations {
+            let poses = self.tree.forward(q);
+            let pose = poses[self.palm];
+            let way = root_from_palm.translation.vector - pose.translation.vector;
+            let turn = (root_from_palm.rotation * pose.rotation.inverse()).scaled_axis();
+            missing = PoseError { m: way.norm(), rad: turn.norm() };
+            if missing.m < EXACT && missing.rad < EXACT {
+                break;
+            }
+            let jacobian = self.tree.jacobian(&poses, self.palm, Point3::from(pose.translation.vector));
+            let jacobian = jacobian.select_columns(self.dofs);
+            let square = &jacobian * jacobian.transpose() + Matrix6::identity() * DAMPING;
+            let Some(inverse) = square.try_inverse() else { break };
+            let error = Vector6::new(way.x, way.y, way.z, turn.x, turn.y, turn.z);
+            let step = jacobian.transpose() * (inverse * error);
+            for (&dof, change) in self.dofs.iter().zip(step.iter()) {
+                q[dof] = self.tree.dofs[dof].clamp(q[dof] + change.clamp(-STEP, STEP));
+            }
+        }
+        missing
+    }
+
+    /// Sets `q` to values with which the arm can bring the palm along a whole way, from several starts that are the same ones each time; of those that can, to
+    /// the ones that stay farthest from the limits. Returns whether there are any; `q` stays as it is when there are none.
+    pub fn inverse_kinematics_along(
+        &self,
+        root: &Isometry3<f64>,
+        way: &[Isometry3<f64>],
+        q: &mut [f64],
+        starts: usize,
+        iterations: usize,
+    ) -> bool {
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for index in 0..starts {
+            let mut tried = q.to_vec();
+            for (place, &dof) in self.dofs.iter().enumerate() {
+                let [low, high] = self.tree.dofs[dof].range;
+                let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
+                tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
+            }
+            let (mut worst, mut first) = (0.0_f64, None);
+            let reaches = way.iter().enumerate().all(|(at, palm)| {
+                let steps = if at == 0 { iterations } else { FOLLOWING };
+                let missing = self.inverse_kinematics(root, palm, &mut tried, steps);
+                worst = worst.max(self.off_middle(&tried));
+                first.get_or_insert_with(|| tried.clone());
+                missing.is_within(&REACHED)
+            });
+            if let (true, Some(first)) = (reaches, first)
+                && best.as_ref().is_none_or(|(other, _)| worst < *other)
+            {
+                best = Some((worst, first));
+            }
+        }
+        let Some((_, found)) = best else { return false };
+        q.copy_from_slice(&found);
+        true
+    }
+
+    /// How far the joint is from the middle of its range that is farthest, 1 at a limit.
+    fn off_middle(&self, q: &[f64]) -> f64 {
+        let off = self.dofs.iter().map(|&dof| {
+            let [low, high] = self.tree.dofs[dof].range;
+            ((2.0 * q[dof] - low - high) / (high - low)).abs()
+        });
+        off.fold(0.0, f64::max)
+    }
+}

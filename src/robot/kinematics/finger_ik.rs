@@ -1,0 +1,98 @@
+//! The inverse kinematics of a finger: the center of its tip to a point, palm frame.
+//!
+//! The inverse has a closed form for fingers whose first two joints meet at right angles and whose others bend in the plane of the second
+//! (docs/sources.md, Hand): with the last joint coupled, or with it free, when it is scanned for the best measure. Other fingers are solved by damped
+//! least squares.
+
+use super::finger::FingerModel;
+use super::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
+use nalgebra::{Matrix3, Point3};
+
+/// Iterations of the least squares, from each start, and their damping, m.
+const ITERATIONS: usize = 60;
+const DAMPED_M: f64 = 2e-3;
+
+impl FingerModel {
+    /// Angles that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
+    /// reach, angles that bring it near.
+    pub fn reach(&self, point: Point3<f64>) -> Reached {
+        match &self.closed {
+            Some(closed) => closed.reach(point, &self.ranges),
+            None => self.reach_numerically(point),
+        }
+    }
+
+    /// The same for a point that is next to one whose solution is known.
+    pub(crate) fn reach_near(&self, point: Point3<f64>, known: &Reached) -> Reached {
+        match &self.closed {
+            Some(closed) => closed.reach_near(point, &self.ranges, known),
+            None => self.approach(point, known.angles),
+        }
+    }
+
+    /// The nearest that the tip can come to a point, m: what to say of a finger that cannot reach.
+    pub fn miss(&self, point: Point3<f64>) -> f64 {
+        let mut starts = vec![self.reach(point).angles];
+        starts.extend(self.starts());
+        starts.iter().map(|start| self.approach(point, *start).miss).fold(f64::INFINITY, f64::min)
+    }
+
+    fn reach_numerically(&self, point: Point3<f64>) -> Reached {
+        let mut best: Option<(Reached, f64)> = None;
+        for start in self.starts() {
+            let found = self.approach(point, start);
+            let value = if found.miss < REACHED_M { found.measure } else { -found.miss };
+            if best.is_none_or(|(_, other)| value > other) {
+                best = Some((found, value));
+            }
+        }
+        let nothing = Reached { angles: [0.0; MAX_DOFS], miss: f64::INFINITY, measure: 0.0 };
+        best.map_or(nothing, |(reached, _)| reached)
+    }
+
+    /// Angles to start from: the middle of the ranges, and a third to either side.
+    fn starts(&self) -> Vec<Angles> {
+        [0.5, 0.2, 0.8]
+            .iter()
+            .map(|share| {
+                let mut angles = [0.0; MAX_DOFS];
+                for (angle, [low, high]) in angles.iter_mut().zip(&self.ranges) {
+                    *angle = low + share * (high - low);
+                }
+                angles
+            })
+            .collect()
+    }
+
+    /// Damped least squares within the ranges.
+    fn approach(&self, point: Point3<f64>, start: Angles) -> Reached {
+        let mut angles = start;
+        let mut posture = self.posture(&angles);
+        let mut miss = (point - posture.tip).norm();
+        let mut damping = DAMPED_M;
+        for _ in 0..ITERATIONS {
+            if miss < REACHED_M * 0.1 {
+                break;
+            }
+            let jacobian = self.jacobian(&posture);
+            let square: Matrix3<f64> = &jacobian * jacobian.transpose() + Matrix3::identity() * damping * damping;
+            let Some(inverse) = square.try_inverse() else { break };
+            let step = jacobian.transpose() * (inverse * (point - posture.tip));
+            let mut next = angles;
+            for ((angle, change), [low, high]) in next.iter_mut().zip(step.iter()).zip(&self.ranges) {
+                *angle = (*angle + change.clamp(-0.3, 0.3)).clamp(*low, *high);
+            }
+            let next_posture = self.posture(&next);
+            let next_miss = (point - next_posture.tip).norm();
+            if next_miss < miss {
+                (angles, posture, miss) = (next, next_posture, next_miss);
+                damping = (damping * 0.5).max(1e-6);
+            } else if damping > 1.0 {
+                break;
+            } else {
+                damping *= 4.0;
+            }
+        }
+        Reached { angles, miss, measure: self.measure(&angles) }
+    }
+}

@@ -1,0 +1,131 @@
+//! The shapes of links: bars with round ends and boxes, their masses, and the gaps between them.
+//!
+//! Shapes are convex: the nearest points of two are found by going to and fro between them, each time to the nearest point of the other one (W. Cheney and
+//! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959).
+
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+
+/// Gaps take at most so many steps to and fro, until a step is shorter than this, m.
+const STEPS: usize = 200;
+pub(crate) const SHORT_M: f64 = 1e-6;
+
+/// A shape of a link.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solid {
+    /// A round bar from one point to the other, m, and its radius.
+    Capsule(Point3<f64>, Point3<f64>, f64),
+    /// A box about a pose with these half edges, m.
+    Box(Isometry3<f64>, Vector3<f64>),
+}
+
+impl Solid {
+    /// Returns the same shape in the frame in which its own frame is `pose`.
+    pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
+        match *self {
+            Self::Capsule(from, to, radius) => Self::Capsule(pose * from, pose * to, radius),
+            Self::Box(at, half) => Self::Box(pose * at, half),
+        }
+    }
+
+    /// Returns the distance of a point, m; negative in bars, zero in boxes.
+    pub fn distance(&self, point: &Point3<f64>) -> f64 {
+        (self.nearest(point) - point).norm() - self.radius()
+    }
+
+    /// Returns the gap to another shape, m; negative for bars that are in something by up to their radius, zero for boxes that overlap.
+    pub fn gap(&self, other: &Self) -> f64 {
+        let mut at = self.begin(other);
+        let mut there = other.nearest(&at);
+        for _ in 0..STEPS {
+            let next = self.nearest(&there);
+            let step = (next - at).norm();
+            (at, there) = (next, other.nearest(&next));
+            if step < SHORT_M {
+                break;
+            }
+        }
+        (at - there).norm() - self.radius() - other.radius()
+    }
+
+    /// Returns the center and the radius of a ball that holds the shape.
+    pub fn bounding_ball(&self) -> (Point3<f64>, f64) {
+        match self {
+            Self::Capsule(from, to, radius) => (nalgebra::center(from, to), (to - from).norm() / 2.0 + radius),
+            Self::Box(at, half) => (at.translation.vector.into(), half.norm()),
+        }
+    }
+
+    /// A point of the shape from which it is near to another one. Of bars it is the nearest to the other's line, so that nearly parallel ones, between which
+    /// each step is a short one, are there at once (C. Ericson, *Real-Time Collision Detection*, 5.1.9).
+    fn begin(&self, other: &Self) -> Point3<f64> {
+        if let (Self::Capsule(from, to, _), Self::Capsule(from_of_other, to_of_other, _)) = (self, other) {
+            let (ours, theirs, between) = (to - from, to_of_other - from_of_other, from - from_of_other);
+            let (a, b, e) = (ours.norm_squared(), ours.dot(&theirs), theirs.norm_squared());
+            let (c, f) = (ours.dot(&between), theirs.dot(&between));
+            let apart = a * e - b * b;
+            if apart > f64::EPSILON * a * e {
+                return from + ours * ((b * f - c * e) / apart).clamp(0.0, 1.0);
+            }
+        }
+        self.nearest(&other.nearest(&self.middle()))
+    }
+
+    fn middle(&self) -> Point3<f64> {
+        match self {
+            Self::Capsule(from, to, _) => nalgebra::center(from, to),
+            Self::Box(at, _) => at.translation.vector.into(),
+        }
+    }
+
+    /// How thick the shape is about its core, m.
+    fn radius(&self) -> f64 {
+        match self {
+            Self::Capsule(_, _, radius) => *radius,
+            Self::Box(..) => 0.0,
+        }
+    }
+
+    /// The point of the shape's core that is nearest to a point.
+    fn nearest(&self, to: &Point3<f64>) -> Point3<f64> {
+        match self {
+            Self::Capsule(from, end, _) => {
+                let way: Vector3<f64> = end - from;
+                let share = (to - from).dot(&way) / way.norm_squared().max(f64::MIN_POSITIVE);
+                from + way * share.clamp(0.0, 1.0)
+            }
+            Self::Box(at, half) => {
+                let own = at.inverse_transform_point(to).coords;
+                at * Point3::from(own.zip_map(half, |value, half| value.clamp(-half, half)))
+            }
+        }
+    }
+
+    /// Volume, m^3, centre, and inertia about the centre for a density of 1 kg/m^3.
+    pub fn mass_properties(&self) -> (f64, Point3<f64>, Matrix3<f64>) {
+        use std::f64::consts::PI;
+        match *self {
+            Self::Capsule(from, to, radius) => {
+                let along = to - from;
+                let length = along.norm();
+                let cylinder = PI * radius * radius * length;
+                let ball = 4.0 / 3.0 * PI * radius.powi(3);
+                let r2 = radius * radius;
+                // About the bar, and across it: a cylinder and two half balls at its ends.
+                let about = cylinder * r2 / 2.0 + ball * 0.4 * r2;
+                let across = cylinder * (length * length / 12.0 + r2 / 4.0)
+                    + ball * (0.4 * r2 + length * length / 4.0 + 3.0 / 8.0 * length * radius);
+                let axis = along.try_normalize(1e-12).unwrap_or_else(Vector3::x);
+                let outer = axis * axis.transpose();
+                let inertia = Matrix3::identity() * across + outer * (about - across);
+                (cylinder + ball, nalgebra::center(&from, &to), inertia)
+            }
+            Self::Box(pose, half) => {
+                let volume = 8.0 * half.x * half.y * half.z;
+                let [x2, y2, z2] = [half.x * half.x, half.y * half.y, half.z * half.z];
+                let own = Matrix3::from_diagonal(&Vector3::new(y2 + z2, x2 + z2, x2 + y2)) * (volume / 3.0);
+                let turn = pose.rotation.to_rotation_matrix();
+                (volume, pose.translation.vector.into(), turn * own * turn.inverse())
+            }
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! The joints of a robot file: which can be driven, within what, and which follow others.
+
+use super::{Places, SPEEDS_UP_S, no_turn};
+use crate::base::error::InputError;
+use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
+use crate::base::shown::Shown;
+use crate::robot::kinematics::tree::{Dof, Joint, Kind};
+use indexmap::IndexMap;
+use nalgebra::{Unit, Vector3};
+use serde::Deserialize;
+use std::f64::consts::TAU;
+
+type Torque = Quantity<2, 1, -2, 0>;
+type Inertia = Quantity<2, 1, 0, 0>;
+type AngularAcceleration = Quantity<0, 0, -2, 1>;
+type TurningDamping = Quantity<2, 1, -1, -1>;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct JointFile {
+    pub(super) parent: String,
+    pub(super) child: String,
+    #[serde(default)]
+    pub(super) at: [Length; 3],
+    #[serde(default = "no_turn")]
+    pub(super) turned: [f64; 4],
+    #[serde(default)]
+    axis: Option<[f64; 3]>,
+    #[serde(default)]
+    range: Option<[Angle; 2]>,
+    #[serde(default)]
+    travel: Option<[Length; 2]>,
+    #[serde(default)]
+    torque: Option<Torque>,
+    #[serde(default)]
+    force: Option<Force>,
+    #[serde(default)]
+    speed: Option<AngularSpeed>,
+    #[serde(default)]
+    slide_speed: Option<Speed>,
+    #[serde(default)]
+    acceleration: Option<AngularAcceleration>,
+    #[serde(default)]
+    slide_acceleration: Option<Acceleration>,
+    #[serde(default)]
+    armature: Inertia,
+    #[serde(default)]
+    damping: TurningDamping,
+    #[serde(default)]
+    friction: Torque,
+    #[serde(default)]
+    coupled: Option<CoupledFile>,
+    source: String,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CoupledFile {
+    to: String,
+    ratio: f64,
+}
+
+/// What can be driven: the joints that are not coupled.
+pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) -> Result<Vec<Dof>, InputError> {
+    let mut dofs = Vec::new();
+    for (name, joint) in joints {
+        let refuse = |message: String| places.error("joints", name, message);
+        if joint.source.trim().is_empty() {
+            return Err(refuse("has an empty `source`, wanted where its numbers come from, such as `ours`".into()));
+        }
+        if let Some(coupled) = &joint.coupled {
+            let own = [joint.range.is_some(), joint.travel.is_some(), joint.torque.is_some(), joint.force.is_some()];
+            if own.contains(&true) {
+                return Err(refuse("is coupled, and has limits of its own".into()));
+            }
+            match joints.iter().find(|(other, _)| **other == coupled.to) {
+                None => return Err(refuse(format!("is coupled to `{}`, which is no joint", coupled.to))),
+                Some((_, other)) if other.coupled.is_some() => {
+                    return Err(refuse(format!("is coupled to `{}`, which is coupled itself", coupled.to)));
+                }
+                Some(_) => {}
+            }
+            if !(coupled.ratio.is_finite() && coupled.ratio != 0.0 && coupled.ratio.abs() <= 100.0) {
+                return Err(refuse(format!("is coupled with the ratio {}, wanted up to 100, not 0", coupled.ratio)));
+            }
+            continue;
+        }
+        let (range, largest, torque, speed) = match (joint.range, joint.travel) {
+            (Some(range), None) => {
+                (range.map(|angle| angle.0), TAU, joint.torque.map(|it| it.0), joint.speed.map(|it| it.0))
+            }
+            (None, Some(travel)) => {
+                (travel.map(|length| length.0), 10.0, joint.force.map(|it| it.0), joint.slide_speed.map(|it| it.0))
+            }
+            _ => return Err(refuse("wants one of `range` (it turns), `travel` (it slides) and `coupled`".into())),
+        };
+        if !(range[0] < range[1] && range.iter().all(|end| end.abs() <= largest)) {
+            let unit = if joint.range.is_some() { "rad" } else { "m" };
+            return Err(refuse(format!(
+                "goes from {} to {} {unit}, wanted the smaller end first, within {largest:.4} {unit}",
+                Shown(range[0]),
+                Shown(range[1])
+            )));
+        }
+        let positive = |what: &str, value: Option<f64>| match value {
+            Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
+            Some(value) => Err(refuse(format!("has the {what} {}, wanted more than 0 and at most 1e5", Shown(value)))),
+            None => Err(refuse(format!("has no `{what}`"))),
+        };
+        let (torque_word, speed_word) =
+            if joint.range.is_some() { ("torque", "speed") } else { ("force", "slide_speed") };
+        let (torque, speed) = (positive(torque_word, torque)?, positive(speed_word, speed)?);
+        let acceleration = match (joint.acceleration, joint.slide_acceleration) {
+            (Some(_), _) if joint.range.is_none() => {
+                return Err(refuse("slides, wanted a `slide_acceleration`".into()));
+            }
+            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, wanted an `acceleration`".into())),
+            (Some(turning), _) => positive("acceleration", Some(turning.0))?,
+            (_, Some(sliding)) => positive("slide_acceleration", Some(sliding.0))?,
+            (None, None) => speed / SPEEDS_UP_S,
+        };
+        for (what, value) in
+            [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
+        {
+            if !(0.0..=1e4).contains(&value) {
+                return Err(refuse(format!("has the {what} {}, wanted 0 to 1e4", Shown(value))));
+            }
+        }
+        let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
+        dofs.push(Dof { name: name.clone(), range, torque, speed, acceleration, armature, damping, friction });
+    }
+    Ok(dofs)
+}
+
+/// A joint of the tree, of its own or coupled.
+pub(super) fn made_joint(
+    name: &str,
+    joint: &JointFile,
+    joints: &IndexMap<String, JointFile>,
+    dofs: &[Dof],
+    places: &Places<'_>,
+) -> Result<Joint, InputError> {
+    let refuse = |message: String| places.error("joints", name, message);
+    let (driver, ratio) = joint.coupled.as_ref().map_or((name, 1.0), |coupled| (coupled.to.as_str(), coupled.ratio));
+    let dof = dofs.iter().position(|dof| dof.name == driver).ok_or_else(|| refuse("is driven by nothing".into()))?;
+    let slides = joints.iter().any(|(other, file)| other == driver && file.travel.is_some());
+    let axis = joint.axis.ok_or_else(|| refuse("has no `axis`".into()))?;
+    let axis = Unit::try_new(Vector3::from(axis), 1e-6)
+        .filter(|axis| axis.iter().all(|part| part.is_finite()))
+        .ok_or_else(|| refuse(format!("has the axis {axis:?}, wanted a direction")))?;
+    Ok(Joint { name: name.into(), kind: if slides { Kind::Slides } else { Kind::Turns }, axis, dof, ratio })
+}

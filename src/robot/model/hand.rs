@@ -1,0 +1,101 @@
+//! A hand: a palm, the arm that carries it, its fingers, and what makes it a gripper.
+
+use super::gripper::Jaws;
+use crate::base::hands::Finger;
+use crate::robot::kinematics::arm_ik::Arm;
+use crate::robot::kinematics::finger::{FingerModel, FingerSpec};
+use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::tree::KinematicTree;
+use std::collections::BTreeSet;
+
+/// Length of a person's thumb and fingers, m (docs/sources.md, Hand: base set).
+const THUMB_M: f64 = 0.118;
+const FINGER_M: f64 = 0.110;
+
+/// A hand of a tree.
+#[derive(Clone, Debug)]
+pub struct HandModel {
+    /// Index of the palm's link.
+    pub palm: usize,
+    /// Degrees of freedom between the root and the palm, nearest to the root first; empty for a hand without an arm.
+    pub arm: Vec<usize>,
+    /// The fingers, in the order of the file.
+    pub fingers: Vec<FingerModel>,
+    /// Shapes of the palm, palm frame.
+    pub palm_solids: Vec<Solid>,
+    /// What its two fingers are together when it is a gripper.
+    pub jaws: Option<Jaws>,
+}
+
+/// The hand of a robot on this palm with these fingertips.
+///
+/// # Errors
+/// The finger that cannot be, and why.
+pub(crate) fn build(
+    tree: &KinematicTree,
+    palm: usize,
+    specs: &[FingerSpec],
+) -> Result<HandModel, (Option<Finger>, String)> {
+    if specs.is_empty() {
+        return Err((None, "has no fingers".into()));
+    }
+    let mut arm: Vec<usize> =
+        tree.joints_above(palm).filter_map(|link| tree.links[link].joint.as_ref().map(|joint| joint.dof)).collect();
+    arm.reverse();
+    let mut seen = BTreeSet::new();
+    arm.retain(|dof| seen.insert(*dof));
+    let mut fingers = Vec::new();
+    for spec in specs {
+        fingers.push(FingerModel::new(tree, palm, spec).map_err(|message| (Some(spec.finger), message))?);
+    }
+    let palm_solids = tree.links[palm].solids.clone();
+    let jaws = Jaws::of(&mut fingers, &palm_solids, &tree.dofs);
+    let jaws = jaws.map_err(|(finger, message)| (Some(finger), message))?;
+    if jaws.is_none() {
+        share_nothing(&fingers)?;
+    }
+    Ok(HandModel { palm, arm, fingers, palm_solids, jaws })
+}
+
+/// Each finger of a hand moves by itself.
+fn share_nothing(fingers: &[FingerModel]) -> Result<(), (Option<Finger>, String)> {
+    for (index, finger) in fingers.iter().enumerate() {
+        let shared = |other: &&FingerModel| other.dofs.iter().any(|dof| finger.dofs.contains(dof));
+        if let Some(other) = fingers[..index].iter().find(shared) {
+            let message = format!("shares a degree of freedom with {}, which only jaws that slide may", other.finger);
+            return Err((Some(finger.finger), message));
+        }
+    }
+    Ok(())
+}
+
+impl HandModel {
+    /// Returns the arm that carries the hand on its tree.
+    pub fn arm_on<'a>(&'a self, tree: &'a KinematicTree) -> Arm<'a> {
+        Arm { tree, palm: self.palm, dofs: &self.arm }
+    }
+
+    /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
+    pub fn opening(&self, q: &[f64]) -> Option<f64> {
+        let [thumb, other] = self.jaws.as_ref()?.pair.map(|jaw| self.finger(jaw.finger));
+        let (thumb, other) = (thumb?, other?);
+        let tip = |finger: &FingerModel| finger.posture(&finger.angles(q)).tip;
+        Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
+    }
+
+    /// How large it is beside a person's hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). A gripper is not
+    /// like a hand, and 1.
+    pub fn scale(&self) -> f64 {
+        if self.jaws.is_some() {
+            return 1.0;
+        }
+        let over =
+            |finger: &FingerModel| finger.length / if finger.finger == Finger::Thumb { THUMB_M } else { FINGER_M };
+        self.fingers.iter().map(over).sum::<f64>() / self.fingers.len() as f64
+    }
+
+    /// The finger of this name.
+    pub fn finger(&self, finger: Finger) -> Option<&FingerModel> {
+        self.fingers.iter().find(|model| model.finger == finger)
+    }
+}

@@ -1,0 +1,9 @@
+//! The model of a robot: links, joints, hands and grippers, and the files that describe them.
+
+pub(crate) mod file;
+pub mod gripper;
+pub mod hand;
+pub mod robot;
+pub(crate) mod shipped;
+mod subchain;
+mod urdf;

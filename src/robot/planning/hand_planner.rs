@@ -1,0 +1,131 @@
+//! The planner of one hand: where it begins, and its plans of each group of tasks from where it is.
+
+use super::plan::{Plan, Target};
+use super::schedule::{HandPlans, at_task, found, groups};
+use super::start::Start;
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::scene::Scene;
+use crate::command::Task;
+use crate::robot::model::hand::HandModel;
+use crate::robot::model::robot::Robot;
+use nalgebra::Isometry3;
+
+/// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
+const FOLLOWING: usize = 12;
+const UNHURRIED: f64 = 0.7;
+/// Radius of a person's fingertips where the scene has none for the hand, m.
+const TIP_RADIUS_M: f64 = 0.010;
+
+/// Where an object is, reference frame; `None` for what is no body of the scene.
+pub(crate) type Place<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
+
+/// The planner of a hand.
+#[derive(Clone)]
+pub(crate) struct HandPlanner {
+    pub(crate) side: Side,
+    pub(crate) hand: HandModel,
+    /// Radius of the person's fingertips, m.
+    taught_radius: f64,
+    /// Its first task, and when of the plan of that it begins, s, until that plan is made.
+    fresh: Option<(usize, f64)>,
+}
+
+impl HandPlanner {
+    /// Returns the planner of a hand before its first task, the start of the robot that moves it, and its first target.
+    ///
+    /// # Errors
+    /// A hand that the robot does not have or no task is for; a first task that cannot be planned, or whose way the arm cannot go.
+    pub(crate) fn begin(
+        side: Side,
+        limb: &Robot,
+        tasks: &[Task],
+        scene: &Scene,
+        place: &Place<'_>,
+    ) -> Result<(Self, Start, Target), InputError> {
+        let lacks = || InputError::new("commands", "are of no hand of the robot");
+        let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
+        let taught_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
+        let groups = groups(tasks);
+        let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
+        let mut planner = Self { side, hand, taught_radius, fresh: None };
+        let plan = planner.plan(tasks, group, number, limb, None, place)?;
+        let (start, from_s) =
+            Start::of_plan(limb, &planner.hand, &plan).map_err(|message| at_task(tasks, number, message))?;
+        planner.fresh = Some((number, from_s));
+        let target = plan.at(from_s);
+        Ok((planner, start, target))
+    }
+
+    /// Returns its plans of a group of tasks, one after the other, for a palm that is at `palm`. `stretch(plan, t)` retimes a plan from the time `t` on, s, and
+    /// returns the new `t`.
+    ///
+    /// # Errors
+    /// A task that cannot be planned.
+    pub(crate) fn plans<'t>(
+        &mut self,
+        tasks: &'t [Task],
+        group: &[usize],
+        limb: &Robot,
+        palm: Isometry3<f64>,
+        place: &Place<'_>,
+        stretch: &mut dyn FnMut(&mut Plan<'t>, f64) -> f64,
+    ) -> Result<HandPlans<'t>, InputError> {
+        // A hand that has not begun is where its first task lets it begin, unless that one is not done.
+        let fresh = self.fresh.take_if(|(number, _)| group.contains(number));
+        let mut palm = fresh.is_none().then_some(palm);
+        let mut made = HandPlans::default();
+        for &number in group.iter().filter(|number| tasks[**number].track == self.side.name()) {
+            let mut plan = self.plan(tasks, group, number, limb, palm.as_ref(), place)?;
+            let from_s =
+                stretch(&mut plan, fresh.filter(|(first, _)| *first == number).map_or(0.0, |(_, from_s)| from_s));
+            if made.plans.is_empty() {
+                made.begins_s = from_s;
+            }
+            palm = Some(plan.at(plan.duration()).palm);
+            made.plans.push((number, plan));
+        }
+        Ok(made)
+    }
+
+    /// Stretches a plan from a time on, s, until the arm can follow it from `q`, which goes along; returns where that time is then, s. `root` is the pose of the
+    /// robot's root.
+    pub(crate) fn slow_down(
+        &self,
+        limb: &Robot,
+        root: &Isometry3<f64>,
+        plan: &mut Plan<'_>,
+        from_s: f64,
+        q: &mut [f64],
+    ) -> f64 {
+        if self.hand.arm.is_empty() {
+            return from_s;
+        }
+        plan.slow_down(from_s, &mut |palm, dt| {
+            let before = q.to_vec();
+            self.hand.arm_on(&limb.tree).inverse_kinematics(root, palm, q, FOLLOWING);
+            let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * limb.tree.dofs[*dof].speed);
+            self.hand.arm.iter().map(speed).fold(0.0, f64::max)
+        })
+    }
+
+    fn plan<'t>(
+        &self,
+        tasks: &'t [Task],
+        group: &[usize],
+        number: usize,
+        limb: &Robot,
+        palm: Option<&Isometry3<f64>>,
+        place: &Place<'_>,
+    ) -> Result<Plan<'t>, InputError> {
+        let object = &tasks[number].object;
+        let lacks = || at_task(tasks, number, format!("is about `{object}`, which is no body of the scene"));
+        if let Some(into) = tasks[number].into.as_ref().filter(|into| place(&into.body).is_none()) {
+            return Err(at_task(tasks, number, format!("goes into `{}`, which is no body of the scene", into.body)));
+        }
+        let found = found(tasks, group, number, &place(object).ok_or_else(lacks)?);
+        let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.taught_radius);
+        plan.map_err(|message| at_task(tasks, number, message))
+    }
+}

@@ -1,0 +1,11 @@
+//! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
+
+pub(crate) mod hand_planner;
+pub(crate) mod interpolation;
+pub mod plan;
+pub(crate) mod resolved_grasp;
+pub(crate) mod schedule;
+pub mod start;
+pub mod time_scale;
+pub mod toppra;
+pub mod trajectory;

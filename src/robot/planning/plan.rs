@@ -1,0 +1,528 @@
+//! What hand and object are to do at each instant of a task: from commands and a mapped grasp to targets of palm and fingertips.
+//!
+//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the person's
+//! fingertips went, turned as in the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a way from
+//! wherever the palm is. When the object is found elsewhere than it was taught, everything is done relative to it, until the first
+//! carrying segment has brought it onto the taught way.
+
+use super::interpolation::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
+use super::resolved_grasp::{Grip, resting};
+use super::time_scale::Part;
+use crate::base::easing::minimum_jerk;
+use crate::base::hands::Finger;
+use crate::base::pose::from_seven;
+use crate::base::shown::Shown;
+use crate::command::{Segment, Task};
+use crate::robot::kinematics::finger::FingerModel;
+use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::model::hand::HandModel;
+use crate::robot::model::robot::Robot;
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
+
+/// Fingers open in this time, s.
+const OPENING_S: f64 = 0.4;
+/// Closing and squeezing take at least this long together, s.
+const CLOSING_S: f64 = 0.9;
+/// Letting go and going away take at least this long, s.
+const LEAVING_S: f64 = 1.0;
+/// Nothing takes less, s.
+const SHORTEST_S: f64 = 0.05;
+/// Before it goes into a socket, an object comes to rest, s.
+const STEADIES_S: f64 = 1.0;
+/// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
+const INSERTS_M_S: f64 = 0.04;
+/// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
+const HINGED_M_S2: f64 = 1.5;
+/// Speeds are looked at this often, s, and no phase is stretched more.
+const WATCHED_S: f64 = 0.02;
+const MOST_STRETCHED: f64 = 20.0;
+/// Twice the time between samples of commands, s.
+const SAMPLE_S: f64 = 0.02;
+/// A palm that would jump farther from one phase to the next, m and rad, goes over.
+const JUMP: (f64, f64) = (0.003, 0.05);
+/// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
+const TRANSFER_M_S: f64 = 0.25;
+const TRANSFER_RAD_S: f64 = 1.0;
+const TRANSFER_S: f64 = 0.8;
+
+/// No task is longer, s.
+const LONGEST_S: f64 = 600.0;
+
+/// What is wanted at one instant; reference frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// The palm.
+    pub palm: Isometry3<f64>,
+    /// Fingertips that take part: which, centre, force on the object.
+    pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
+    /// Where the joints of the others are to be, out of the way.
+    pub idle: Vec<(Finger, Angles)>,
+    /// Where the object is to be.
+    pub object: Isometry3<f64>,
+    /// Whether nothing keeps the object from where it is to be: it hangs in the hand, or is pushed about with nothing beside it.
+    pub free: bool,
+    /// Whether fingers push it about, without a thumb that would hold it.
+    pub pushed: bool,
+}
+
+impl Target {
+    /// Moves all of it by a share of a displacement.
+    pub fn blend_toward(&mut self, off: &Isometry3<f64>, share: f64) {
+        let part = share_of(off, share);
+        self.palm = part * self.palm;
+        self.object = part * self.object;
+        for (_, tip, force) in &mut self.tips {
+            (*tip, *force) = (part * *tip, part * *force);
+        }
+    }
+
+    /// The angles of a finger: with its tip where it is to be, or out of the way.
+    pub fn angles(&self, finger: &FingerModel) -> Angles {
+        if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
+            return finger.reach(self.palm.inverse_transform_point(tip)).angles;
+        }
+        let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
+        idle.map_or_else(|| resting(&finger.ranges), |(_, angles)| *angles)
+    }
+}
+
+/// Where an object is found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Found {
+    /// From where it was taught to where it is, reference frame.
+    pub off: Isometry3<f64>,
+    /// When something else has brought it onto the taught way, s of the recording; infinite when nothing does.
+    pub until_s: f64,
+}
+
+/// A task as it is performed.
+pub struct Plan<'a> {
+    task: &'a Task,
+    phases: Vec<Phase<'a>>,
+    grips: Vec<Grip>,
+    from: Isometry3<f64>,
+    transfer: f64,
+}
+
+#[derive(Clone, Copy)]
+struct Phase<'a> {
+    segment: &'a Segment,
+    grip: usize,
+    role: Role,
+    start: f64,
+    duration: f64,
+    /// From where the commands want the object to where it is, and how far that has faded at the beginning and at the end, 0 to 1.
+    anchor: Isometry3<f64>,
+    faded: [f64; 2],
+    /// From when to when the person did it, s of the recording; the same twice for what no one showed.
+    taught: [f64; 2],
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    Free,
+    Close,
+    Hold,
+    /// The object stays where the segment begins.
+    Steady,
+    Leave,
+    /// From how the hand left to how it takes hold next, which no one showed.
+    Over,
+}
+
+impl<'a> Plan<'a> {
+    /// The plan of a task whose object is found where `found` says, for a palm that is at `palm` now (or begins where the task does).
+    ///
+    /// # Errors
+    /// A grasp that was not mapped; a task without segments.
+    pub fn new(
+        task: &'a Task,
+        limb: &Robot,
+        hand: &HandModel,
+        found: Found,
+        palm: Option<&Isometry3<f64>>,
+        tip_radius: f64,
+    ) -> Result<Self, String> {
+        let mut grips = Vec::new();
+        for grasp in &task.grasps {
+            grips.push(Grip::new(grasp, limb, hand, tip_radius)?);
+        }
+        if grips.is_empty() {
+            return Err("has nothing that is touched".into());
+        }
+        if task.segments.is_empty() {
+            return Err("has no segments".into());
+        }
+        let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
+        let mut clock = 0.0;
+        let mut anchor = found.off;
+        // For how long the hand has held the object since it began to bring it onto the taught way, and how long that takes, s.
+        let mut fading: Option<(f64, f64)> = None;
+        for (index, segment) in task.segments.iter().enumerate() {
+            let begins = segment.taught_start_s;
+            let ends = begins + segment.duration_s;
+            // Samples have their own beginning in each task.
+            let ends = task
+                .segments
+                .get(index + 1)
+                .map(|next| next.taught_start_s)
+                .filter(|next| (next - ends).abs() < SAMPLE_S)
+                .unwrap_or(ends);
+            // Who touches an object after something else has brought it onto the taught way goes there on the taught way.
+            let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
+            if touch.taught_start_s > found.until_s - SAMPLE_S {
+                anchor = Isometry3::identity();
+            }
+            let role = match (segment.touching, segment.primitive.as_str()) {
+                (false, _) => Role::Free,
+                (true, "Grasp") => Role::Close,
+                (true, "Release") => Role::Leave,
+                (true, _) => Role::Hold,
+            };
+            // What pushes without a grasp closes on the way: a touch before it.
+            let first_touch = segment.touching && index > 0 && !task.segments[index - 1].touching;
+            if first_touch && role == Role::Hold {
+                plan.phases.push(Phase {
+                    segment,
+                    grip: segment.grasp.unwrap_or(0),
+                    role: Role::Close,
+                    start: clock,
+                    duration: CLOSING_S,
+                    anchor,
+                    faded: [0.0; 2],
+                    taught: [begins; 2],
+                });
+                clock += CLOSING_S;
+            }
+            let least = match role {
+                Role::Close => CLOSING_S,
+                Role::Leave => LEAVING_S,
+                _ => SHORTEST_S,
+            };
+            let grip = segment.grasp.unwrap_or(0);
+            let inserts = role == Role::Hold && segment.primitive == "Insert";
+            if inserts {
+                let (role, duration) = (Role::Steady, STEADIES_S);
+                let taught = [begins; 2];
+                plan.phases.push(Phase {
+                    segment,
+                    grip,
+                    role,
+                    start: clock,
+                    duration,
+                    anchor,
+                    faded: [0.0; 2],
+                    taught,
+                });
+                clock += duration;
+            }
+            let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
+            let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(Grip::is_hinge);
+            let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
+            let duration = segment.duration_s.max(least).max(slow).max(gently);
+            let taught = [begins, ends];
+            if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
+                anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
+            }
+            let mut faded = [0.0; 2];
+            let later = fading.is_none() && is_carried_later(&task.segments[index..]);
+            if role == Role::Hold && !later {
+                let (since_s, whole_s) =
+                    *fading.get_or_insert_with(|| (0.0, fade_time(&task.segments[index..], &anchor)));
+                faded = [since_s, since_s + duration].map(|time| time / whole_s);
+                fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
+            }
+            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, taught });
+            clock += duration;
+            match role {
+                Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
+                // A hand that closes waits for the object to come along; by how much a person moved it while grasping is made up for later.
+                Role::Close => {
+                    if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
+                        anchor = anchor * from_seven(first) * from_seven(last).inverse();
+                    }
+                }
+                _ => {}
+            }
+        }
+        plan.go_over();
+        let first = plan.shown(0.0).palm;
+        plan.from = palm.copied().unwrap_or(first);
+        if palm.is_some() {
+            let way = (first.translation.vector - plan.from.translation.vector).norm();
+            let turn = first.rotation.angle_to(&plan.from.rotation);
+            plan.transfer = transfer_time(way, turn);
+        }
+        // Written so that a length that is no number is refused too.
+        let duration = plan.duration();
+        if duration <= LONGEST_S {
+            Ok(plan)
+        } else {
+            Err(format!("takes {:.0} s, wanted at most {LONGEST_S} s", Shown(duration)))
+        }
+    }
+
+    /// Puts a way between phases of a free hand where the palm would jump: from one grasp to the next.
+    fn go_over(&mut self) {
+        let free = |role: Role| matches!(role, Role::Free | Role::Leave);
+        let mut index = 1;
+        while index < self.phases.len() {
+            let [before, after] = [index - 1, index];
+            let may = free(self.phases[before].role) && matches!(self.phases[after].role, Role::Free | Role::Close);
+            let from = self.in_phase(before, self.phases[before].duration).palm;
+            let to = self.in_phase(after, 0.0).palm;
+            let way = (to.translation.vector - from.translation.vector).norm();
+            let turn = to.rotation.angle_to(&from.rotation);
+            if may && (way > JUMP.0 || turn > JUMP.1) {
+                let duration = transfer_time(way, turn);
+                let Phase { segment, grip, start, anchor, .. } = self.phases[after];
+                let taught = [self.phases[before].taught[1], self.phases[after].taught[0]];
+                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], taught };
+                self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
+                self.phases.insert(after, over);
+                index += 1;
+            }
+            index += 1;
+        }
+    }
+
+    /// Stretches each phase from a time on until the arm can follow: `too_fast` is asked for one palm after the other how many times too fast it is to
+    /// go there from the one before, within this time, s. Where that time is afterwards, s.
+    pub fn slow_down(&mut self, from_s: f64, too_fast: &mut dyn FnMut(&Isometry3<f64>, f64) -> f64) -> f64 {
+        let mut stretched = vec![1.0_f64; self.phases.len()];
+        let mut transfer = 1.0_f64;
+        let steps = ((self.duration() - from_s) / WATCHED_S).floor() as usize;
+        for step in 0..=steps {
+            let time = from_s + step as f64 * WATCHED_S;
+            let much = too_fast(&self.at(time).palm, WATCHED_S).clamp(1.0, MOST_STRETCHED);
+            // The first one is where the arm is.
+            match (step, time < self.transfer) {
+                (0, _) => {}
+                (_, true) => transfer = transfer.max(much),
+                (_, false) => {
+                    let at = self.index_at(time - self.transfer);
+                    stretched[at] = stretched[at].max(much);
+                }
+            }
+        }
+        let begins = self.index_at(from_s - self.transfer);
+        let into = ((from_s - self.transfer - self.phases[begins].start) / self.phases[begins].duration).max(0.0);
+        let mut clock = 0.0;
+        for (phase, much) in self.phases.iter_mut().zip(stretched) {
+            phase.start = clock;
+            phase.duration *= much;
+            clock += phase.duration;
+        }
+        let transfers = from_s < self.transfer;
+        self.transfer *= transfer;
+        if transfers { from_s } else { self.transfer + self.phases[begins].start + into * self.phases[begins].duration }
+    }
+
+    fn index_at(&self, time: f64) -> usize {
+        self.phases.partition_point(|phase| phase.start <= time).saturating_sub(1)
+    }
+
+    /// How long it takes, s.
+    pub fn duration(&self) -> f64 {
+        self.transfer + self.phases.last().map_or(0.0, |phase| phase.start + phase.duration)
+    }
+
+    /// When something is touched first, and when it is let go last, s.
+    pub fn touches(&self) -> (f64, f64) {
+        let touching = || self.phases.iter().filter(|phase| !matches!(phase.role, Role::Free | Role::Over));
+        let first = touching().next().map_or(0.0, |phase| phase.start);
+        let mut holding = touching().filter(|phase| phase.role != Role::Leave);
+        let last = holding.next_back().map_or(first, |phase| phase.start + phase.duration + OPENING_S);
+        (self.transfer + first, self.transfer + last)
+    }
+
+    /// Its parts, with when they were taught, in order.
+    pub fn parts(&self) -> Vec<Part> {
+        let begins = self.phases.first().map_or(0.0, |phase| phase.taught[0]);
+        let transfer = Part { taught: [begins; 2], needs_s: self.transfer };
+        let phases = self.phases.iter().map(|phase| Part { taught: phase.taught, needs_s: phase.duration });
+        std::iter::once(transfer).chain(phases).collect()
+    }
+
+    /// The primitive at a time, s.
+    pub fn primitive(&self, time: f64) -> &'a str {
+        if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
+    }
+
+    /// How much of where it is to be is told at a time, s, by the body whose hole the object goes into: 0 far from it, 1 from just above it on.
+    pub fn leans(&self, time: f64) -> f64 {
+        let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
+        let (from, to) = (self.phases[over.saturating_sub(1)].start, self.phases[over].start);
+        minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
+    }
+
+    /// Where the person left the object.
+    pub fn taught_end(&self) -> Isometry3<f64> {
+        let last = self.task.segments.last().and_then(|segment| segment.object.last());
+        last.map_or_else(Isometry3::identity, from_seven)
+    }
+
+    /// What is wanted at a time, s.
+    pub fn at(&self, time: f64) -> Target {
+        if time >= self.transfer {
+            return self.shown(time - self.transfer);
+        }
+        let share = minimum_jerk(time / self.transfer);
+        let first = self.shown(0.0);
+        let palm = Isometry3::from_parts(
+            Translation3::from(self.from.translation.vector.lerp(&first.palm.translation.vector, share)),
+            slerp(&self.from.rotation, &first.palm.rotation, share),
+        );
+        let back = palm * first.palm.inverse();
+        let tips = first.tips.iter().map(|(finger, tip, force)| (*finger, back * tip, *force)).collect();
+        Target { palm, tips, idle: first.idle, object: first.object, free: false, pushed: false }
+    }
+
+    /// What the commands want at a time after their beginning.
+    fn shown(&self, time: f64) -> Target {
+        let index = self.index_at(time);
+        self.in_phase(index, time - self.phases[index].start)
+    }
+
+    /// Between the phases before and after: a screw motion of the palm about the object, so that a hand goes about what it turned.
+    fn over(&self, index: usize, share: f64) -> Target {
+        let before = self.in_phase(index - 1, self.phases[index - 1].duration);
+        let after = self.in_phase(index + 1, 0.0);
+        let share = minimum_jerk(share);
+        let palm = before.palm * screw_motion(&(before.palm.inverse() * after.palm), share);
+        let tips = after.tips.iter().map(|(finger, to, _)| {
+            let to = after.palm.inverse_transform_point(to);
+            let from = before.tips.iter().find(|(other, ..)| other == finger);
+            let from = from.map_or(to, |(_, from, _)| before.palm.inverse_transform_point(from));
+            (*finger, palm * (from + (to - from) * share), Vector3::zeros())
+        });
+        Target {
+            palm,
+            tips: tips.collect(),
+            idle: after.idle.clone(),
+            object: after.object,
+            free: false,
+            pushed: false,
+        }
+    }
+
+    /// What the commands want at a time after the beginning of a phase.
+    fn in_phase(&self, index: usize, local: f64) -> Target {
+        let phase = &self.phases[index];
+        if phase.role == Role::Over {
+            return self.over(index, local / phase.duration);
+        }
+        let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
+        let local = local.clamp(0.0, phase.duration);
+        let mut share = local / phase.duration;
+        if phase.role == Role::Hold && segment.primitive == "Insert" {
+            // From rest to rest.
+            share -= (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
+        }
+        // A closing before a push stands at the beginning of what is pushed.
+        let waits = phase.role == Role::Close && segment.primitive != "Grasp";
+        let at = if matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
+        let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
+        let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
+        let object = anchor * pose_at(&segment.object, at);
+        let closing = phase.duration / 2.0;
+        let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
+            Role::Free => {
+                let last = segment.hand.last().map_or_else(Vector3::zeros, |it| Vector3::from(*it)) - grip.middle;
+                let to_touch = self.leads_to_touch(phase);
+                // The last of the way leads exactly over the contacts.
+                let over = if to_touch { last * minimum_jerk((share - 0.5) / 0.5) } else { Vector3::zeros() };
+                (vector_at(&segment.hand, share) - grip.middle - over, 1.0, 0.0)
+            }
+            Role::Close => {
+                (Vector3::zeros(), 1.0 - minimum_jerk(local / closing), minimum_jerk((local - closing) / closing))
+            }
+            Role::Hold | Role::Steady | Role::Over => (Vector3::zeros(), 0.0, 1.0),
+            Role::Leave => {
+                let away = ((local - OPENING_S) / (phase.duration - OPENING_S)).clamp(0.0, 1.0);
+                let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
+                let fading = 1.0 - minimum_jerk(local / (0.4 * OPENING_S));
+                (vector_at(&segment.hand, away) - first, minimum_jerk(local / OPENING_S), fading)
+            }
+        };
+        if !offset.iter().all(|part| part.is_finite()) {
+            offset = Vector3::zeros();
+        }
+        let palm = object * Translation3::from(offset) * grip.object_from_palm;
+        let tips = grip.tips.iter().map(|(finger, closed, open)| {
+            let wanted = match phase.role {
+                Role::Close if waits => force_at(segment, *finger, 0.0),
+                Role::Close => force_at(segment, *finger, 1.0),
+                Role::Hold | Role::Steady => force_at(segment, *finger, at),
+                Role::Leave => self.last_force(phase, *finger),
+                Role::Free | Role::Over => Vector3::zeros(),
+            };
+            (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
+        });
+        let pushes = grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
+        let pushed = matches!(phase.role, Role::Hold | Role::Leave) && pushes;
+        let free = match phase.role {
+            Role::Steady => true,
+            Role::Hold if pushes => matches!(segment.primitive.as_str(), "Push" | "Trace"),
+            Role::Hold => segment.primitive == "Translate",
+            _ => false,
+        };
+        Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
+    }
+
+    /// Whether the hand touches after this phase.
+    fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
+        let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
+        next.is_some_and(|next| next.segment.touching)
+    }
+
+    /// The force at the end of what comes before a release.
+    fn last_force(&self, phase: &Phase<'_>, finger: Finger) -> Vector3<f64> {
+        let holds = |other: &&Phase| other.start < phase.start && !matches!(other.role, Role::Free | Role::Over);
+        let before = self.phases.iter().rfind(holds);
+        before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
+    }
+}
+
+/// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to
+/// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
+/// too short for it.
+fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
+    let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
+    let mut takes: f64 = 0.0;
+    for segment in held(segments) {
+        if takes >= needs {
+            break;
+        }
+        let carried = segment.primitive == "Translate";
+        let lasts = segment.duration_s.max(SHORTEST_S);
+        takes += if carried { lasts.min(needs - takes) } else { lasts };
+    }
+    takes.max(SHORTEST_S)
+}
+
+/// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
+fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
+    let held = segments.iter().filter(|segment| segment.primitive != "Grasp");
+    held.take_while(|segment| segment.touching && !matches!(segment.primitive.as_str(), "Release" | "Insert"))
+}
+
+/// Whether what is held stays on its support now and is carried later.
+fn is_carried_later(segments: &[Segment]) -> bool {
+    let carried = |segment: &Segment| segment.primitive == "Translate";
+    segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
+}
+
+/// How long a palm takes over a way and a turn, s.
+fn transfer_time(way: f64, turn: f64) -> f64 {
+    // The peak speed of minimum jerk is 1.9 times its mean.
+    (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
+}
+
+/// The commanded force of a finger, object frame.
+fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
+    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger.name()) else { return Vector3::zeros() };
+    let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
+    let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
+    at(index).lerp(&at(index + 1), t)
+}

@@ -1,0 +1,98 @@
+//! A grip: a mapped grasp as a plan uses it, with its fingertips on their contacts and opened.
+
+use crate::base::hands::Finger;
+use crate::base::pose::from_seven;
+use crate::base::shown::Shown;
+use crate::command::Grasp;
+use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::model::hand::HandModel;
+use crate::robot::model::robot::Robot;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// Fingers open by this much, m.
+const OPENED_M: f64 = 0.018;
+/// Joints are written with six decimals, rad or m.
+const ROUNDED: f64 = 1e-5;
+
+/// A mapped grasp, palm frame.
+pub(crate) struct Grip {
+    pub(crate) object_from_palm: Isometry3<f64>,
+    /// Which, centre of the tip on its contact, the same opened.
+    pub(crate) tips: Vec<(Finger, Point3<f64>, Point3<f64>)>,
+    /// The middle of the contacts, object frame.
+    pub(crate) middle: Vector3<f64>,
+    /// What the other fingers do.
+    pub(crate) idle: Vec<(Finger, Angles)>,
+}
+
+impl Grip {
+    /// The grip of a mapped grasp; `taught_radius` is that of the person's fingertips, m.
+    ///
+    /// # Errors
+    /// A grasp that was not mapped, or not to this hand.
+    pub(crate) fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
+        let Some(mapped) = &grasp.mapped else {
+            return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
+        };
+        let dofs = || hand.fingers.iter().flat_map(|finger| &finger.dofs).map(|dof| &limb.tree.dofs[*dof]);
+        if let Some(name) = mapped.joints.keys().find(|name| dofs().all(|dof| dof.name != **name)) {
+            return Err(format!(
+                "has a grasp with the joint `{name}`, which the hand of `{}` does not have",
+                limb.name
+            ));
+        }
+        for dof in dofs() {
+            let Some(value) = mapped.joints.get(&dof.name) else { continue };
+            let [low, high] = dof.range;
+            if !(low - ROUNDED..=high + ROUNDED).contains(value) {
+                return Err(format!(
+                    "has a grasp with the joint `{}` at {}, wanted {low:.3} to {high:.3}",
+                    dof.name,
+                    Shown(*value)
+                ));
+            }
+        }
+        let object_from_palm = from_seven(&mapped.object_from_palm);
+        let mut tips = Vec::new();
+        let mut middle = Vector3::zeros();
+        for contact in &grasp.contacts {
+            let finger =
+                Finger::from_name(&contact.finger).ok_or_else(|| format!("`{}` is no finger", contact.finger))?;
+            let model = hand.finger(finger).ok_or_else(|| format!("the hand has no {finger} finger"))?;
+            let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
+            let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
+            let way = object_from_palm.inverse_transform_vector(&(normal * OPENED_M));
+            // As far as the finger goes.
+            let open = model.posture(&model.reach(closed + way).angles).tip;
+            tips.push((finger, closed, open));
+            middle += (point + normal * taught_radius).coords;
+        }
+        if tips.is_empty() {
+            return Err("has a grasp without contacts".into());
+        }
+        middle /= tips.len() as f64;
+        let others = hand.fingers.iter().filter(|model| tips.iter().all(|(finger, ..)| *finger != model.finger));
+        let idle = others.map(|model| {
+            let mut angles = resting(&model.ranges);
+            for (angle, dof) in angles.iter_mut().zip(&model.dofs) {
+                *angle = mapped.joints.get(&limb.tree.dofs[*dof].name).copied().unwrap_or(*angle);
+            }
+            (model.finger, angles)
+        });
+        Ok(Self { object_from_palm, idle: idle.collect(), tips, middle })
+    }
+
+    /// Whether an object hangs in it as on a hinge.
+    pub(crate) fn is_hinge(&self) -> bool {
+        self.tips.len() == 2 && self.tips.iter().any(|(finger, ..)| *finger == Finger::Thumb)
+    }
+}
+
+/// Angles of a finger of which nothing is known: a little bent.
+pub(crate) fn resting(ranges: &[[f64; 2]]) -> Angles {
+    let mut angles = Angles::default();
+    for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {
+        *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
+    }
+    angles
+}

@@ -1,0 +1,74 @@
+//! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
+
+use super::plan::{Plan, Target};
+use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::model::hand::HandModel;
+use crate::robot::model::robot::Robot;
+use nalgebra::Isometry3;
+
+/// The way of the palm is looked at this often, s, from so many starts of the arm with so many iterations each.
+const WAY_S: f64 = 0.1;
+const STARTS: usize = 48;
+const ITERATIONS: usize = 150;
+/// The first free motion is left out in so many parts.
+const LEFT_OUT: u32 = 4;
+
+/// A robot at rest at its first target.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// Values of all degrees of freedom.
+    pub q: Vec<f64>,
+    /// Where the root is, `world_from_root`.
+    pub root: Isometry3<f64>,
+    /// The joint positions of each finger.
+    pub fingers: Vec<Angles>,
+    /// Where the palm is to be.
+    pub palm: Isometry3<f64>,
+}
+
+impl Start {
+    /// Returns the start at a target, with an arm that can bring the palm along `way`, which begins there. A hand without an arm is carried about.
+    ///
+    /// # Errors
+    /// A way that the arm cannot go.
+    pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
+        let mut q = vec![0.0; robot.tree.dofs.len()];
+        let mut root = Isometry3::identity();
+        if hand.arm.is_empty() {
+            root = target.palm * robot.tree.forward(&q)[hand.palm].inverse();
+        } else if !hand.arm_on(&robot.tree).inverse_kinematics_along(&root, way, &mut q, STARTS, ITERATIONS) {
+            let at = target.palm.translation.vector * 1e3;
+            let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);
+            return Err(format!(
+                "begins with the palm at {place}; from there the arm cannot bring it along the whole way"
+            ));
+        }
+        let fingers: Vec<Angles> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
+        for (finger, angles) in hand.fingers.iter().zip(&fingers) {
+            for (dof, angle) in finger.dofs.iter().zip(angles) {
+                q[*dof] = *angle;
+            }
+        }
+        Ok(Self { q, root, fingers, palm: target.palm })
+    }
+
+    /// Returns the start of a plan, and when of the plan that is, s: a person may come from where the arm cannot be, so as much of the first free motion is
+    /// left out as must be.
+    ///
+    /// # Errors
+    /// A plan whose way the arm cannot go, wherever it begins.
+    pub(crate) fn of_plan(robot: &Robot, hand: &HandModel, plan: &Plan<'_>) -> Result<(Self, f64), String> {
+        let mut refused = String::new();
+        let (touched, released) = plan.touches();
+        for part in 0..=LEFT_OUT {
+            let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
+            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+            let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
+            match Self::new(robot, hand, &plan.at(from_s), &way) {
+                Ok(made) => return Ok((made, from_s)),
+                Err(message) => refused = message,
+            }
+        }
+        Err(refused)
+    }
+}

@@ -1,0 +1,154 @@
+//! One time scale for all hands: it maps the time of a group of tasks to the time of each hand's own plans.
+//!
+//! A person's hands did what they did at the same times. A robot's hand may need longer for a part of it, and for some things that no one demonstrated.
+//! Between two times of the recording at which any hand begins something, the time scale takes as long as the hand that needs most; the others are slowed
+//! by the same factor. So what two hands did together they do together, and one waits for the other as it did in the demonstration.
+
+/// Times of the recording are the same when they are nearer, s.
+const SAME_S: f64 = 1e-6;
+
+/// A part of what a hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    /// From when to when the person did it, s of the recording; the same twice for what no one showed.
+    pub taught: [f64; 2],
+    /// How long the robot needs for it, s.
+    pub needs_s: f64,
+}
+
+/// From the time of all to the time of each.
+#[derive(Clone, Debug, Default)]
+pub struct TimeScale {
+    hands: Vec<Vec<Knot>>,
+    eased_s: f64,
+}
+
+/// Time stands still, and goes on, within this time, s.
+const STANDS_S: f64 = 0.1;
+
+/// How long time has stood still for what no plan knew of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Pause {
+    /// From 0 where it goes to 1 where it stands.
+    stands: f64,
+    waited_s: f64,
+}
+
+impl Pause {
+    /// For how long it has stood, s.
+    pub const fn waited_s(&self) -> f64 {
+        self.waited_s
+    }
+
+    /// Lets time pass, s, while it is to stand still or to go on.
+    pub fn advance(&mut self, waits: bool, dt: f64) {
+        let way = if waits { dt } else { -dt } / STANDS_S;
+        self.stands = (self.stands + way).clamp(0.0, 1.0);
+        self.waited_s += self.stands * dt;
+    }
+}
+
+/// Where a hand is in its own parts at a time of the group, s, and the area under that from the beginning, s².
+#[derive(Clone, Copy, Debug, Default)]
+struct Knot {
+    clock: f64,
+    own: f64,
+    area: f64,
+}
+
+impl TimeScale {
+    /// Returns the time scale of hands whose parts are in order; one that was taught before the one ahead of it ended begins when that ended. Where it
+    /// changes its speed it does so within `eased_s` before and after.
+    pub fn of(hands: &[Vec<Part>], eased_s: f64) -> Self {
+        let hands: Vec<Vec<Part>> = hands.iter().map(|parts| in_order(parts)).collect();
+        let hands = hands.as_slice();
+        let mut times: Vec<f64> = hands.iter().flatten().flat_map(|part| part.taught).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup_by(|after, before| *after - *before < SAME_S);
+        let mut made: Vec<Vec<Knot>> = hands.iter().map(|_| vec![Knot::default()]).collect();
+        let mut now = 0.0;
+        for (index, &time) in times.iter().enumerate() {
+            let at_once = |part: &Part| {
+                let shown = part.taught[1] - part.taught[0] >= SAME_S;
+                if !shown && (part.taught[0] - time).abs() < SAME_S { part.needs_s } else { 0.0 }
+            };
+            go_on(hands, &mut made, &mut now, &at_once);
+            let Some(&next) = times.get(index + 1) else { continue };
+            let between = |part: &Part| {
+                let [from, to] = part.taught;
+                let covers = from < time + SAME_S && to > next - SAME_S;
+                if covers && to - from >= SAME_S { part.needs_s * (next - time) / (to - from) } else { 0.0 }
+            };
+            go_on(hands, &mut made, &mut now, &between);
+        }
+        Self { hands: made, eased_s }
+    }
+
+    /// How long all of it takes, s.
+    pub fn duration(&self) -> f64 {
+        self.hands.iter().filter_map(|knots| knots.last()).map(|knot| knot.clock).fold(0.0, f64::max)
+    }
+
+    /// When every hand has come to the end of its parts, s: where it changes its speed that takes a little longer.
+    pub fn over(&self) -> f64 {
+        self.duration() + self.eased_s
+    }
+
+    /// Where a hand is in its own parts, s.
+    pub fn at(&self, hand: usize, time: f64) -> f64 {
+        let Some(knots) = self.hands.get(hand) else { return 0.0 };
+        if self.eased_s <= 0.0 {
+            return seen(knots, time).own;
+        }
+        // The mean over the time about now; before the beginning it stood where it begins.
+        let area = |time: f64| if time < 0.0 { time * knots[0].own } else { seen(knots, time).area };
+        (area(time + self.eased_s) - area(time - self.eased_s)) / (2.0 * self.eased_s)
+    }
+
+    /// When a hand is at a time of its own parts first, s.
+    pub fn when(&self, hand: usize, own: f64) -> f64 {
+        let Some(knots) = self.hands.get(hand) else { return 0.0 };
+        let after = knots.partition_point(|knot| knot.own < own);
+        match (after.checked_sub(1).and_then(|before| knots.get(before)), knots.get(after)) {
+            (Some(from), Some(to)) => from.clock + (to.clock - from.clock) * (own - from.own) / (to.own - from.own),
+            (None, Some(first)) => first.clock,
+            (last, None) => last.map_or(0.0, |last| last.clock),
+        }
+    }
+}
+
+/// Parts that do not overlap.
+fn in_order(parts: &[Part]) -> Vec<Part> {
+    let mut ended = f64::NEG_INFINITY;
+    let ordered = parts.iter().map(|part| {
+        let from = part.taught[0].max(ended);
+        ended = part.taught[1].max(from);
+        Part { taught: [from, ended], ..*part }
+    });
+    ordered.collect()
+}
+
+/// Lets time pass until every hand has done what it needs time for.
+fn go_on(hands: &[Vec<Part>], made: &mut [Vec<Knot>], now: &mut f64, needs: &dyn Fn(&Part) -> f64) {
+    let each: Vec<f64> = hands.iter().map(|parts| parts.iter().map(needs).sum()).collect();
+    let longest = each.iter().copied().fold(0.0, f64::max);
+    if longest <= 0.0 {
+        return;
+    }
+    *now += longest;
+    for (knots, own) in made.iter_mut().zip(each) {
+        let Some(&before) = knots.last() else { continue };
+        let area = before.area + longest * (before.own + own / 2.0);
+        knots.push(Knot { clock: *now, own: before.own + own, area });
+    }
+}
+
+/// What is between two knots; after the last one it stands.
+fn seen(knots: &[Knot], time: f64) -> Knot {
+    let index = knots.partition_point(|knot| knot.clock <= time).saturating_sub(1);
+    let before = knots[index];
+    let since = (time - before.clock).max(0.0);
+    let speed = knots.get(index + 1).map_or(0.0, |next| (next.own - before.own) / (next.clock - before.clock));
+    let own = before.own + speed * since;
+    Knot { clock: time, own, area: before.area + since * (before.own + own) / 2.0 }
+}

@@ -1,0 +1,169 @@
+//! A hand at work: what it is, what it does now, and what it remembers from one step to the next.
+
+use crate::base::error::InputError;
+use crate::base::hands::Side;
+use crate::base::pose::from_seven;
+use crate::base::scene::Scene;
+use crate::command::Task;
+use crate::robot::control::behavior::{Behavior, Progress, Searched, Sensed, holds};
+use crate::robot::control::behaviors::behaviors;
+use crate::robot::control::executor::Executor;
+use crate::robot::model::robot::Robot;
+use crate::robot::planning::hand_planner::{HandPlanner, Place};
+use crate::robot::planning::plan::{Plan, Target};
+use crate::robot::planning::schedule::HandPlans;
+use crate::world::{MovedHand, Mover, Observation, Pushed, STEP_S};
+use nalgebra::{Isometry3, Vector3};
+
+/// A hand at work.
+pub(super) struct HandAgent<'t> {
+    pub(super) planner: HandPlanner,
+    pub(super) executor: Executor,
+    /// What it is to do now.
+    pub(super) target: Target,
+    /// The part of a task that it does now; `None` when it does nothing.
+    pub(super) doing: Option<Doing<'t>>,
+    behaviors: Vec<Box<dyn Behavior>>,
+    /// Its place among the hands of the scene.
+    place: usize,
+}
+
+/// A part of a task.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doing<'t> {
+    /// Index of the task.
+    pub(super) task: usize,
+    /// Index of its object among the bodies.
+    pub(super) body: usize,
+    /// The primitive.
+    pub(super) primitive: &'t str,
+    /// Whether the object is lost, so that nothing is done about it.
+    pub(super) lost: bool,
+    /// From where the hole of the task was demonstrated to where it is seen.
+    hole_off: Option<Isometry3<f64>>,
+}
+
+impl<'t> HandAgent<'t> {
+    /// Returns the hand of a side before its first task. `scene` has the person's hands.
+    ///
+    /// # Errors
+    /// As [`HandPlanner::begin`].
+    pub(super) fn begin(
+        (place, side): (usize, Side),
+        limb: &Robot,
+        tasks: &[Task],
+        scene: &Scene,
+        see: &Place<'_>,
+    ) -> Result<Self, InputError> {
+        let (planner, start, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
+        let executor = Executor::new(limb.clone(), planner.hand.clone(), start, scene.gravity());
+        Ok(Self { planner, executor, target, doing: None, behaviors: Vec::new(), place })
+    }
+
+    /// Returns its plans of a group of tasks, as slow as its arm needs it, and begins with new behaviors.
+    ///
+    /// # Errors
+    /// A task that cannot be planned.
+    pub(super) fn plan(
+        &mut self,
+        tasks: &'t [Task],
+        group: &[usize],
+        scene: &Scene,
+        see: &Place<'_>,
+    ) -> Result<HandPlans<'t>, InputError> {
+        self.behaviors = behaviors(&self.planner.hand, tasks, scene);
+        let mut q = self.executor.wanted();
+        let (limb, root) = (self.executor.robot(), self.executor.motion.root);
+        let mut planner = self.planner.clone();
+        let stretch = &mut |plan: &mut Plan<'t>, from_s: f64| self.planner.slow_down(limb, &root, plan, from_s, &mut q);
+        let plans = planner.plans(tasks, group, limb, self.executor.wanted_palm(), see, stretch)?;
+        self.planner = planner;
+        Ok(plans)
+    }
+
+    /// Sets its target to what a plan has at a time of its own, s; `lost` tells whether a body is lost.
+    pub(super) fn follow(
+        &mut self,
+        now: Option<(usize, &Plan<'t>, f64)>,
+        tasks: &[Task],
+        bodies: &[usize],
+        see: &Place<'_>,
+        lost: &dyn Fn(usize) -> bool,
+    ) {
+        self.doing = None;
+        let Some((number, plan, own_s)) = now else { return };
+        let (task, body) = (&tasks[number], bodies[number]);
+        self.target = plan.at(own_s);
+        // The hole is where its body is, which need not be where the person's was; what is not known of it is felt.
+        let hole_off = task.into.as_ref().and_then(|into| Some(see(&into.body)? * from_seven(&into.pose).inverse()));
+        let lost = lost(body);
+        if let Some(off) = hole_off.filter(|_| !lost) {
+            self.target.blend_toward(&off, plan.leans(own_s));
+        }
+        self.doing = Some(Doing { task: number, body, primitive: plan.primitive(own_s), lost, hole_off });
+    }
+
+    /// Returns what it does with an object that is there.
+    pub(super) fn at_work(&self) -> Option<Doing<'t>> {
+        self.doing.filter(|doing| !doing.lost)
+    }
+
+    /// Returns the body that it holds or pushes about.
+    pub(super) fn holds(&self) -> Option<usize> {
+        self.at_work().filter(|_| holds(&self.target) || self.target.pushed).map(|doing| doing.body)
+    }
+
+    /// Returns how many behaviors it has.
+    pub(super) fn n_behaviors(&self) -> usize {
+        self.behaviors.len()
+    }
+
+    /// Lets a behavior correct its target; `object` is where its object is seen, and `shared` whether another hand holds it as well.
+    pub(super) fn behave(
+        &mut self,
+        behavior: usize,
+        object: Isometry3<f64>,
+        shared: bool,
+        seen: &Observation,
+    ) -> Progress {
+        let (Some(doing), Some(behavior)) = (self.at_work(), self.behaviors.get_mut(behavior)) else {
+            return Progress::GoesOn;
+        };
+        let sensed = Sensed {
+            task: doing.task,
+            object,
+            body: doing.body,
+            tips: &seen.hands[self.place].tips,
+            hole_off: doing.hole_off.unwrap_or_else(Isometry3::identity),
+            inserts: doing.primitive == "Insert",
+            shared,
+        };
+        behavior.apply(&sensed, &mut self.target, STEP_S)
+    }
+
+    /// Decides what its motors do to come to its target.
+    pub(super) fn actuate(&mut self, seen: &Observation) {
+        let tips = &seen.hands[self.place].tips;
+        let forces: Vec<Vector3<f64>> =
+            tips.iter().map(|tip| tip.touches.iter().map(|touch| touch.force).sum()).collect();
+        self.executor.set_target(&self.target, &forces);
+    }
+
+    /// Returns the result of a search in a task.
+    pub(super) fn searched(&self, task: usize) -> Option<Searched> {
+        self.behaviors.iter().find_map(|behavior| behavior.searched(task))
+    }
+}
+
+/// The hands of a scene, in its order.
+impl Mover for Vec<HandAgent<'_>> {
+    fn hand(&self, hand: usize) -> MovedHand {
+        self[hand].executor.moved()
+    }
+
+    fn advance(&mut self, pushed: &[Vec<Pushed>], dt: f64) {
+        for (hand, pushed) in self.iter_mut().zip(pushed) {
+            hand.executor.advance(pushed, dt);
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! The judge: how far each task ended from where the person left its object, and how well palm and fingertips followed.
+
+use super::force_tolerance::Forces;
+use super::observer::{Observer, Step};
+use crate::base::hands::Side;
+use crate::base::scene::Scene;
+use crate::command::{Task, hole_of};
+use crate::robot::control::behavior::Searched;
+use crate::world::Observation;
+use nalgebra::{Isometry3, Vector3};
+
+/// Where the object must end, m, to be where the person left it.
+pub const WITHIN_M: f64 = 0.005;
+/// The same of its turn, rad.
+pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
+/// Forces that are commanded above this are compared with what is exerted, N.
+const COMPARED_N: f64 = 0.05;
+
+/// What came of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// Its name.
+    pub task: String,
+    /// The hand that did it.
+    pub side: Side,
+    /// The object.
+    pub object: String,
+    /// How far the object is from where the person left it, m; when another hand took it on, from where that one left it.
+    pub off: f64,
+    /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
+    pub turned: f64,
+    /// How far it leans from how it stood there, rad.
+    pub leaning: f64,
+    /// How fast it still moves when it is looked at, m/s.
+    pub speed: f64,
+    /// The largest distance of the palm from where it was to be, m.
+    pub palm_error: f64,
+    /// The largest force of a fingertip, N.
+    pub largest_force: f64,
+    /// The mean over time and fingers of how far the fingertip forces are from the commanded ones while held, N.
+    pub force_error: f64,
+    /// How contact forces were beside their profile.
+    pub forces: Forces,
+    /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
+    pub searched: Option<Searched>,
+    /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
+    pub fell_s: Option<f64>,
+    /// Whether the object is where the person left it.
+    pub done: bool,
+}
+
+/// What is gathered of each task while it is performed.
+pub(super) struct Judge {
+    tasks: Vec<Tally>,
+}
+
+/// What is gathered of a task.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    palm_error: f64,
+    largest_force: f64,
+    /// The sum of the errors of fingertip forces, N, and how many there were.
+    force_error: f64,
+    compared: f64,
+}
+
+/// What of a task other observers found.
+pub(super) struct Findings {
+    pub(super) side: Side,
+    pub(super) searched: Option<Searched>,
+    pub(super) fell_s: Option<f64>,
+    pub(super) forces: Forces,
+}
+
+impl Judge {
+    /// The judge of so many tasks, before any step.
+    pub(super) fn new(tasks: usize) -> Self {
+        Self { tasks: vec![Tally::default(); tasks] }
+    }
+
+    /// Returns what came of a task (its number and itself) whose object, the body of this index, was to end at `wanted`.
+    pub(super) fn outcome(
+        &self,
+        (number, task): (usize, &Task),
+        body: usize,
+        found: Findings,
+        wanted: &Isometry3<f64>,
+        scene: &Scene,
+        seen: &Observation,
+    ) -> Outcome {
+        let tally = &self.tasks[number];
+        let end = seen.bodies[body].pose;
+        let off = (end.translation.vector - wanted.translation.vector).norm();
+        // What is in a hole may have turned about its axis.
+        let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
+        let axis = |pose: &Isometry3<f64>| hole_of(scene, &task.object, pose, &now).map(|hole| hole.axis);
+        let turned = match (axis(&end), axis(wanted)) {
+            (Some(axis), Some(_)) => {
+                let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
+                own(&end).angle(&own(wanted))
+            }
+            _ => end.rotation.angle_to(&wanted.rotation),
+        };
+        let up = wanted.rotation.inverse() * Vector3::z();
+        Outcome {
+            task: task.task.clone(),
+            side: found.side,
+            object: task.object.clone(),
+            off,
+            turned,
+            leaning: (end.rotation * up).angle(&Vector3::z()),
+            speed: seen.bodies[body].velocity.norm(),
+            palm_error: tally.palm_error,
+            largest_force: tally.largest_force,
+            force_error: tally.force_error / f64::max(tally.compared, 1.0),
+            forces: found.forces,
+            searched: found.searched,
+            fell_s: found.fell_s,
+            done: off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none(),
+        }
+    }
+}
+
+impl Observer for Judge {
+    fn look(&mut self, step: &Step<'_>) {
+        for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
+            let Some(doing) = hand.doing else { continue };
+            let (target, tally) = (&hand.target, &mut self.tasks[doing.task]);
+            let off = (hand.executor.palm().translation.vector - target.palm.translation.vector).norm();
+            tally.palm_error = tally.palm_error.max(off);
+            for tip in &felt.tips {
+                let force = tip.force_on(doing.body);
+                tally.largest_force = tally.largest_force.max(force.norm());
+                let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
+                if let Some((.., wanted)) = wanted.filter(|(.., wanted)| wanted.norm() > COMPARED_N) {
+                    tally.force_error += (force - wanted).norm();
+                    tally.compared += 1.0;
+                }
+            }
+        }
+    }
+}

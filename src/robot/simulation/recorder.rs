@@ -1,0 +1,100 @@
+//! The robot's recording: the columns of a person's, measured without noise.
+
+use super::observer::{Observer, Step};
+use crate::base::recording::{Column, Recording};
+use crate::base::scene::{Role, Scene};
+use crate::base::units::Dimension;
+use crate::world::{Observation, STEP_S};
+use nalgebra::{Isometry3, Vector3};
+
+/// One step in so many is recorded: 250 a second.
+pub const RECORDED: usize = 4;
+/// Values are kept to this many to one unit.
+const UNIT: f64 = 1e7;
+
+/// Gathers rows.
+pub(crate) struct Recorder {
+    names: Vec<(String, Dimension)>,
+    columns: Vec<Vec<f64>>,
+    objects: Vec<usize>,
+    rows: usize,
+}
+
+impl Recorder {
+    pub(crate) fn new(scene: &Scene, seen: &Observation) -> Self {
+        let mut names: Vec<(String, Dimension)> = Vec::new();
+        let vector = |names: &mut Vec<(String, Dimension)>, name: &str, dimension| {
+            names.extend(["x", "y", "z"].map(|part| (format!("{name}.{part}"), dimension)));
+        };
+        let turn = |names: &mut Vec<(String, Dimension)>, name: &str| {
+            names.extend(["w", "x", "y", "z"].map(|part| (format!("{name}.{part}"), Dimension::NONE)));
+        };
+        for (side, hand) in &scene.hands {
+            for finger in &hand.fingers {
+                vector(&mut names, &format!("{side}.{finger}.position"), Dimension::LENGTH);
+                vector(&mut names, &format!("{side}.{finger}.force"), Dimension::FORCE);
+            }
+            vector(&mut names, &format!("{side}.palm.position"), Dimension::LENGTH);
+            turn(&mut names, &format!("{side}.palm.rotation"));
+        }
+        let bodies: Vec<_> = scene.bodies.iter().collect();
+        for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
+            vector(&mut names, &format!("{name}.position"), Dimension::LENGTH);
+            turn(&mut names, &format!("{name}.rotation"));
+            vector(&mut names, &format!("{name}.velocity"), Dimension::SPEED);
+            vector(&mut names, &format!("{name}.angular_velocity"), Dimension::ANGULAR_SPEED);
+        }
+        for contact in &seen.contacts {
+            let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
+            vector(&mut names, &format!("contact.{name}.{other}.force"), Dimension::FORCE);
+            vector(&mut names, &format!("contact.{name}.{other}.normal"), Dimension::NONE);
+        }
+        let objects = (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect();
+        Self { columns: vec![Vec::new(); names.len()], names, objects, rows: 0 }
+    }
+
+    fn record(&mut self, seen: &Observation) {
+        let mut row: Vec<f64> = Vec::with_capacity(self.columns.len());
+        let pose = |row: &mut Vec<f64>, pose: &Isometry3<f64>| {
+            row.extend(pose.translation.vector.iter());
+            row.extend([pose.rotation.w, pose.rotation.i, pose.rotation.j, pose.rotation.k]);
+        };
+        for hand in &seen.hands {
+            for tip in &hand.tips {
+                row.extend(tip.position.coords.iter());
+                let force: Vector3<f64> = self.objects.iter().map(|&object| tip.force_on(object)).sum();
+                row.extend(force.iter());
+            }
+            pose(&mut row, &hand.palm);
+        }
+        for &object in &self.objects {
+            let body = &seen.bodies[object];
+            pose(&mut row, &body.pose);
+            row.extend(body.velocity.iter());
+            row.extend(body.angular_velocity.iter());
+        }
+        for contact in &seen.contacts {
+            row.extend(contact.force.iter());
+            row.extend(contact.normal.iter());
+        }
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push((value * UNIT).round() / UNIT + 0.0);
+        }
+        self.rows += 1;
+    }
+
+    pub(crate) fn finish(self, scene: &Scene) -> Recording {
+        let time = (0..self.rows).map(|row| (row * RECORDED) as f64 * STEP_S).collect();
+        let columns = self.names.into_iter().zip(self.columns);
+        let columns = columns.map(|((name, dimension), values)| (name, Column { dimension, values }));
+        Recording { time, columns: columns.collect(), scene: scene.clone(), ..Recording::default() }
+    }
+}
+
+impl Observer for Recorder {
+    fn look(&mut self, step: &Step<'_>) {
+        if step.in_group.is_multiple_of(RECORDED) {
+            self.record(step.seen);
+        }
+    }
+}

@@ -1,0 +1,65 @@
+//! What a simulated robot did, 100 times a second: what its pictures and plots are made of.
+
+use crate::base::hands::{Finger, Side};
+use crate::base::scene::Scene;
+use crate::robot::model::robot::Robot;
+use nalgebra::{Isometry3, Vector3};
+
+/// A robot's motion through all tasks.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// The hands that moved.
+    pub limbs: Vec<Limb>,
+    /// Where it was.
+    pub scene: Scene,
+    /// In order of time.
+    pub moments: Vec<Moment>,
+}
+
+/// A hand with what carries it.
+#[derive(Clone, Debug)]
+pub struct Limb {
+    /// Which hand.
+    pub side: Side,
+    /// Its links.
+    pub robot: Robot,
+}
+
+/// How a limb stands.
+#[derive(Clone, Debug)]
+pub struct Stance {
+    /// Values of its degrees of freedom, rad or m.
+    pub q: Vec<f64>,
+    /// Where its root is, reference frame.
+    pub root: Isometry3<f64>,
+}
+
+/// One instant of a task.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// Since the beginning, s.
+    pub time_s: f64,
+    /// Index of the task.
+    pub task: usize,
+    /// Index of the limb that does it.
+    pub limb: usize,
+    /// What is being done.
+    pub primitive: String,
+    /// How every limb stands.
+    pub stances: Vec<Stance>,
+    /// Where the scene's bodies are, in their order, reference frame.
+    pub bodies: Vec<Isometry3<f64>>,
+    /// Forces on the task's object, in the order of the hand's fingers.
+    pub forces: Vec<FingerForce>,
+}
+
+/// A fingertip's force on the object, frame of the object, N.
+#[derive(Clone, Copy, Debug)]
+pub struct FingerForce {
+    /// Which.
+    pub finger: Finger,
+    /// As commanded.
+    pub wanted: Vector3<f64>,
+    /// As it is.
+    pub exerted: Vector3<f64>,
+}

@@ -1,0 +1,60 @@
+//! The tracer: makes the trace of a simulation.
+
+use super::hand_agent::HandAgent;
+use super::observer::{Observer, Step};
+use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
+use crate::base::scene::Scene;
+use crate::robot::planning::plan::Target;
+use crate::world::{BodyState, TipState};
+use nalgebra::Vector3;
+
+/// One step in so many is traced: 100 a second.
+const TRACED: usize = 10;
+
+/// The trace so far.
+pub(super) struct Tracer {
+    pub(super) trace: Trace,
+}
+
+impl Tracer {
+    /// The trace of limbs in a scene before any step.
+    pub(super) fn new(limbs: Vec<Limb>, scene: &Scene) -> Self {
+        Self { trace: Trace { limbs, scene: scene.clone(), moments: Vec::new() } }
+    }
+}
+
+impl Observer for Tracer {
+    fn look(&mut self, step: &Step<'_>) {
+        if !step.in_group.is_multiple_of(TRACED) {
+            return;
+        }
+        for (limb, (hand, felt)) in step.hands.iter().zip(&step.seen.hands).enumerate() {
+            let Some(doing) = hand.doing else { continue };
+            self.trace.moments.push(Moment {
+                time_s: step.time_s(),
+                task: doing.task,
+                limb,
+                primitive: doing.primitive.to_string(),
+                stances: step.hands.iter().map(stance).collect(),
+                bodies: step.seen.bodies.iter().map(|body| body.pose).collect(),
+                forces: forces(&hand.target, &felt.tips, doing.body, &step.seen.bodies[doing.body]),
+            });
+        }
+    }
+}
+
+fn stance(hand: &HandAgent<'_>) -> Stance {
+    let motion = &hand.executor.motion;
+    Stance { q: motion.q.iter().copied().collect(), root: motion.root }
+}
+
+/// Commanded and exerted forces on a task's object, in its frame.
+fn forces(target: &Target, tips: &[TipState], body: usize, object: &BodyState) -> Vec<FingerForce> {
+    let forces = tips.iter().map(|tip| {
+        let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
+        let wanted = wanted.map_or_else(Vector3::zeros, |(.., force)| *force);
+        let [wanted, exerted] = [wanted, tip.force_on(body)].map(|force| object.pose.inverse_transform_vector(&force));
+        FingerForce { finger: tip.finger, wanted, exerted }
+    });
+    forces.collect()
+}

@@ -1,0 +1,323 @@
+//! The result of an analysis: tracks with segments and tasks, and its forms as JSON, CSV, text and HTML.
+
+use super::error::Error;
+use super::explain::{Explanations, Question};
+use super::log::Log;
+use super::rules::Rules;
+use super::run::Run;
+use super::streaming;
+use crate::analysis::json::Meta;
+use crate::analysis::{self, Analysis as Found, Segment as Stretch, TaskSpan, Track as Lane, Who, explain};
+use crate::base::error::ErrorKind;
+use crate::report::{self, Style};
+use crate::stream::frames::Issue;
+use std::fmt;
+use std::ops::Range;
+use std::sync::OnceLock;
+
+/// What the rules found in a log.
+#[derive(Clone)]
+pub struct Analysis {
+    found: Found,
+    meta: Meta,
+    rules: Rules,
+    log: Log,
+    /// What explanations and the report need; made when it is asked for where the log was read in windows.
+    run: OnceLock<Run>,
+}
+
+impl Analysis {
+    pub(crate) fn new(rules: &Rules, log: &Log) -> Result<Self, Error> {
+        let meta = Meta {
+            log: log.name(),
+            binding: log.binding().map(|path| path.display().to_string()),
+            rules: rules.files().map(str::to_string).collect(),
+            digest: rules.digest(),
+            params: rules.params().to_vec(),
+        };
+        let of = |found, run| Self { found, meta, rules: rules.clone(), log: log.clone(), run };
+        if let Some(flow) = log.flow()
+            && let Some(found) = streaming::analyze(rules.set(), flow)
+        {
+            return Ok(of(found, OnceLock::new()));
+        }
+        let (run, found) = Run::analyzed(rules.set(), log.opened()?, log.binding().is_some())?;
+        Ok(of(found, OnceLock::from(run)))
+    }
+
+    /// The tracks that the log has: left, right, both.
+    pub fn tracks(&self) -> impl Iterator<Item = Track<'_>> {
+        self.found.tracks.iter().map(|inner| Track { inner })
+    }
+
+    /// The track of a hand or of both.
+    pub fn track(&self, who: Who) -> Option<Track<'_>> {
+        self.found.track(who).map(|inner| Track { inner })
+    }
+
+    /// The tasks of all tracks, by the time when they start.
+    pub fn tasks(&self) -> Vec<Task<'_>> {
+        let mut tasks: Vec<Task> = self.tracks().flat_map(Track::tasks).collect();
+        tasks.sort_by(|a, b| a.start_s().total_cmp(&b.start_s()));
+        tasks
+    }
+
+    /// The segments of all tracks after relabeling, by the time when they start.
+    pub fn segments(&self) -> Vec<Segment<'_>> {
+        let mut segments: Vec<Segment> = self.tracks().flat_map(Track::segments).collect();
+        segments.sort_by(|a, b| a.start_s().total_cmp(&b.start_s()));
+        segments
+    }
+
+    /// What was wrong with the log and how it was treated, and, for a log with a binding, which primitives cannot be detected in it.
+    pub fn issues(&self) -> &[Issue] {
+        &self.found.issues
+    }
+
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.found.frames
+    }
+
+    /// Frames per second.
+    pub fn rate_hz(&self) -> f64 {
+        self.found.rate_hz
+    }
+
+    /// When the log starts, s.
+    pub fn start_s(&self) -> f64 {
+        self.found.start_s
+    }
+
+    /// When the log ends, s.
+    pub fn end_s(&self) -> f64 {
+        self.found.end_s
+    }
+
+    /// The rules that were run.
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// The log that was analyzed.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// Explains why tracks have their labels at a time, and why not others. Reads the log into memory.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`]: a time outside the log, a track without a tree, a primitive that no tree returns.
+    pub fn explain(&self, question: &Question) -> Result<Explanations, Error> {
+        Explanations::new(self, question)
+    }
+
+    /// The analysis as JSON (docs/formats.md).
+    pub fn json(&self) -> String {
+        analysis::json::json(&self.found, &self.meta)
+    }
+
+    /// The segments and tasks as a CSV table.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Internal`], when the table cannot be written.
+    pub fn csv(&self) -> Result<String, Error> {
+        analysis::csv::csv(&self.found, &self.meta).map_err(|error| Error::new(error, ErrorKind::Internal))
+    }
+
+    /// The timeline and lists for a terminal.
+    pub fn text(&self, style: Style) -> String {
+        report::text(&self.found, &self.meta, style)
+    }
+
+    /// The report: a page for browsers that needs no network. Reads the log into memory.
+    ///
+    /// # Errors
+    /// What is wrong with the log, as for [`Rules::analyze`].
+    pub fn html(&self) -> Result<String, Error> {
+        let recording = &self.log.opened()?.recording;
+        report::html(&self.explained()?, recording, &self.meta).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+    }
+
+    /// The same as plain data.
+    pub(crate) fn found(&self) -> &Found {
+        &self.found
+    }
+
+    /// What was analyzed, by which rules.
+    pub(crate) fn meta(&self) -> &Meta {
+        &self.meta
+    }
+
+    /// What the rules read, and what their trees returned.
+    pub(crate) fn run(&self) -> Result<&Run, Error> {
+        if self.run.get().is_none() {
+            let run = Run::new(self.rules.set(), self.log.opened()?)?;
+            // Another thread may have been faster; both made the same.
+            let _ = self.run.set(run);
+        }
+        self.run.get().ok_or_else(|| Error::internal("a run of rules is lost"))
+    }
+
+    /// Everything that explanations are made of.
+    pub(crate) fn explained(&self) -> Result<explain::Analysed<'_>, Error> {
+        let Run { frames, leaves } = self.run()?;
+        Ok(explain::Analysed { rules: self.rules.set(), frames, leaves, analysis: &self.found })
+    }
+}
+
+impl fmt::Debug for Analysis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Analysis").field("found", &self.found).field("meta", &self.meta).finish_non_exhaustive()
+    }
+}
+
+/// The segments and tasks of one hand, or the coordination of both.
+#[derive(Clone, Copy, Debug)]
+pub struct Track<'a> {
+    inner: &'a Lane,
+}
+
+impl<'a> Track<'a> {
+    /// Whose it is.
+    pub fn who(self) -> Who {
+        self.inner.who
+    }
+
+    /// The tasks, in order of time; none for both hands, whose coordination is part of each hand's tasks.
+    pub fn tasks(self) -> impl Iterator<Item = Task<'a>> {
+        let who = self.who();
+        self.inner.tasks.iter().map(move |span| Task { who, span })
+    }
+
+    /// The segments after relabeling, in order of time. Those of a hand leave out no frame, except in gaps of the log.
+    pub fn segments(self) -> impl Iterator<Item = Segment<'a>> {
+        let who = self.who();
+        self.inner.relabelled.iter().map(move |inner| Segment { who, inner })
+    }
+
+    /// The segments as the trees returned them, settled, before relabeling.
+    pub fn raw_segments(self) -> impl Iterator<Item = Segment<'a>> {
+        let who = self.who();
+        self.inner.segments.iter().map(move |inner| Segment { who, inner })
+    }
+}
+
+/// A named task: some segments of a hand, one after the other.
+///
+/// `Display` writes one line: `right pick_and_place, 0.310 – 4.820 s`.
+#[derive(Clone, Copy, Debug)]
+pub struct Task<'a> {
+    who: Who,
+    span: &'a TaskSpan,
+}
+
+impl<'a> Task<'a> {
+    /// The name of the task in the rules, or `unknown` where something was handled in a way that no task of the rules describes.
+    pub fn name(self) -> &'a str {
+        &self.span.task
+    }
+
+    /// Whose it is.
+    pub fn track(self) -> Who {
+        self.who
+    }
+
+    /// The frames `[start, end)`, counted from the first frame of the log.
+    pub fn frames(self) -> Range<usize> {
+        self.span.frames.clone()
+    }
+
+    /// When it starts, s.
+    pub fn start_s(self) -> f64 {
+        self.span.start_s
+    }
+
+    /// When it ends, s.
+    pub fn end_s(self) -> f64 {
+        self.span.end_s
+    }
+
+    /// The other tasks of the rules that match here too, by priority.
+    pub fn also(self) -> &'a [String] {
+        &self.span.secondary
+    }
+
+    /// Whether its beginning is cut off, by the start of the log or by a gap.
+    pub fn is_cut_at_start(self) -> bool {
+        self.span.open_start
+    }
+
+    /// Whether its end is cut off, by the end of the log or by a gap.
+    pub fn is_cut_at_end(self) -> bool {
+        self.span.open_end
+    }
+
+    /// Its segments after relabeling.
+    pub fn segments(self) -> impl Iterator<Item = Segment<'a>> {
+        let who = self.who;
+        self.span.segments.iter().map(move |inner| Segment { who, inner })
+    }
+}
+
+impl fmt::Display for Task<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}, {:.3} – {:.3} s", self.who, self.span.task, self.span.start_s, self.span.end_s)?;
+        match report::remarks(self.span).as_str() {
+            "" => Ok(()),
+            remarks => write!(f, "; {remarks}"),
+        }
+    }
+}
+
+/// A stretch of time with one primitive.
+///
+/// `Display` writes one line: `right Grasp, 1.250 – 1.500 s`.
+#[derive(Clone, Copy, Debug)]
+pub struct Segment<'a> {
+    who: Who,
+    inner: &'a Stretch,
+}
+
+impl<'a> Segment<'a> {
+    /// The primitive: `Grasp`, `MainGrasp(left)`.
+    pub fn primitive(self) -> &'a str {
+        &self.inner.primitive
+    }
+
+    /// Whose it is.
+    pub fn track(self) -> Who {
+        self.who
+    }
+
+    /// The frames `[start, end)`, counted from the first frame of the log.
+    pub fn frames(self) -> Range<usize> {
+        self.inner.frames.clone()
+    }
+
+    /// When it starts, s.
+    pub fn start_s(self) -> f64 {
+        self.inner.start_s
+    }
+
+    /// When it ends, s: when the next one starts.
+    pub fn end_s(self) -> f64 {
+        self.inner.end_s
+    }
+
+    /// The primitives of this time before relabeling, in order; empty where no rule changed anything.
+    pub fn was(self) -> &'a [String] {
+        &self.inner.was
+    }
+
+    /// The relabeling rules that changed it, as their authors wrote them, in the order in which they did.
+    pub fn changed_by(self) -> &'a [String] {
+        &self.inner.by
+    }
+}
+
+impl fmt::Display for Segment<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}, {:.3} – {:.3} s", self.who, self.inner.primitive, self.inner.start_s, self.inner.end_s)
+    }
+}

@@ -1,0 +1,142 @@
+//! Rules with other values of params, evaluated over logs in memory and scored against the truth: what `fit` searches with.
+
+use super::error::Error;
+use super::log::Log;
+use super::rules::Rules as Loaded;
+use super::run::{Run, channels, leaves};
+use crate::analysis::fit::{Point, Space, Worth};
+use crate::analysis::json::Meta;
+use crate::analysis::score::{Stage, Tally, Truth, score};
+use crate::analysis::{self, Analysis, check_rate};
+use crate::base::channels::ChannelSpec;
+use crate::base::diagnostic::Severity;
+use crate::base::error::{ErrorKind, InputError};
+use crate::graph::{Graph, lower};
+use crate::language::{self, Request, Rules};
+use crate::stream::Opened;
+use rayon::prelude::*;
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// A recording with what does not change while params do.
+pub struct Recording {
+    log: Log,
+    truth: Truth,
+    channels: Vec<ChannelSpec>,
+    run: Run,
+    meta: Meta,
+}
+
+impl Recording {
+    /// Runs the rules as they are; `truth` says what is true.
+    pub fn open(
+        log: &Log,
+        rules: &Loaded,
+        truth: impl FnOnce(&Opened, &Analysis) -> Result<Truth, InputError>,
+    ) -> Result<Self, Error> {
+        let opened = log.opened()?;
+        let (run, found) = Run::analyzed(rules.set(), opened, false)?;
+        let argument = |error| Error::new(error, ErrorKind::Argument);
+        let truth = truth(opened, &found).map_err(argument)?;
+        let meta = Meta { log: log.name(), ..Meta::default() };
+        // A log that cannot be scored at all is refused before the search.
+        score(&truth, &found, Stage::Relabelled, &meta).map_err(argument)?;
+        Ok(Self { log: log.clone(), truth, channels: channels(rules.set()), run, meta })
+    }
+
+    /// What changed rules are worth on it; nothing when they cannot run.
+    fn worth(&self, set: &Compiled, stage: Stage) -> Option<Worth> {
+        let Compiled { rules, graph, is_base, channels } = set;
+        // A default of a channel may read a param: then what is derived is derived again.
+        let anew = if *channels == self.channels { None } else { Some(self.log.opened().ok()?.frames(channels).ok()?) };
+        let frames = anew.as_ref().unwrap_or(&self.run.frames);
+        let same = *is_base && anew.is_none();
+        let again = if same {
+            check_rate(rules, frames.layout.rate_hz).map(|()| None)
+        } else {
+            leaves(rules, graph, frames).map(Some)
+        };
+        let found = analysis::analyse(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
+        let mut tally = Tally::default();
+        score(&self.truth, &found, stage, &self.meta).ok()?.iter().for_each(|row| tally.add(&row.tally));
+        Some(Worth::new(&tally))
+    }
+}
+
+/// Rules with other values.
+struct Compiled {
+    rules: Rules,
+    graph: Graph,
+    /// Whether the trees give the same leaves as with the values in the files: only settling, tasks or relabelling differ.
+    is_base: bool,
+    channels: Vec<ChannelSpec>,
+}
+
+/// The bits of a point.
+type Key = Vec<u64>;
+
+/// Runs rules over recordings, each point once.
+pub struct Runner {
+    /// The rules with the values in the files.
+    pub rules: Rules,
+    recordings: Vec<Recording>,
+    graph: Graph,
+    request: Request,
+    stage: Stage,
+    known: RefCell<BTreeMap<Key, Option<Rc<[Worth]>>>>,
+}
+
+impl Runner {
+    /// A runner of the rules that a request loads.
+    pub fn new(recordings: Vec<Recording>, rules: Rules, request: Request, stage: Stage) -> Self {
+        let graph = lower(&rules);
+        Self { rules, recordings, graph, request, stage, known: RefCell::default() }
+    }
+
+    /// The recordings by name.
+    pub fn names(&self) -> Vec<String> {
+        self.recordings.iter().map(|recording| recording.meta.log.clone()).collect()
+    }
+
+    /// What points are worth on each recording; nothing for those whose rules are wrong or cannot run.
+    pub fn worths(&self, space: &Space, points: &[Point]) -> Vec<Option<Rc<[Worth]>>> {
+        let key = |point: &Point| -> Key { point.iter().map(|value| value.to_bits()).collect() };
+        let mut new: Vec<&Point> = Vec::new();
+        for point in points {
+            if !self.known.borrow().contains_key(&key(point)) && !new.contains(&point) {
+                new.push(point);
+            }
+        }
+        let (request, graph) = (&self.request, &self.graph);
+        let sets: Vec<Option<Compiled>> = new.par_iter().map(|point| compiled(request, graph, space, point)).collect();
+        // Every recording of every point by itself; collecting keeps their order, so threads change nothing.
+        let (recordings, stage) = (&self.recordings, self.stage);
+        let jobs: Vec<(&Option<Compiled>, &Recording)> =
+            sets.iter().flat_map(|set| recordings.iter().map(move |recording| (set, recording))).collect();
+        let worths: Vec<Option<Worth>> =
+            jobs.par_iter().map(|(set, recording)| recording.worth(set.as_ref()?, stage)).collect();
+        for (point, worths) in new.iter().zip(worths.chunks(recordings.len().max(1))) {
+            let all: Option<Vec<Worth>> = worths.iter().copied().collect();
+            self.known.borrow_mut().insert(key(point), all.map(Rc::from));
+        }
+        let known = self.known.borrow();
+        points.iter().map(|point| known.get(&key(point)).cloned().flatten()).collect()
+    }
+}
+
+/// The rules at a point, checked as those of a file are: ranges, orders of thresholds and durations hold.
+fn compiled(request: &Request, base: &Graph, space: &Space, point: &Point) -> Option<Compiled> {
+    let mut request = request.clone();
+    for (knob, value) in space.knobs.iter().zip(point) {
+        if knob.value.to_bits() != value.to_bits() {
+            request.overrides.push((knob.name.clone(), knob.show(*value)));
+        }
+    }
+    let loaded = language::load(&request);
+    let wrong = loaded.diagnostics.iter().any(|found| found.severity == Severity::Error);
+    let rules = loaded.rules.filter(|_| !wrong)?;
+    let graph = lower(&rules);
+    let channels = channels(&rules);
+    Some(Compiled { is_base: graph.decides_like(base), rules, graph, channels })
+}

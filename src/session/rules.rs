@@ -1,0 +1,190 @@
+//! Rules: files and texts, a hand file, params; loaded for a log, with its defaults.
+
+use super::analysis::Analysis;
+use super::error::{Diagnostic, Error};
+use super::log::Log;
+use super::observability::{self, Observability};
+use super::run;
+use crate::base::diagnostic::Severity;
+use crate::graph::lower;
+use crate::language::{self, Request};
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// The rules of two hands.
+const OF_TWO_HANDS: &str = "bimanual.rules";
+
+/// Checked rules: what the primitives and tasks are that are looked for in a log. Clones share them.
+#[derive(Clone)]
+pub struct Rules(Arc<Inner>);
+
+struct Inner {
+    rules: language::Rules,
+    params: Vec<(String, String)>,
+    warnings: Vec<Diagnostic>,
+}
+
+impl Rules {
+    /// The rules that the command line takes for a log when none are named: the shipped `contact.rules`, for logs of two hands
+    /// `bimanual.rules`, with the hand file and the params that the binding of the log names.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](crate::ErrorKind::Rules), when a param or the hand file of the binding does not fit the rules.
+    pub fn for_log(log: &Log) -> Result<Self, Error> {
+        Self::options().for_log(log)
+    }
+
+    /// Options to load rules with: files, texts, a hand file, params.
+    pub fn options() -> RulesOptions {
+        RulesOptions::default()
+    }
+
+    /// Finds segments and tasks in a log. Constant memory is needed for a log that is read in windows ([`Log`]).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mismatch`](crate::ErrorKind::Mismatch), when the log lacks a channel that the rules read, or is sampled too slowly for a duration of the rules; what
+    /// is wrong with the rows of the log.
+    pub fn analyze(&self, log: &Log) -> Result<Analysis, Error> {
+        Analysis::new(self, log)
+    }
+
+    /// Lists which primitives these rules can detect in a log, by track, and which they cannot, with the reason. Reads the log into memory.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mismatch`](crate::ErrorKind::Mismatch), when the log lacks a channel that the rules require; what is wrong with the rows of the log.
+    pub fn observability(&self, log: &Log) -> Result<Observability, Error> {
+        let frames = run::frames(&self.0.rules, log.opened()?)?;
+        Ok(Observability { tracks: observability::tracks(&lower(&self.0.rules), &frames), issues: frames.issues })
+    }
+
+    /// The warnings about the rules: they can run, but something is hardly as meant.
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.0.warnings
+    }
+
+    /// The files that were read, in order, as they were named; shipped ones as `rules/contact.rules`.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.sources.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// The names of the primitives, in order of declaration.
+    pub fn primitives(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.primitives.iter().map(|primitive| primitive.name.as_str())
+    }
+
+    /// The names of the tasks, by priority: the first that matches names a task.
+    pub fn tasks(&self) -> impl Iterator<Item = &str> {
+        self.0.rules.tasks.iter().map(|task| task.name.as_str())
+    }
+
+    /// A hash of all texts and of the values of all params, as 16 hexadecimal digits. It does not depend on where the files lie.
+    pub fn digest(&self) -> String {
+        self.0.rules.digest()
+    }
+
+    /// The rule set of the language.
+    pub(crate) fn set(&self) -> &language::Rules {
+        &self.0.rules
+    }
+
+    /// The params that were set, with their values as they were written.
+    pub(crate) fn params(&self) -> &[(String, String)] {
+        &self.0.params
+    }
+
+    pub(crate) fn load(request: &Request) -> Result<Self, Error> {
+        let loaded = language::load(request);
+        let sources = Arc::new(loaded.sources);
+        let errors = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Error);
+        match loaded.rules {
+            Some(rules) if errors.is_empty() => {
+                let warnings = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Warning);
+                Ok(Self(Arc::new(Inner { rules, params: request.overrides.clone(), warnings })))
+            }
+            _ => Err(Error::rules(errors)),
+        }
+    }
+}
+
+impl fmt::Debug for Rules {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let files: Vec<&str> = self.files().collect();
+        f.debug_struct("Rules").field("files", &files).field("params", &self.0.params).finish_non_exhaustive()
+    }
+}
+
+/// What rules are loaded from. Made by [`Rules::options`].
+#[derive(Clone, Debug, Default)]
+pub struct RulesOptions {
+    files: Vec<PathBuf>,
+    texts: Vec<(String, String)>,
+    hand_file: Option<String>,
+    params: Vec<(String, String)>,
+}
+
+impl RulesOptions {
+    /// Adds a rule file: a path, or the name of a shipped file such as `bimanual.rules`.
+    #[must_use]
+    pub fn file(mut self, path: impl Into<PathBuf>) -> Self {
+        self.files.push(path.into());
+        self
+    }
+
+    /// Adds a text of rules, read after the files; `name` stands in messages. What the text uses is looked up among the shipped files:
+    /// `use "contact.rules"`.
+    #[must_use]
+    pub fn text(mut self, name: impl Into<String>, text: impl Into<String>) -> Self {
+        self.texts.push((name.into(), text.into()));
+        self
+    }
+
+    /// The hand file, which implements the abstract signals of the rules for a hardware: a path, or the name of a shipped file such as
+    /// `hand_flags.rules`. It wins over the one that the binding of a log names.
+    #[must_use]
+    pub fn hand_file(mut self, name: impl AsRef<Path>) -> Self {
+        self.hand_file = Some(name.as_ref().display().to_string());
+        self
+    }
+
+    /// Overrides a param; the value has its unit: `.param("touch_on", "0.1 N")`. It wins over the value that the binding of a log names.
+    #[must_use]
+    pub fn param(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
+        self.params.push((name.into(), value.into()));
+        self
+    }
+
+    /// Loads the rules for a log: where nothing else is said, with the files for its number of hands, and the hand file and params of its
+    /// binding.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](crate::ErrorKind::Rules), with the diagnostics.
+    pub fn for_log(self, log: &Log) -> Result<Rules, Error> {
+        Rules::load(&self.request_for(log))
+    }
+
+    /// Loads the rules without a log; `contact.rules` where none are named.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Rules`](crate::ErrorKind::Rules), with the diagnostics.
+    pub fn load(self) -> Result<Rules, Error> {
+        Rules::load(&self.request(Vec::new()))
+    }
+
+    /// What is loaded for a log.
+    pub(crate) fn request_for(mut self, log: &Log) -> Request {
+        let (hand_file, params) = log.settings();
+        self.hand_file = self.hand_file.or(hand_file);
+        if self.files.is_empty() && self.texts.is_empty() && log.hands().len() > 1 {
+            self.files.push(OF_TWO_HANDS.into());
+        }
+        self.request(params)
+    }
+
+    fn request(self, params: Vec<(String, String)>) -> Request {
+        let Self { files, texts, hand_file, params: own } = self;
+        // A later value of a param wins over an earlier one.
+        let overrides = params.into_iter().chain(own).collect();
+        Request { files, texts, hand_file, overrides, needs_tree: true, ..Request::default() }
+    }
+}

@@ -1,0 +1,81 @@
+//! The rules evaluated over a log in memory: frames with every channel that rules, tasks and reports read, then leaves, then the analysis.
+
+use super::error::Error;
+use super::observability;
+use crate::analysis::{self, Analysis, check_rate};
+use crate::base::channels::ChannelSpec;
+use crate::base::error::{ErrorKind, InputError};
+use crate::engine::evaluator::evaluate;
+use crate::engine::runs::Leaves;
+use crate::graph::{Graph, lower};
+use crate::language::Rules;
+use crate::report;
+use crate::stream::Opened;
+use crate::stream::frames::Frames;
+
+/// What the rules read, and what their trees returned.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// The frames of the log.
+    pub frames: Frames,
+    /// The leaves of each gap-free stretch.
+    pub leaves: Vec<Leaves>,
+}
+
+/// The channels to derive of a log for rules: those that the rules read, first and in their order, then those of the keys of tasks and of the
+/// reports. A raw channel that only a report reads may be missing in a log; its values are NaN then.
+pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
+    report::channels(rules)
+}
+
+/// The frames of a log, with the [`channels`] for rules.
+///
+/// # Errors
+/// [`ErrorKind::Mismatch`]: the log lacks a channel that the rules require.
+pub fn frames(rules: &Rules, opened: &Opened) -> Result<Frames, Error> {
+    opened.frames(&channels(rules)).map_err(mismatch)
+}
+
+fn mismatch(error: InputError) -> Error {
+    Error::new(error, ErrorKind::Mismatch)
+}
+
+/// Evaluates rules over frames that have their channels; `graph` is what the rules were lowered to.
+///
+/// # Errors
+/// The frames come too slowly for a duration of the rules.
+pub fn leaves(rules: &Rules, graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
+    check_rate(rules, frames.layout.rate_hz)?;
+    evaluate(graph, frames)
+}
+
+impl Run {
+    /// Evaluates rules over a log.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Mismatch`]: the log lacks a channel, or is sampled too slowly for a duration of the rules.
+    pub fn new(rules: &Rules, opened: &Opened) -> Result<Self, Error> {
+        Self::of_graph(rules, &lower(rules), opened)
+    }
+
+    fn of_graph(rules: &Rules, graph: &Graph, opened: &Opened) -> Result<Self, Error> {
+        let frames = frames(rules, opened)?;
+        let leaves = leaves(rules, graph, &frames).map_err(mismatch)?;
+        Ok(Self { frames, leaves })
+    }
+
+    /// Evaluates rules over a log, and finds segments and tasks. With a `binding`, primitives that cannot be detected are issues of the analysis.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn analyzed(rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
+        let graph = lower(rules);
+        let run = Self::of_graph(rules, &graph, opened)?;
+        let mut found = analysis::analyse(rules, &run.frames, &run.leaves);
+        if binding {
+            // A foreign log may lack channels; which primitives that hides is part of its analysis.
+            found.issues.extend(observability::issues(&graph, &run.frames));
+        }
+        Ok((run, found))
+    }
+}

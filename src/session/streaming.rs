@@ -1,0 +1,99 @@
+//! The rules evaluated over a log that is read in windows, with constant memory. The analysis is the same as of a log in memory.
+
+use super::run::channels;
+use crate::analysis::{self, Analysis};
+use crate::base::error::InputError;
+use crate::engine::evaluator::Evaluator;
+use crate::engine::runs::{Leaves, Run, append};
+use crate::graph::{Graph, lower};
+use crate::language::Rules;
+use crate::stream::flow::{Flow, Known, Part};
+use crate::stream::frames::{ColumnKey, Frames, Issue, Layout, Values};
+use crate::stream::series::Laid;
+
+/// Analyzes a log; `None` when the log has to be in memory for that, or when something is wrong with it: reading it into memory then returns
+/// the error.
+pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
+    let known = flow.look_through(&channels(rules))?;
+    analysis::check_rate(rules, known.rate_hz).ok()?;
+    let run = Running::new(rules, lower(rules)).over(&known).ok()?;
+    let Known { time, stretches, .. } = known;
+    let Running { leaves, laid, layout, issues, .. } = run;
+    let frames =
+        Frames { channels: channels(rules), len: time.len(), time, stretches, layout, issues, ..Frames::default() };
+    let found = analysis::analyse_series(rules, &frames, &laid, &leaves);
+    (!laid.failed()).then_some(found)
+}
+
+/// A run of rules over a log.
+struct Running {
+    graph: Graph,
+    evaluator: Option<Evaluator>,
+    leaves: Vec<Leaves>,
+    /// The columns that the tasks ask for later.
+    kept: Vec<u32>,
+    laid: Laid,
+    layout: Layout,
+    issues: Vec<Issue>,
+}
+
+impl Running {
+    fn new(rules: &Rules, graph: Graph) -> Self {
+        let kept = (0..).zip(channels(rules)).filter(|(_, it)| analysis::reads_later(rules, &it.name));
+        let kept = kept.map(|(channel, _)| channel).collect();
+        Self {
+            graph,
+            evaluator: None,
+            leaves: vec![],
+            kept,
+            laid: Laid::default(),
+            layout: Layout::default(),
+            issues: vec![],
+        }
+    }
+
+    fn over(mut self, known: &Known) -> Result<Self, InputError> {
+        for stretch in &known.stretches {
+            self.leaves.push(Leaves { frames: stretch.clone(), ..Leaves::default() });
+        }
+        let mut stretch = 0;
+        let (layout, issues) = known.parts(&mut |part| {
+            self.take(&part, stretch)?;
+            stretch += usize::from(part.ends);
+            Ok(())
+        })?;
+        (self.layout, self.issues) = (layout, issues);
+        Ok(self)
+    }
+
+    fn take(&mut self, part: &Part, stretch: usize) -> Result<(), InputError> {
+        let Part { frames, core, ends, .. } = part;
+        let evaluator = match &mut self.evaluator {
+            Some(evaluator) => evaluator,
+            none => none.insert(Evaluator::<f64>::new(&self.graph, &frames.layout)?),
+        };
+        for (key, column) in &frames.columns {
+            if self.kept.contains(&key.channel) {
+                let values = column.values().part(core.clone()).unwrap_or(Values::NONE);
+                self.laid.push(*key, &values.to_vec())?;
+            }
+        }
+        let inputs: Vec<ColumnKey> = evaluator.plan().inputs.clone();
+        let columns: Vec<Values> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+        let sides: Vec<_> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+        let Some(leaves) = self.leaves.get_mut(stretch) else { return Ok(()) };
+        let first = leaves.frames.start;
+        let mut emit = |tree: usize, run: Run| {
+            let run = Run { start: run.start + first, end: run.end + first, ..run };
+            match sides.get(tree).copied().flatten() {
+                Some(side) => append(leaves.hands.entry(side).or_default(), run),
+                None => append(&mut leaves.both, run),
+            }
+        };
+        evaluator.push(&columns, core.start, core.len(), &mut emit);
+        if *ends {
+            evaluator.finish(&mut emit);
+        }
+        Ok(())
+    }
+}
