@@ -68,7 +68,7 @@ fn main() {
     }
     let [ratio, faster, looks, differences] = worst;
     println!(
-        "worst of all: measure {ratio:.3} (wanted 0.98), {faster:.0} times as fast (wanted 100), evaluations {looks:.3} (wanted 0.1)"
+        "worst of all: measure {ratio:.3} (expected 0.98), {faster:.0} times as fast (expected 100), evaluations {looks:.3} (expected 0.1)"
     );
     println!(
         "Every look at a pose is an evaluation: at its cost, at its cost and slope, or only at what its fingers miss. Were a slope taken by differences, it"

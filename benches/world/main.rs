@@ -34,7 +34,7 @@ fn main() {
     let law = TouchLaw::default().stiffness;
     let (press, weight) = (PRESS * coupling * law / (coupling + law), 0.05 * 9.81);
     let off = |found: f64, wanted: f64| 100.0 * (found / wanted - 1.0);
-    println!("forces of ten fingertips that hold the cube in the air, beside their closed forms (wanted within 2 %)");
+    println!("forces of ten fingertips that hold the cube in the air, beside their closed forms (expected within 2 %)");
     println!("  press of a fingertip  {:.4} N, closed form {press:.4} N: {:+.2} %", forces.0, off(forces.0, press));
     println!("  lift of all of them   {:.4} N, weight      {weight:.4} N: {:+.2} %", forces.1, off(forces.1, weight));
     let ours = median(&mut ours);
@@ -43,7 +43,7 @@ fn main() {
         println!("MuJoCo was not measured: python3 has no package `mujoco`");
     } else {
         let theirs = median(&mut theirs);
-        println!("MuJoCo on the same scene: {:.1} k; ratio {:.2} (wanted 2.00)", theirs / 1e3, ours / theirs);
+        println!("MuJoCo on the same scene: {:.1} k; ratio {:.2} (expected 2.00)", theirs / 1e3, ours / theirs);
     }
 }
 

@@ -82,7 +82,7 @@ fn main() -> ExitCode {
 
 fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     let parsed = seeds.split_once("..").and_then(|(first, last)| Some((first.parse().ok()?, last.parse().ok()?)));
-    let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: wanted seeds such as 1..10"))?;
+    let (first, last): (u64, u64) = parsed.ok_or_else(|| format!("`{seeds}`: expected seeds such as 1..10"))?;
     let rules = [RuleSet::load("contact.rules", vec![])?, RuleSet::load("bimanual.rules", vec![])?];
     let (robots, wanted): (Vec<&String>, Vec<&String>) =
         wanted.iter().partition(|word| robot::names().any(|name| name == word.as_str()));

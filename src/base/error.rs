@@ -65,7 +65,7 @@ impl InputError {
         let message = match error.kind() {
             ErrorKind::NotFound => "there is no such file".to_string(),
             ErrorKind::PermissionDenied => "the file may not be read".to_string(),
-            ErrorKind::IsADirectory => "found a folder, wanted a file".to_string(),
+            ErrorKind::IsADirectory => "found a folder, expected a file".to_string(),
             ErrorKind::InvalidData => "the file is no text in UTF-8".to_string(),
             // Without the number that the system gives it: `Too many open files (os error 24)`.
             _ => {

@@ -29,8 +29,8 @@ pub fn told(error: &serde_json::Error) -> String {
         };
     }
     match message.strip_prefix("expected ") {
-        Some("ident" | "value") => "wanted a value".into(),
-        Some(wanted) => format!("wanted {wanted}"),
+        Some("ident" | "value") => "expected a value".into(),
+        Some(wanted) => format!("expected {wanted}"),
         None => in_plain_words(message),
     }
 }

@@ -48,15 +48,15 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     let end = (0..=text.len())
         .rev()
         .find(|&end| text.get(..end).is_some_and(|head| head.trim_end().parse::<f64>().is_ok()))
-        .ok_or_else(|| format!("found `{text}`, wanted a number with a unit for {wanted}"))?;
+        .ok_or_else(|| format!("found `{text}`, expected a number with a unit for {wanted}"))?;
     let (head, tail) = (text.get(..end).unwrap_or(""), text.get(end..).unwrap_or(""));
-    let number: f64 = head.trim().parse().map_err(|_| format!("found `{text}`, wanted a number"))?;
+    let number: f64 = head.trim().parse().map_err(|_| format!("found `{text}`, expected a number"))?;
     if !number.is_finite() {
-        return Err(format!("found `{text}`, wanted a finite number"));
+        return Err(format!("found `{text}`, expected a finite number"));
     }
     let (in_si, dimension) = compound(tail).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
     if dimension != wanted {
-        return Err(format!("`{text}` is {dimension}, wanted {wanted}"));
+        return Err(format!("`{text}` is {dimension}, expected {wanted}"));
     }
     Ok(number * in_si)
 }
@@ -123,7 +123,7 @@ fn in_range<T: Numbers>(read: T, fits: impl Fn(f64) -> bool, wanted: &str) -> Re
     let unit = T::DIMENSION.si_unit();
     let blank = if unit.is_empty() { "" } else { " " };
     outside.map_or(Ok(read), |number| {
-        Err(format!("found {}{blank}{unit}, wanted {} {wanted}", Shown(number), T::DIMENSION))
+        Err(format!("found {}{blank}{unit}, expected {} {wanted}", Shown(number), T::DIMENSION))
     })
 }
 
@@ -141,7 +141,7 @@ where
         return Ok(read);
     }
     Err(serde::de::Error::custom(format!(
-        "found {read:?}, wanted a {} that is not zero",
+        "found {read:?}, expected a {} that is not zero",
         if N == 4 { "rotation w x y z" } else { "direction" }
     )))
 }

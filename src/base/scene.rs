@@ -147,7 +147,7 @@ impl Part {
             if SIZES_M.contains(&size.0) {
                 return Ok(());
             }
-            Err(format!("has {what} {} m, wanted 0.1 mm to 10 m", Shown(size.0)))
+            Err(format!("has {what} {} m, expected 0.1 mm to 10 m", Shown(size.0)))
         };
         match self.shape {
             Shape::Box(edges) => edges.into_iter().try_for_each(|edge| check("an edge of", edge))?,
@@ -158,7 +158,7 @@ impl Part {
             Shape::Ball(radius) => check("a radius of", radius)?,
         }
         match self.at.iter().find(|length| length.0.abs() > *SIZES_M.end()) {
-            Some(far) => Err(format!("is {} m from the middle of its body, wanted at most 10 m", Shown(far.0))),
+            Some(far) => Err(format!("is {} m from the middle of its body, expected at most 10 m", Shown(far.0))),
             None => Ok(()),
         }
     }

@@ -209,7 +209,7 @@ pub fn time(text: &str) -> Result<f64, String> {
     let text = text.trim();
     let end = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
     let (number, unit) = text.split_at_checked(end).unwrap_or((text, ""));
-    let wanted = || format!("wanted a time such as 3.41s or 3410ms, found `{text}`");
+    let wanted = || format!("expected a time such as 3.41s or 3410ms, found `{text}`");
     let number: f64 = number.trim().parse().map_err(|_| wanted())?;
     let (in_si, dimension) = compound(if unit.is_empty() { "s" } else { unit }).map_err(|_| wanted())?;
     let seconds = number * in_si;

@@ -137,7 +137,7 @@ fn too_deep(text: &str) -> Option<(usize, usize)> {
 }
 
 /// Rewrites a message of serde in the terms of YAML and JSON: `a.b: invalid type: sequence, expected a string` becomes
-/// `a.b: found a list, wanted a text`.
+/// `a.b: found a list, expected a text`.
 pub(crate) fn in_plain_words(message: &str) -> String {
     let mark = |mark: &str| message.find(mark).map(|at| message.split_at(at));
     let kinds = ["invalid type: ", "invalid value: ", "invalid length ", "unknown field ", "unknown variant "];
@@ -151,7 +151,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
             _ => found_words(found),
         };
         let wanted = wanted_words(wanted);
-        return format!("{path}found {found}{}", if wanted.is_empty() { wanted } else { format!(", wanted {wanted}") });
+        return format!("{path}found {found}{}", if wanted.is_empty() { wanted } else { format!(", expected {wanted}") });
     }
     for (kind, says) in [("missing field ", "is missing"), ("duplicate field ", "is there twice")] {
         if let Some((path, rest)) = mark(kind) {
@@ -161,7 +161,7 @@ pub(crate) fn in_plain_words(message: &str) -> String {
     // A part of a body contains one of these shapes; serde cannot name the key found instead.
     let message = message.replace(
         "no variant of enum Shape found in flattened data",
-        "has no shape, wanted one of `box`, `cylinder`, `ball`",
+        "has no shape, expected one of `box`, `cylinder`, `ball`",
     );
     message.replace(
         "found character that cannot start any token",

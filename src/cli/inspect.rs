@@ -67,7 +67,7 @@ struct Recognition {
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     if args.log == Path::new("-") {
-        return Err(InputError::new("-", "a stream cannot be inspected, wanted a file").into());
+        return Err(InputError::new("-", "a stream cannot be inspected, expected a file").into());
     }
     let binding = args.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
     let source = formats::open(&args.log)?;

@@ -29,7 +29,7 @@ pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError
 pub fn may_record(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
     formats::check_name(path)?;
     if path.is_dir() {
-        return Err(InputError::new(path.display().to_string(), "is a folder, wanted the name of a log"));
+        return Err(InputError::new(path.display().to_string(), "is a folder, expected the name of a log"));
     }
     of_recording(path).iter().try_for_each(|file| refuse(file, inputs, &is_at))
 }

@@ -23,7 +23,7 @@ pub struct RuleArgs {
 
 /// Reads `NAME=VALUE`.
 pub fn name_and_value(text: &str) -> Result<(String, String), String> {
-    let (name, value) = text.split_once('=').ok_or("wanted NAME=VALUE, such as `touch_on=0.1N`")?;
+    let (name, value) = text.split_once('=').ok_or("expected NAME=VALUE, such as `touch_on=0.1N`")?;
     Ok((name.trim().to_string(), value.trim().to_string()))
 }
 

@@ -208,7 +208,7 @@ fn told_forces(forces: &Forces) -> String {
     for (what, share) in [("fingers press", forces.fingers), ("their total is", forces.total)] {
         if share < MOSTLY {
             let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
-            faults.push(format!("{what} as asked for {share:.0} % of the time, wanted {mostly:.0} %"));
+            faults.push(format!("{what} as asked for {share:.0} % of the time, expected {mostly:.0} %"));
         }
     }
     if faults.is_empty() {

@@ -177,17 +177,17 @@ fn stem(operator: &str) -> &str {
 
 /// `1..200`.
 fn seeds(text: &str) -> Result<(u64, u64), String> {
-    let wanted = || format!("wanted seeds such as 1..200, at most {MOST} of them");
+    let wanted = || format!("expected seeds such as 1..200, at most {MOST} of them");
     let (first, last) = text.split_once("..").ok_or_else(wanted)?;
     let (first, last) = (first.parse::<u64>(), last.parse::<u64>());
     let (Ok(first), Ok(last)) = (first, last) else { return Err(wanted()) };
     if first > last {
-        return Err(format!("the first seed, {first}, is after the last one, {last}; wanted {last}..{first}"));
+        return Err(format!("the first seed, {first}, is after the last one, {last}; expected {last}..{first}"));
     }
     if last - first < MOST { Ok((first, last)) } else { Err(wanted()) }
 }
 
 fn factor(text: &str) -> Result<f64, String> {
     let number = text.parse::<f64>().ok().filter(|number| (0.0..=10.0).contains(number));
-    number.ok_or_else(|| "wanted a number from 0 to 10".to_string())
+    number.ok_or_else(|| "expected a number from 0 to 10".to_string())
 }

@@ -264,7 +264,7 @@ fn coverage(args: &Args, cases: &[Case], said: &mut String) -> Result<bool, Fail
     }
     let enough = args.min_coverage.is_none_or(|least| percent >= least);
     if let Some(least) = args.min_coverage.filter(|_| !enough) {
-        let _ = writeln!(said, "FAILED   coverage is {percent:.1} %, wanted {least} %");
+        let _ = writeln!(said, "FAILED   coverage is {percent:.1} %, expected {least} %");
     }
     Ok(enough)
 }

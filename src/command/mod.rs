@@ -46,7 +46,7 @@ pub const FRICTION: f64 = 1.0;
 pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result<Commands, InputError> {
     let scene = &recording.scene;
     if scene.hands.is_empty() || scene.bodies.is_empty() {
-        return Err(InputError::new(log, "has no scene with bodies and hands, wanted one to command a robot"));
+        return Err(InputError::new(log, "has no scene with bodies and hands, expected one to command a robot"));
     }
     let mut tasks = Vec::new();
     for track in &analysis.tracks {

@@ -34,13 +34,13 @@ impl Commands {
         let wanted = "commands are the JSON file that `teachtree retarget` writes";
         let commands: Self = json::read(text, file).map_err(|error| error.help(wanted))?;
         if commands.schema != SCHEMA {
-            let message = format!("has the schema `{}`, wanted `{SCHEMA}`", commands.schema);
+            let message = format!("has the schema `{}`, expected `{SCHEMA}`", commands.schema);
             return Err(InputError::new(file, message));
         }
         if !(1.0..=10_000.0).contains(&commands.rate_hz) {
             return Err(InputError::new(
                 file,
-                format!("has {} samples a second, wanted 1 to 10000", Shown(commands.rate_hz)),
+                format!("has {} samples a second, expected 1 to 10000", Shown(commands.rate_hz)),
             ));
         }
         for (number, task) in commands.tasks.iter().enumerate() {
@@ -57,7 +57,7 @@ type Check = Result<(), String>;
 impl Task {
     fn check(&self, rate_hz: f64) -> Check {
         if Side::from_name(&self.track).is_none() {
-            return Err(format!("is of the track `{}`, wanted `left` or `right`", self.track));
+            return Err(format!("is of the track `{}`, expected `left` or `right`", self.track));
         }
         stamps(&[self.start_s, self.end_s])?;
         if self.end_s < self.start_s {
@@ -79,7 +79,7 @@ impl Task {
             }
             ended_s = segment.start_s + segment.duration_s;
             if segment.taught_start_s < taught_s - SAME_S {
-                let taught = format!("was taught from {} s on, wanted", Shown(segment.taught_start_s));
+                let taught = format!("was taught from {} s on, expected", Shown(segment.taught_start_s));
                 return Err(named(format!("{taught} {} s or later, when what is ahead of it began", Shown(taught_s))));
             }
             taught_s = segment.taught_start_s;
@@ -151,7 +151,7 @@ impl Segment {
         finite(&[self.start_s, self.duration_s])?;
         stamps(&[self.taught_start_s])?;
         if self.duration_s < 0.0 {
-            return Err(format!("takes {} s, wanted none or more", Shown(self.duration_s)));
+            return Err(format!("takes {} s, expected none or more", Shown(self.duration_s)));
         }
         if let Some(grasp) = self.grasp.filter(|grasp| *grasp >= grasps) {
             return Err(format!("has the grasp {grasp}, but the task has {grasps}, counted from 0"));
@@ -160,13 +160,13 @@ impl Segment {
         let wanted = self.duration_s * rate_hz;
         if count == 0 || (count as f64 - 1.0 - wanted).abs() > SPARE_SAMPLES {
             let much = format!("{} s at {rate_hz} samples a second", Shown(self.duration_s));
-            return Err(format!("has {count} poses of the object, wanted {:.0}: {much}", wanted + 1.0));
+            return Err(format!("has {count} poses of the object, expected {:.0}: {much}", wanted + 1.0));
         }
         let same = |what: String, found: usize| {
             if found == count {
                 Ok(())
             } else {
-                Err(format!("has {found} {what}, wanted {count}, one for each pose of the object"))
+                Err(format!("has {found} {what}, expected {count}, one for each pose of the object"))
             }
         };
         same("places of the hand".into(), self.hand.len())?;
@@ -199,7 +199,7 @@ impl Quality {
 /// Times of the recording, which may count from 1970.
 fn stamps(values: &[f64]) -> Check {
     match values.iter().find(|value| value.is_nan() || value.abs() > LATEST_S) {
-        Some(value) => Err(format!("has the time {} s, wanted at most {LATEST_S:e} s", Shown(*value))),
+        Some(value) => Err(format!("has the time {} s, expected at most {LATEST_S:e} s", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -207,7 +207,7 @@ fn stamps(values: &[f64]) -> Check {
 /// What is told to people only, and is never below zero.
 fn told_only(values: &[f64]) -> Check {
     match values.iter().find(|value| !(0.0..=LARGEST_TOLD).contains(*value)) {
-        Some(value) => Err(format!("has the number {}, wanted 0 to {LARGEST_TOLD:e}", Shown(*value))),
+        Some(value) => Err(format!("has the number {}, expected 0 to {LARGEST_TOLD:e}", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -215,7 +215,7 @@ fn told_only(values: &[f64]) -> Check {
 /// Numbers of the size that things have.
 fn finite(values: &[f64]) -> Check {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(format!("has the number {}, wanted one of at most {LARGEST} in rad, N or s", Shown(*value))),
+        Some(value) => Err(format!("has the number {}, expected one of at most {LARGEST} in rad, N or s", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -223,7 +223,7 @@ fn finite(values: &[f64]) -> Check {
 /// A place no farther away than so many m.
 fn within(place: &[f64], most: f64) -> Check {
     match place.iter().find(|value| value.is_nan() || value.abs() > most) {
-        Some(value) => Err(format!("has the number {}, wanted one of at most {most} m", Shown(*value))),
+        Some(value) => Err(format!("has the number {}, expected one of at most {most} m", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -233,7 +233,7 @@ fn unit(what: &str, values: &[f64]) -> Check {
     finite(values)?;
     let length = values.iter().map(|value| value * value).sum::<f64>().sqrt();
     if (length - 1.0).abs() > ROUNDED {
-        return Err(format!("has a {what} of length {length:.3}, wanted 1"));
+        return Err(format!("has a {what} of length {length:.3}, expected 1"));
     }
     Ok(())
 }

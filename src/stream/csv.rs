@@ -70,7 +70,7 @@ pub fn scene_beside(log: &Path) -> Result<Scene, InputError> {
     }
     let mut wanted = places.map(|file| format!("`{}`", file.display())).to_vec();
     wanted.dedup();
-    let message = format!("the log has no scene beside it, wanted {}", wanted.join(" or "));
+    let message = format!("the log has no scene beside it, expected {}", wanted.join(" or "));
     Err(InputError::new(log.display().to_string(), message).help(help).or_kind(ErrorKind::Scene))
 }
 
@@ -113,25 +113,25 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
         ));
     }
     if scene.bodies.len() > MAX_BODIES {
-        let message = format!("found {} bodies, wanted at most {MAX_BODIES}", scene.bodies.len());
+        let message = format!("found {} bodies, expected at most {MAX_BODIES}", scene.bodies.len());
         return Err(InputError::new("bodies", message));
     }
     for (name, body) in &scene.bodies {
         if body.parts.len() > MAX_PARTS {
-            let message = format!("found {} parts, wanted at most {MAX_PARTS}", body.parts.len());
+            let message = format!("found {} parts, expected at most {MAX_PARTS}", body.parts.len());
             return Err(InputError::new(format!("bodies.{name}.parts"), message));
         }
         for (index, part) in body.parts.iter().enumerate() {
             part.check().map_err(|message| InputError::new(format!("bodies.{name}.parts.{index}"), message))?;
         }
         if let Some(far) = body.position.iter().find(|length| length.0.abs() > FARTHEST_M) {
-            let message = format!("found {} m, wanted at most {FARTHEST_M} m", Shown(far.0));
+            let message = format!("found {} m, expected at most {FARTHEST_M} m", Shown(far.0));
             return Err(InputError::new(format!("bodies.{name}.position"), message));
         }
         for (socket, told) in &body.sockets {
             let unknown = told.accepts.iter().flatten().find(|object| !scene.bodies.contains_key(*object));
             if let Some(unknown) = unknown {
-                let message = format!("found `{unknown}`, wanted the names of bodies of the scene");
+                let message = format!("found `{unknown}`, expected the names of bodies of the scene");
                 return Err(InputError::new(format!("bodies.{name}.sockets.{socket}.accepts"), message));
             }
         }
@@ -139,7 +139,7 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
     for (side, hand) in &scene.hands {
         let twice = hand.fingers.iter().enumerate().find(|(at, finger)| hand.fingers[..*at].contains(finger));
         if let Some((_, finger)) = twice {
-            let message = format!("found {finger} twice, wanted each finger once");
+            let message = format!("found {finger} twice, expected each finger once");
             return Err(InputError::new(format!("hands.{side}.fingers"), message));
         }
     }
@@ -240,9 +240,9 @@ fn want(name: &str, unit: Option<&str>) -> Result<(Want, Dimension), String> {
         if name == "time" { Some(Dimension::TIME) } else { names::meaning(name).map(|meaning| meaning.dimension) };
     let read = unit.map(compound);
     match (meant, read) {
-        (Some(meant), Some(Err(part))) => Err(format!("`{part}` is no unit that I know, wanted one of {meant}")),
+        (Some(meant), Some(Err(part))) => Err(format!("`{part}` is no unit that I know, expected one of {meant}")),
         (Some(meant), Some(Ok((_, found)))) if found != meant => {
-            Err(format!("`{name}` is given in `{}`, which is {found}, wanted {meant}", unit.unwrap_or_default()))
+            Err(format!("`{name}` is given in `{}`, which is {found}, expected {meant}", unit.unwrap_or_default()))
         }
         (Some(meant), read) => {
             let to_si = read.and_then(Result::ok).map_or(1.0, |(to_si, _)| to_si);
@@ -269,7 +269,7 @@ fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
     if reader.headers().map_err(unreadable)?.iter().ne(EVENT_COLUMNS) {
         return Err(InputError::new(
             format!("{file} row 1"),
-            format!("wanted the columns {}", EVENT_COLUMNS.join(", ")),
+            format!("expected the columns {}", EVENT_COLUMNS.join(", ")),
         ));
     }
     let mut events = vec![];
@@ -279,7 +279,7 @@ fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
         let [time, kind, subjects] = [0, 1, 2].map(|column| record.get(column).unwrap_or_default().trim());
         let time_s = time.parse::<f64>().ok().filter(|time| time.is_finite());
         let time_s = time_s.ok_or_else(|| {
-            InputError::new(format!("{file} row {row} column time"), format!("found `{time}`, wanted a time"))
+            InputError::new(format!("{file} row {row} column time"), format!("found `{time}`, expected a time"))
         })?;
         events.push(Event {
             time_s,

@@ -43,7 +43,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
             && let Some(row) = values.iter().position(|value| !value.is_nan() && *value != 0.0 && *value != 1.0)
         {
             let [value, at_s] = [values.get(row), time.get(row)].map(|it| it.copied().unwrap_or_default());
-            let message = format!("found {} at {} s, wanted 0 or 1", Shown(value), Shown(at_s));
+            let message = format!("found {} at {} s, expected 0 or 1", Shown(value), Shown(at_s));
             return Err(InputError::new(format!("channel {name}"), message));
         }
     }
@@ -62,7 +62,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
             let (_, length, _) = lengths.select_nth_unstable_by(middle, f64::total_cmp);
             if (*length - 1.0).abs() > UNIT_WITHIN {
                 let message = format!(
-                    "its quaternions are {} long, wanted 1: are these its w, x, y and z? They are read as rotations all the same",
+                    "its quaternions are {} long, expected 1: are these its w, x, y and z? They are read as rotations all the same",
                     (*length * 1e3).round() / 1e3
                 );
                 issues.push(over_all(time, "implausible_rotation", &channel, message));

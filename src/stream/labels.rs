@@ -92,7 +92,7 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
         }
         let row = record.position().map_or(0, ::csv::Position::line);
         if record.len() != header.len() {
-            let message = format!("found {} fields, wanted {} as in the header", record.len(), header.len());
+            let message = format!("found {} fields, expected {} as in the header", record.len(), header.len());
             return Err(InputError::new(format!("{file} row {row}"), message));
         }
         let wrong = |column: usize, message: String| {
@@ -137,7 +137,7 @@ impl Columns {
             let meant = near.map_or_else(String::new, |near| format!("; was `{near}` meant?"));
             let more = if header.len() > TOLD { ", …" } else { "" };
             let found: Vec<&str> = header.iter().take(TOLD).map(String::as_str).collect();
-            format!("found the columns {}{more}, wanted {}{meant}", found.join(", "), names.join(" or "))
+            format!("found the columns {}{more}, expected {}{meant}", found.join(", "), names.join(" or "))
         };
         let name = any(&NAME).ok_or_else(|| wanted(&NAME))?;
         let [start_s, end_s] = SECONDS.map(|name| any(&[name]));
@@ -166,13 +166,13 @@ impl Columns {
         }
         let track = self.track.map(|column| match cell(column) {
             track @ ("left" | "right" | "both") => Ok(track.to_string()),
-            other => Err((column, format!("found `{}`, wanted left, right or both", shown(other)))),
+            other => Err((column, format!("found `{}`, expected left, right or both", shown(other)))),
         });
         let kind = match self.kind.map(|column| (column, cell(column))) {
             None | Some((_, "primitive")) => Kind::Primitive,
             Some((_, "task")) => Kind::Task,
             Some((column, other)) => {
-                return Err((column, format!("found `{}`, wanted primitive or task", shown(other))));
+                return Err((column, format!("found `{}`, expected primitive or task", shown(other))));
             }
         };
         let [start_s, end_s] = [self.start, self.end].map(|column| self.time(cell(column), column, row_time));
@@ -191,11 +191,11 @@ impl Columns {
     fn time(&self, cell: &str, column: usize, row_time: &[f64]) -> Result<f64, (usize, String)> {
         if !self.in_rows {
             let time = cell.parse::<f64>().ok().filter(|time| time.is_finite());
-            return time.ok_or_else(|| (column, format!("found `{}`, wanted a time in seconds", shown(cell))));
+            return time.ok_or_else(|| (column, format!("found `{}`, expected a time in seconds", shown(cell))));
         }
         let row: usize = cell
             .parse()
-            .map_err(|_| (column, format!("found `{}`, wanted a row of the log, counted from 0", shown(cell))))?;
+            .map_err(|_| (column, format!("found `{}`, expected a row of the log, counted from 0", shown(cell))))?;
         let beyond = || (column, format!("found row {row}, the log has {} rows", row_time.len()));
         row_time.get(row).copied().or_else(|| end_of(row_time).filter(|_| row == row_time.len())).ok_or_else(beyond)
     }

@@ -214,7 +214,7 @@ impl Rows for Memory {
             }
             let title = header.get(column).map_or("", String::as_str);
             let place = column_place(&format!("{place} row {}", number_of(row)), title);
-            Err(InputError::new(place, format!("found `{found}`, wanted a time")))
+            Err(InputError::new(place, format!("found `{found}`, expected a time")))
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);
@@ -289,7 +289,7 @@ fn measured(
             (None, None) => Ok(f64::NAN),
             (None, Some((place, title, number_of))) => Err(InputError::new(
                 column_place(&format!("{place} row {}", number_of(*row)), title),
-                format!("found `{}`, wanted a number", shown(text)),
+                format!("found `{}`, expected a number", shown(text)),
             )),
         }
     };

@@ -69,7 +69,7 @@ impl<'a> Stranger<'a> {
             }
             Self::Name => match no_finger(name) {
                 Some(part) => format!(
-                    "`{part}` is no finger, wanted {}{}",
+                    "`{part}` is no finger, expected {}{}",
                     Finger::ALL.map(Finger::name).join(", "),
                     meant(names::nearest(part, Finger::ALL.map(Finger::name)))
                 ),

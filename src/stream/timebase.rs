@@ -168,7 +168,7 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
         format!("{:.0e} ms", step * 1e3)
     };
     let message = format!(
-        "there is one row every {found}, wanted at least {} ms and less than {} ms",
+        "there is one row every {found}, expected at least {} ms and less than {} ms",
         ms(STEPS.start),
         ms(STEPS.end)
     );

@@ -114,17 +114,17 @@ impl Bodies {
             let pose = isometry(body.position.map(|length| length.0), body.rotation);
             let pose = pose.map_err(|message| refuse(".rotation", message))?;
             if !(0.0..=10.0).contains(&body.friction) {
-                return Err(refuse(".friction", format!("found {}, wanted 0 to 10", Shown(body.friction))));
+                return Err(refuse(".friction", format!("found {}, expected 0 to 10", Shown(body.friction))));
             }
             let movable = body.role == Role::Object;
             let builder =
                 if movable { RigidBodyBuilder::dynamic().can_sleep(false) } else { RigidBodyBuilder::fixed() };
             let mut moving = None;
             let builder = if movable {
-                let lacks = || refuse("", "is an object without mass, wanted one such as `mass: 50 g`".into());
+                let lacks = || refuse("", "is an object without mass, expected one such as `mass: 50 g`".into());
                 let mass = body.mass.map(|mass| mass.0).ok_or_else(lacks)?;
                 if !(1e-4..=1e3).contains(&mass) {
-                    return Err(refuse(".mass", format!("found {} kg, wanted 0.1 g to 1000 kg", Shown(mass))));
+                    return Err(refuse(".mass", format!("found {} kg, expected 0.1 g to 1000 kg", Shown(mass))));
                 }
                 let alone = mass_properties(&solid, mass / solid.volume());
                 let com = convert::our_point(alone.local_com);

@@ -50,7 +50,7 @@ impl Solid {
     /// No part at all, too many, a size that is none of a thing on a table, a rotation that is none.
     pub(super) fn new(name: &str, body: &Body) -> Result<Self, InputError> {
         if body.parts.is_empty() {
-            let message = "has no parts, wanted at least one shape to simulate";
+            let message = "has no parts, expected at least one shape to simulate";
             return Err(InputError::new(format!("bodies.{name}"), message));
         }
         if body.parts.len() > MAX_PARTS {
@@ -176,6 +176,6 @@ impl Room {
 /// The pose with this position (m) and quaternion (w x y z), which is normalised.
 pub(super) fn isometry(position: [f64; 3], [w, x, y, z]: [f64; 4]) -> Result<Isometry3<f64>, String> {
     let rotation = directed([w, x, y, z], 1e-6)
-        .ok_or_else(|| format!("is turned by [{w}, {x}, {y}, {z}], wanted a quaternion w x y z that is not zero"))?;
+        .ok_or_else(|| format!("is turned by [{w}, {x}, {y}, {z}], expected a quaternion w x y z that is not zero"))?;
     Ok(Isometry3::from_parts(Vector3::from(position).into(), rotation))
 }

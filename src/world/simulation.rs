@@ -216,12 +216,12 @@ impl World {
         for (&side, hand) in &scene.hands {
             let refuse = |key: &str, message: String| InputError::new(format!("hands.{side}.{key}"), message);
             if hand.fingers.contains(&Finger::Palm) {
-                let message = "found `palm`, wanted fingertips only: a palm is not simulated";
+                let message = "found `palm`, expected fingertips only: a palm is not simulated";
                 return Err(refuse("fingers", message.into()));
             }
             if !(1e-4..=0.1).contains(&hand.tip_radius.0) {
                 let found = Shown(hand.tip_radius.0);
-                return Err(refuse("tip_radius", format!("found {found} m, wanted 0.1 mm to 100 mm")));
+                return Err(refuse("tip_radius", format!("found {found} m, expected 0.1 mm to 100 mm")));
             }
             let tip = |&finger| TipState {
                 finger,

@@ -139,7 +139,7 @@ fn a_real_recording_has_its_two_insertions_where_they_were() {
         assert_eq!(task["task"], "peg_in_hole");
         for (primitive, gold) in ["Grasp", "Translate", "Insert", "Release"].into_iter().zip(gold) {
             let found = begins(task, primitive);
-            assert!((found - gold).abs() <= TOLERANCE, "{primitive} at {found}, wanted {gold}");
+            assert!((found - gold).abs() <= TOLERANCE, "{primitive} at {found}, expected {gold}");
         }
     }
     // The aborted touch (9.85 to 10.92 s) is no grasp.
@@ -305,7 +305,7 @@ fn one_file_is_not_written_twice() {
     for name in ["taught.html", "log.scene.yaml"] {
         let taught = teachtree(&["teach", "slide", "slide", "-o", &place(name)]);
         assert_eq!(taught.status.code(), Some(2), "{name}");
-        assert!(complained(&taught).contains("wanted the name of a log"), "{}", complained(&taught));
+        assert!(complained(&taught).contains("expected the name of a log"), "{}", complained(&taught));
     }
     // What a log quotes does not steer the terminal.
     let steering = place("steering.csv");

@@ -204,9 +204,9 @@ fn commands_that_are_none_are_refused_at_their_line() {
     let read = |text: &str| Commands::read(text, "commands.json").unwrap_err().to_string();
     assert!(read("{").starts_with("commands.json:1:"), "{}", read("{"));
     let wrong = r#"{"schema": "teachtree.commands/1", "log": 5}"#;
-    assert!(read(wrong).contains("found `5`, wanted a text"), "{}", read(wrong));
+    assert!(read(wrong).contains("found `5`, expected a text"), "{}", read(wrong));
     let other = r#"{"schema": "teachtree.analysis/1", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
-    assert!(read(other).contains("wanted `teachtree.commands/1`"), "{}", read(other));
+    assert!(read(other).contains("expected `teachtree.commands/1`"), "{}", read(other));
     let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
 }
@@ -233,25 +233,25 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     assert_eq!(changed(&since_1970), Ok(()));
     let check = |change: &dyn Fn(&mut Value), wanted: &[&str]| {
         let told = changed(change).unwrap_err();
-        assert!(wanted.iter().all(|wanted| told.contains(wanted)), "{told}, wanted {wanted:?}");
+        assert!(wanted.iter().all(|wanted| told.contains(wanted)), "{told}, expected {wanted:?}");
     };
     check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
     check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
-    check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, wanted at most 1e11 s"]);
+    check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, expected at most 1e11 s"]);
     check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was taught from"]);
     check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was taught from"]);
-    check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, wanted 0.5 s or later"]);
+    check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, expected 0.5 s or later"]);
     check(
         &|task| task["segments"][2]["taught_start_s"] = 0.1.into(),
-        &["segment 3", "was taught from 0.1 s on, wanted", "s or later, when what is ahead of it began"],
+        &["segment 3", "was taught from 0.1 s on, expected", "s or later, when what is ahead of it began"],
     );
     check(
         &|task| task["segments"][1]["quality"]["jerk_after"] = 1e300.into(),
-        &["segment 2", "has a `quality` that has the number 1e300, wanted 0 to 1e9"],
+        &["segment 2", "has a `quality` that has the number 1e300, expected 0 to 1e9"],
     );
     check(
         &|task| task["grasps"][0]["mapped"]["measure"] = (-1.0).into(),
-        &["has a measure", "the number -1, wanted 0 to"],
+        &["has a measure", "the number -1, expected 0 to"],
     );
     let share = |task: &mut Value| task["grasps"][0]["mapped"]["fingers"][0]["freedom"] = 1e300.into();
     check(&share, &["a share of thumb", "the number 1e300"]);
@@ -261,17 +261,17 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["segments"][1]["start_s"] = 0.0.into(), &["segment 2", "before the one ahead of it ends"]);
     check(
         &|task| task["segments"][1]["duration_s"] = 400.0.into(),
-        &["segment 2", "poses of the object, wanted 40001"],
+        &["segment 2", "poses of the object, expected 40001"],
     );
-    check(&|task| drop(task["segments"][1]["hand"].as_array_mut().unwrap().pop()), &["places of the hand, wanted"]);
+    check(&|task| drop(task["segments"][1]["hand"].as_array_mut().unwrap().pop()), &["places of the hand, expected"]);
     check(&|task| task["segments"][1]["grasp"] = 7.into(), &["segment 2", "the grasp 7", "the task has 1"]);
     check(&|task| task["segments"][1]["tips"][0]["finger"] = "thunb".into(), &["`thunb`", "known are thumb, index"]);
     check(&|task| task["segments"][1]["tips"][1]["finger"] = "thumb".into(), &["the finger thumb twice"]);
     check(
         &|task| task["segments"][1]["object"][3][0] = 1e6.into(),
-        &["segment 2", "the number 1000000, wanted one of at most 100 m"],
+        &["segment 2", "the number 1000000, expected one of at most 100 m"],
     );
-    check(&|task| task["segments"][1]["object"][3][3] = 0.3.into(), &["a quaternion of length", "wanted 1"]);
+    check(&|task| task["segments"][1]["object"][3][3] = 0.3.into(), &["a quaternion of length", "expected 1"]);
     check(&|task| task["grasps"][0]["contacts"] = Value::Array(vec![]), &["grasp 1 has no contacts"]);
     let nowhere = || Value::from(vec![0.0; 3]);
     check(
@@ -301,7 +301,7 @@ fn commands_of_another_robot_are_refused() {
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();
     mapped.joints.insert("right_hand/index_2".into(), 9.0);
-    assert!(told(&bent).contains("`right_hand/index_2` at 9, wanted"), "{}", told(&bent));
+    assert!(told(&bent).contains("`right_hand/index_2` at 9, expected"), "{}", told(&bent));
 }
 
 /// A recording as the rules see it.
@@ -575,7 +575,7 @@ fn a_recording_is_taught_again_in_its_place() {
     std::fs::write(&operator, wrong.collect::<String>()).unwrap();
     let told = complained(&teachtree(&["teach", &scene, &operator, "-o", &log]));
     let place = format!("mine.operator.yaml:{}:", line + 1);
-    assert!(told.contains(&place) && told.contains("has force 30 N, wanted more than 0 and at most 5 N"), "{told}");
+    assert!(told.contains(&place) && told.contains("has force 30 N, expected more than 0 and at most 5 N"), "{told}");
 }
 
 /// What a hand cannot give is told before it is tried; where there is nothing to command, what was commanded before is left.

@@ -113,7 +113,7 @@ fn questions_that_nothing_answers_are_bad_input() {
         (&["--at", "3s"][..], "the recording goes from 7.904 s to 11.684 s"),
         (&["--at", "9s", "--why-not", "Dance"], "the rules have no primitive `Dance`"),
         (&["--at", "9s", "--track", "left"], "there is no tree that labels `left`"),
-        (&["--at", "9 N"], "wanted a time"),
+        (&["--at", "9 N"], "expected a time"),
         (&["--at", "9s..8s"], "ends before it begins"),
     ] {
         let output = explain(args);

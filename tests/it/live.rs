@@ -76,5 +76,5 @@ fn lines_that_are_no_objects_end_it() {
     child.stdin.take().unwrap().write_all(b"{\"time\": 0}\nnonsense\n{\"time\": 1}\n").unwrap();
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    insta::assert_snapshot!(String::from_utf8(output.stderr).unwrap(), @"error: standard input row 2 letter 2: found no JSON object: wanted a value");
+    insta::assert_snapshot!(String::from_utf8(output.stderr).unwrap(), @"error: standard input row 2 letter 2: found no JSON object: expected a value");
 }

@@ -51,7 +51,7 @@ fn of<'a>(segments: &'a [Named], names: &[&str]) -> Vec<&'a Named> {
 }
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
-    assert!((found - wanted).abs() <= tolerance, "found {found} s, wanted {wanted} s within {tolerance} s");
+    assert!((found - wanted).abs() <= tolerance, "found {found} s, expected {wanted} s within {tolerance} s");
 }
 
 /// Tasks and segments, for people: to a tenth of a second, since samples of some of these logs are 50 ms apart. Of two hands, also the coordination.

@@ -35,39 +35,39 @@ fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
         (
             "[15 mm, 80 mm]",
             "[1e-9 mm, 80 mm]",
-            "scene.yaml:5:121: bodies.peg.parts.0: has a radius of 1e-12 m, wanted 0.1 mm to 10 m",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a radius of 1e-12 m, expected 0.1 mm to 10 m",
         ),
         (
             "[15 mm, 80 mm]",
             "[15 mm, 1e300 m]",
-            "scene.yaml:5:121: bodies.peg.parts.0: has a height of 1e300 m, wanted 0.1 mm to 10 m",
+            "scene.yaml:5:121: bodies.peg.parts.0: has a height of 1e300 m, expected 0.1 mm to 10 m",
         ),
         (
             "{box: [30 mm, 40 mm, 40 mm], at: [21.5668 mm, 21.",
             "{box: [30 mm, 11 m, 40 mm], at: [21.5668 mm, 21.",
             "scene.yaml:16:5: bodies.holder.parts.1: has an edge of 11 m",
         ),
-        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, wanted 0.1 g to 1000 kg"),
-        ("mass: 40 g, ", "", "scene.yaml:5:8: bodies.peg: is an object without mass, wanted one such as `mass: 50 g`"),
+        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, expected 0.1 g to 1000 kg"),
+        ("mass: 40 g, ", "", "scene.yaml:5:8: bodies.peg: is an object without mass, expected one such as `mass: 50 g`"),
         (
             "mass: 40 g, friction: 0.2",
             "mass: 40 g, friction: 55",
-            "scene.yaml:5:45: bodies.peg.friction: found 55, wanted 0 to 10",
+            "scene.yaml:5:45: bodies.peg.friction: found 55, expected 0 to 10",
         ),
         (
             "position: [-90 mm",
             "position: [-1e300 m",
-            "scene.yaml:5:60: bodies.peg.position: found -1e300 m, wanted at most 1000 m",
+            "scene.yaml:5:60: bodies.peg.position: found -1e300 m, expected at most 1000 m",
         ),
         (
             "tip_radius: 10 mm",
             "tip_radius: 10 m",
-            "scene.yaml:24:56: hands.right.tip_radius: found 10 m, wanted 0.1 mm to 100 mm",
+            "scene.yaml:24:56: hands.right.tip_radius: found 10 m, expected 0.1 mm to 100 mm",
         ),
     ] {
         let scene = file(&folder, "scene.yaml", &sound.replacen(from, to, 1));
         let told = refused(&["teach", &scene, "peg_in_hole", "-o", out.to_str().unwrap()]);
-        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains(wanted), "{told}, expected {wanted}");
         assert!(!out.exists());
     }
 }
@@ -82,15 +82,15 @@ fn a_scene_in_a_binding_is_checked() {
         (
             "[0 m, 0 m, -10 mm]",
             "[0 m, 1e9 m, 0 m]",
-            "b.yaml:5:37: scene.bodies.base.position: found 1000000000 m, wanted at most 1000 m",
+            "b.yaml:5:37: scene.bodies.base.position: found 1000000000 m, expected at most 1000 m",
         ),
-        ("mass: 50 g", "mass: 0 g", "b.yaml:4:11: scene.bodies.cube: found 0 kg, wanted a mass (kg) above 0"),
+        ("mass: 50 g", "mass: 0 g", "b.yaml:4:11: scene.bodies.cube: found 0 kg, expected a mass (kg) above 0"),
     ] {
         let text = format!("scene:\n{scene}");
         assert!(text.contains(from));
         let binding = file(&folder, "b.yaml", &text.replacen(from, to, 1));
         let told = refused(&["analyze", LOG, "--binding", &binding]);
-        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains(wanted), "{told}, expected {wanted}");
     }
     let binding = file(&folder, "b.yaml", &format!("scene:\n{scene}"));
     assert!(teachtree(&["analyze", LOG, "--binding", &binding]).status.success());
@@ -115,12 +115,12 @@ fn json_that_ends_too_early_is_told_without_a_column() {
         (" \n", "commands.json: the file is empty"),
         ("{\"schema\": \"teachtree.commands/1\",\n \"tasks\": [", "commands.json:2: ends in the middle of a list"),
         ("{\"schema\":\n", "commands.json:2: ends in the middle: a value is missing"),
-        ("{\"schema\": 5}", "commands.json:1:12: found `5`, wanted a text"),
-        ("{\"schema\" 5}", "commands.json:1:11: no JSON here, wanted `:`"),
+        ("{\"schema\": 5}", "commands.json:1:12: found `5`, expected a text"),
+        ("{\"schema\" 5}", "commands.json:1:11: no JSON here, expected `:`"),
     ] {
         let commands = file(&folder, "commands.json", text);
         let told = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
-        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains(wanted), "{told}, expected {wanted}");
         assert!(told.contains("help: commands are the JSON file that `teachtree retarget` writes"), "{told}");
     }
 }
@@ -193,7 +193,7 @@ fn huge_and_tiny_numbers_are_told_in_short() {
         (&["analyze", &times, "--scene", scene], "-1e250 s after 1e250 s"),
     ] {
         let told = refused(args);
-        assert!(told.contains(wanted), "{told}, wanted {wanted}");
+        assert!(told.contains(wanted), "{told}, expected {wanted}");
     }
 }
 

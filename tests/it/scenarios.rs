@@ -386,7 +386,7 @@ fn check(rules: &Rules, scenarios: &[Scenario]) {
         let found_raw = found_raw.strip_suffix(" Move").unwrap_or(&found_raw).to_string();
         for (found, wanted) in [(&found_raw, raw), (&found_relabelled, relabelled), (&found_task, task)] {
             if found != wanted {
-                wrong.push(format!("{name}:\n  found  {found}\n  wanted {wanted}"));
+                wrong.push(format!("{name}:\n  found  {found}\n  expected {wanted}"));
             }
         }
     }

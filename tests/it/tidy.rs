@@ -49,7 +49,6 @@ const PAGES: &[&str] = &[
     "demos",
     "docs",
     "editors",
-    "examples",
     "grammar",
 ];
 

@@ -35,10 +35,10 @@ pub struct Row<const CONTACTS: usize> {
 
 /// Returns the rows of a log with one right hand; `None` if its target may touch more bodies.
 pub fn rows<const CONTACTS: usize>(frames: &Frames) -> Option<Vec<Row<CONTACTS>>> {
-    let [hand] = frames.layout.hands.as_slice() else { panic!("one hand is wanted") };
+    let [hand] = frames.layout.hands.as_slice() else { panic!("one hand is expected") };
     let fingers = [Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
-    assert!(hand.side == Side::Right && hand.fingers == fingers, "a right hand with five fingers is wanted");
-    assert!(frames.stretches.len() == 1, "one stretch is wanted");
+    assert!(hand.side == Side::Right && hand.fingers == fingers, "a right hand with five fingers is expected");
+    assert!(frames.stretches.len() == 1, "one stretch is expected");
     if hand.contacts.len() > CONTACTS {
         return None;
     }

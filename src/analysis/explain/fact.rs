@@ -108,9 +108,9 @@ impl Fact {
                 let counted = if holding.is_empty() { String::new() } else { format!(" ({})", holding.join(", ")) };
                 match margin {
                     Some(_) if holds => format!("{value}{counted} {comparison} {threshold}, {margin_text} to spare"),
-                    Some(_) => format!("{value}{counted}, wanted {comparison} {threshold}, {margin_text} short"),
+                    Some(_) => format!("{value}{counted}, expected {comparison} {threshold}, {margin_text} short"),
                     None if holds => format!("{value}{counted} {comparison} {threshold}"),
-                    None => format!("{value}{counted}, wanted {comparison} {threshold}"),
+                    None => format!("{value}{counted}, expected {comparison} {threshold}"),
                 }
             }
             Self::Threshold { value, on, off, rising, margin, since_s, unit } => {
@@ -120,7 +120,7 @@ impl Fact {
                 if holds {
                     format!("{value}, held{since}, lost {back} {off}: {margin} to spare")
                 } else {
-                    format!("{value}, wanted {beyond} {on}, {margin} short")
+                    format!("{value}, expected {beyond} {on}, {margin} short")
                 }
             }
             Self::Window { wait, wanted_s } => {
@@ -128,13 +128,13 @@ impl Fact {
                 match wait {
                     Wait::Held(_) if holds => format!("held for all of {wanted}"),
                     Wait::Held(held) => format!("held {} of {wanted}", time(*held)),
-                    Wait::Ago(None) => format!("never so far, wanted within the last {wanted}"),
+                    Wait::Ago(None) => format!("never so far, expected within the last {wanted}"),
                     Wait::Ago(Some(ago)) if *ago > 0.0 => format!("last {} ago, window {wanted}", time(*ago)),
                     Wait::Ago(Some(_)) | Wait::Ahead(Some(0.0)) => format!("now, window {wanted}"),
-                    Wait::Ahead(None) => format!("never again, wanted within the next {wanted}"),
+                    Wait::Ahead(None) => format!("never again, expected within the next {wanted}"),
                     Wait::Begun { times, wanted: often } => {
                         let counted = if *times == 1 { "time" } else { "times" };
-                        let asked = if holds { String::new() } else { format!(", wanted {often}") };
+                        let asked = if holds { String::new() } else { format!(", expected {often}") };
                         format!("began {times} {counted} in the last {wanted}{asked}")
                     }
                     Wait::Ahead(Some(ahead)) => format!("{} ahead, window {wanted}", time(*ahead)),

@@ -21,14 +21,14 @@ pub struct NameMap {
 
 /// A name in YAML, where `1` is a number.
 #[derive(PartialEq, Eq, Hash, Deserialize)]
-#[serde(untagged, expecting = "wanted a name")]
+#[serde(untagged, expecting = "expected a name")]
 enum Name {
     Text(String),
     Number(i64),
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "wanted a name or a list of names")]
+#[serde(untagged, expecting = "expected a name or a list of names")]
 enum Names {
     One(String),
     Several(Vec<String>),
@@ -66,7 +66,7 @@ impl NameMap {
         let mut entries = IndexMap::new();
         for pair in text.split(',') {
             let (foreign, ours) = pair.split_once('=').ok_or_else(|| {
-                InputError::new("--map", format!("found `{pair}`, wanted FOREIGN=OURS"))
+                InputError::new("--map", format!("found `{pair}`, expected FOREIGN=OURS"))
                     .help("several pairs stand behind commas, alternatives behind bars: `S1=Move|Approach,S9=mask`")
             })?;
             let ours = ours.split('|').map(|name| name.trim().to_string()).collect();
@@ -141,7 +141,7 @@ impl Known {
         let names: Vec<&str> = self.primitives.iter().chain(&self.tasks).map(String::as_str).collect();
         match nearest(name, names.iter().copied()) {
             Some(near) => error.help(format!("did you mean `{near}`?")),
-            None => error.help(format!("wanted one of {}", names.join(", "))),
+            None => error.help(format!("expected one of {}", names.join(", "))),
         }
     }
 }

@@ -15,7 +15,7 @@ pub struct Sequences {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "wanted a line of primitives or a list of such lines")]
+#[serde(untagged, expecting = "expected a line of primitives or a list of such lines")]
 enum Lines {
     One(String),
     Several(Vec<String>),
@@ -29,7 +29,7 @@ impl Sequences {
     pub fn read(text: &str, file: &str, known: &Known) -> Result<Self, InputError> {
         let lines: IndexMap<String, Lines> = yaml::read(text, file).map_err(|error| {
             let line = "pick_and_place: Move Approach Grasp Translate Place Release";
-            error.help(format!("wanted lines such as `{line}`; several sequences of one task are a list"))
+            error.help(format!("expected lines such as `{line}`; several sequences of one task are a list"))
         })?;
         let mut tasks = IndexMap::new();
         for (task, lines) in lines {

@@ -127,7 +127,7 @@ fn ours(interval: &Interval, known: &Known) -> Result<String, String> {
         return Ok(interval.name.clone());
     }
     Err(format!(
-        "found `{}`, wanted a {what} of the rules or a name in the map (`{MASK}` leaves its time out)",
+        "found `{}`, expected a {what} of the rules or a name in the map (`{MASK}` leaves its time out)",
         interval.name
     ))
 }

@@ -167,7 +167,7 @@ impl Resolver {
             let over = if channel.ty.axis == Some(Axis::Fingers) { "a raw vec3 per finger" } else { "a raw vec3" };
             self.report(
                 Diagnostic::error(codes::WRONG_TYPE, format!("`{source}` cannot stand for `{}`", channel.name.text()))
-                    .at(place, format!("{over} is wanted here"))
+                    .at(place, format!("{over} is expected here"))
                     .at(channel.name.span, "for this channel"),
             );
             return None;

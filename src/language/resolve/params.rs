@@ -77,7 +77,7 @@ impl Resolver {
         if wanted == Dimension::NONE {
             return Some(());
         }
-        let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is wanted here"))
+        let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is expected here"))
             .at(value.span, "this is a plain number")
             .at(low.span.to(high.span), format!("its range is {wanted}"));
         self.report(self.with_units(finding, value.span, wanted));

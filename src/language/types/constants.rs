@@ -19,13 +19,13 @@ impl Resolver {
         let checked = self.expr(expr, scope)?;
         if checked.ty.shape != Shape::Scalar || checked.ty.axis.is_some() {
             self.report(
-                Diagnostic::error(codes::NOT_CONSTANT, "a constant number is wanted here")
+                Diagnostic::error(codes::NOT_CONSTANT, "a constant number is expected here")
                     .at(checked.span, format!("this is {}", describe(checked.ty))),
             );
             return None;
         }
         if let Some(wanted) = wanted.filter(|wanted| *wanted != checked.ty.dimension) {
-            let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is wanted here"))
+            let finding = Diagnostic::error(codes::WRONG_TYPE, format!("{wanted} is expected here"))
                 .at(checked.span, format!("this is {}", describe(checked.ty)));
             let bare = expr.is_bare_number();
             self.report(if bare { self.with_units(finding, checked.span, wanted) } else { finding });
@@ -104,7 +104,7 @@ impl Resolver {
         let wanted = match times.value {
             few if few <= 0.0 => "a condition is counted once or more often",
             many if many > MOST_TIMES => "a condition is counted 1000 times at most",
-            part if part.fract() != 0.0 && times.params.is_empty() => "a whole number of times is wanted here",
+            part if part.fract() != 0.0 && times.params.is_empty() => "a whole number of times is expected here",
             _ => return Some(()),
         };
         self.report(
@@ -127,7 +127,7 @@ impl Resolver {
             }
             _ => {
                 self.report(
-                    Diagnostic::error(codes::NOT_CONSTANT, "a constant is wanted here")
+                    Diagnostic::error(codes::NOT_CONSTANT, "a constant is expected here")
                         .at(expr.span, "this changes from frame to frame")
                         .help("only numbers and params are constant"),
                 );

@@ -142,7 +142,7 @@ impl Resolver {
             return Some(());
         }
         self.report(
-            Diagnostic::error(codes::WRONG_TYPE, "a direction, such as `contacts.normal`, is wanted here")
+            Diagnostic::error(codes::WRONG_TYPE, "a direction, such as `contacts.normal`, is expected here")
                 .at(normal.span, format!("this is {}", describe(normal.ty))),
         );
         None

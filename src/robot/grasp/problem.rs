@@ -84,12 +84,12 @@ impl std::fmt::Display for Failure {
             Self::TooWide(wanted, most) => {
                 let [wanted, most] = [wanted, most].map(|opening| opening * 1e3);
                 let missing = wanted - most;
-                write!(f, "the jaws open to {most:.1} mm, and {wanted:.1} mm are wanted: {missing:.1} mm are missing")
+                write!(f, "the jaws open to {most:.1} mm, and {wanted:.1} mm are needed: {missing:.1} mm are missing")
             }
             Self::TooNarrow(wanted, least) => {
                 let [wanted, least] = [wanted, least].map(|opening| opening * 1e3);
                 let over = least - wanted;
-                write!(f, "the jaws close to {least:.1} mm, and {wanted:.1} mm are wanted: {over:.1} mm remain open")
+                write!(f, "the jaws close to {least:.1} mm, and {wanted:.1} mm are needed: {over:.1} mm remain open")
             }
             Self::SlipsOff(finger, angle) => {
                 let [angle, most] = [*angle, FRICTION.atan()].map(|angle| angle.to_degrees().round());

@@ -161,7 +161,7 @@ fn from_text(
     let places = Places { text, file };
     let built = if let Some(urdf) = &parsed.urdf {
         if parsed.root.is_some() || parsed.links.len() + parsed.joints.len() + parsed.parts.len() > 0 {
-            let message = "stands beside `root`, `links`, `joints` or `parts`, wanted one of them";
+            let message = "stands beside `root`, `links`, `joints` or `parts`, expected one of them";
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
@@ -183,7 +183,7 @@ fn from_text(
             ("hand", parsed.hand.is_some()),
         ];
         if let Some((key, _)) = beside.iter().find(|(_, there)| *there) {
-            return Err(places.error(key, "", "stands beside `parts`, wanted one of the two".into()));
+            return Err(places.error(key, "", "stands beside `parts`, expected one of the two".into()));
         }
         assembly(parsed, &places, text_of, depth)?
     };
@@ -241,7 +241,7 @@ fn single(file: RobotFile, places: &Places<'_>) -> Result<Robot, InputError> {
         return Err(places.error("links", "", format!("there are {}, at most {MAX_LINKS} are read", links.len())));
     }
     if !links.iter().any(|(name, _)| *name == root) {
-        return Err(places.error("root", "", format!("found `{root}`, wanted the name of a link")));
+        return Err(places.error("root", "", format!("found `{root}`, expected the name of a link")));
     }
     // Every link but the root hangs at one joint.
     for (at, (name, joint)) in joints.iter().enumerate() {
@@ -312,16 +312,16 @@ fn above(link: &str, joints: &IndexMap<String, JointFile>) -> String {
 fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, InputError> {
     let refuse = |message: String| places.error("links", name, message);
     if link.source.trim().is_empty() {
-        return Err(refuse("has an empty `source`, wanted where its numbers come from, such as `ours`".into()));
+        return Err(refuse("has an empty `source`, expected where its numbers come from, such as `ours`".into()));
     }
     if !(0.0..=1e3).contains(&link.mass.0) {
-        return Err(refuse(format!("has a mass of {} kg, wanted 0 to 1000 kg", Shown(link.mass.0))));
+        return Err(refuse(format!("has a mass of {} kg, expected 0 to 1000 kg", Shown(link.mass.0))));
     }
     let size = |size: Length| {
         if size.0 > 0.0 && size.0 <= 10.0 {
             Ok(size.0)
         } else {
-            Err(refuse(format!("has a part of {} m, wanted more than 0 and at most 10 m", Shown(size.0))))
+            Err(refuse(format!("has a part of {} m, expected more than 0 and at most 10 m", Shown(size.0))))
         }
     };
     let mut solids = Vec::new();
@@ -376,7 +376,7 @@ fn placed(
 ) -> Result<Isometry3<f64>, InputError> {
     let length = turned.iter().map(|part| part * part).sum::<f64>().sqrt();
     if !(length > 1e-6 && length.is_finite()) {
-        return Err(places.error(section, key, format!("is turned by {turned:?}, wanted a quaternion w x y z")));
+        return Err(places.error(section, key, format!("is turned by {turned:?}, expected a quaternion w x y z")));
     }
     if at.iter().any(|part| part.0.abs() > 10.0) {
         return Err(places.error(section, key, "is more than 10 m away".into()));
@@ -389,7 +389,7 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
     let palm = robot
         .tree
         .link(&file.palm)
-        .ok_or_else(|| refuse("palm", format!("found `{}`, wanted the name of a link", file.palm)))?;
+        .ok_or_else(|| refuse("palm", format!("found `{}`, expected the name of a link", file.palm)))?;
     let mut specs = Vec::new();
     for (finger, file) in &file.fingers {
         let name = finger.name();
@@ -406,14 +406,14 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
         if !(1e-4..=0.1).contains(&file.radius.0) {
             return Err(refuse(
                 name,
-                format!("has a tip of radius {} m, wanted 0.1 mm to 100 mm", Shown(file.radius.0)),
+                format!("has a tip of radius {} m, expected 0.1 mm to 100 mm", Shown(file.radius.0)),
             ));
         }
         if !(file.force.0 > 0.0 && file.force.0 <= MAX_FORCE_N) {
             let found = Shown(file.force.0);
             return Err(refuse(
                 name,
-                format!("has a force of {found} N, wanted more than 0 and at most {MAX_FORCE_N} N"),
+                format!("has a force of {found} N, expected more than 0 and at most {MAX_FORCE_N} N"),
             ));
         }
         let pad = Unit::try_new(Vector3::from(file.pad), 1e-6)

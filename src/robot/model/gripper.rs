@@ -78,12 +78,12 @@ impl Jaws {
             return Ok(None);
         }
         if let Some(third) = fingers.get(2) {
-            return Err((third.finger, "is a third finger that slides, wanted the two jaws of a gripper".into()));
+            return Err((third.finger, "is a third finger that slides, expected the two jaws of a gripper".into()));
         }
         let Some(thumb) = fingers.iter().position(|model| model.finger == Finger::Thumb) else {
             return Err((
                 fingers[0].finger,
-                "is a jaw without an opponent, wanted one of the two to be `thumb`".into(),
+                "is a jaw without an opponent, expected one of the two to be `thumb`".into(),
             ));
         };
         let [thumb, other] = [&fingers[thumb], &fingers[1 - thumb]];

@@ -38,7 +38,7 @@ pub(crate) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     let reader = Reader { document: &document, file };
     let root = document.root_element();
     if root.tag_name().name() != "robot" {
-        return Err(reader.error(root, format!("found `{}`, wanted `robot`", root.tag_name().name())));
+        return Err(reader.error(root, format!("found `{}`, expected `robot`", root.tag_name().name())));
     }
     reader.robot(root)
 }
@@ -80,7 +80,7 @@ impl<'a> Reader<'a> {
             .parse::<f64>()
             .ok()
             .filter(|value| value.is_finite() && value.abs() < 1e6)
-            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, wanted a number")))
+            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, expected a number")))
     }
 
     fn three(&self, node: Node<'a, 'a>, key: &str, or: [f64; 3]) -> Result<[f64; 3], InputError> {
@@ -90,7 +90,7 @@ impl<'a> Reader<'a> {
             .ok()
             .and_then(|parts| <[f64; 3]>::try_from(parts).ok())
             .filter(|parts| parts.iter().all(|part| part.is_finite() && part.abs() < 1e3))
-            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, wanted three numbers")))
+            .ok_or_else(|| self.error(node, format!("`{key}` is `{text}`, expected three numbers")))
     }
 
     /// The `origin` of a node.
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
             links.push((node, name));
         }
         if links.is_empty() || links.len() > MAX_LINKS {
-            return Err(self.error(root, format!("has {} links, wanted 1 to {MAX_LINKS}", links.len())));
+            return Err(self.error(root, format!("has {} links, expected 1 to {MAX_LINKS}", links.len())));
         }
         let mut joints = Vec::new();
         for node in children(root, "joint") {
@@ -172,7 +172,7 @@ impl<'a> Reader<'a> {
             let kind = self.name(*node, "type")?;
             let known = ["revolute", "continuous", "prismatic", "fixed"];
             if !known.contains(&kind) {
-                return Err(self.error(*node, format!("the joint is `{kind}`, wanted one of {}", known.join(", "))));
+                return Err(self.error(*node, format!("the joint is `{kind}`, expected one of {}", known.join(", "))));
             }
             if kind == "fixed" || children(*node, "mimic").next().is_some() {
                 continue;
@@ -183,7 +183,7 @@ impl<'a> Reader<'a> {
             let range = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
             if range[0] >= range[1] {
                 let message = format!(
-                    "`{name}` goes from {} to {}, wanted the smaller end first",
+                    "`{name}` goes from {} to {}, expected the smaller end first",
                     Shown(range[0]),
                     Shown(range[1])
                 );
@@ -242,7 +242,7 @@ impl<'a> Reader<'a> {
             for shape in geometry.children().filter(Node::is_element) {
                 let positive = |key: &str| match self.number(shape, key, 0.0)? {
                     size if size > 0.0 && size <= 10.0 => Ok(size),
-                    size => Err(self.error(shape, format!("`{key}` is {size}, wanted more than 0 and at most 10 m"))),
+                    size => Err(self.error(shape, format!("`{key}` is {size}, expected more than 0 and at most 10 m"))),
                 };
                 match shape.tag_name().name() {
                     "box" => {
@@ -275,7 +275,7 @@ impl<'a> Reader<'a> {
         link.mass = children(inertial, "mass").next().map_or(Ok(0.0), |mass| self.number(mass, "value", 0.0))?;
         if !(0.0..=1e3).contains(&link.mass) {
             return Err(
-                self.error(inertial, format!("`{name}` has a mass of {} kg, wanted 0 to 1000 kg", Shown(link.mass)))
+                self.error(inertial, format!("`{name}` has a mass of {} kg, expected 0 to 1000 kg", Shown(link.mass)))
             );
         }
         link.centre = at * Point3::origin();
@@ -285,7 +285,7 @@ impl<'a> Reader<'a> {
                 let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
                 let own = Matrix3::new(of("ixx")?, xy, xz, xy, of("iyy")?, yz, xz, yz, of("izz")?);
                 let negative = || {
-                    let message = "has an inertia that no body has, wanted three moments of which none is negative";
+                    let message = "has an inertia that no body has, expected three moments of which none is negative";
                     self.error(node, format!("`{name}` {message}"))
                 };
                 let own = balanced(own).ok_or_else(negative)?;

@@ -258,7 +258,7 @@ impl<'a> Plan<'a> {
         if duration <= LONGEST_S {
             Ok(plan)
         } else {
-            Err(format!("takes {:.0} s, wanted at most {LONGEST_S} s", Shown(duration)))
+            Err(format!("takes {:.0} s, expected at most {LONGEST_S} s", Shown(duration)))
         }
     }
 

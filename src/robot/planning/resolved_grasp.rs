@@ -46,7 +46,7 @@ impl Grip {
             let [low, high] = dof.range;
             if !(low - ROUNDED..=high + ROUNDED).contains(value) {
                 return Err(format!(
-                    "has a grasp with the joint `{}` at {}, wanted {low:.3} to {high:.3}",
+                    "has a grasp with the joint `{}` at {}, expected {low:.3} to {high:.3}",
                     dof.name,
                     Shown(*value)
                 ));

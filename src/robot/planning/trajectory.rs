@@ -136,7 +136,7 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     let shared = dofs.iter().find(|dof| dofs.iter().filter(|other| other.name == dof.name).count() > 1);
     if let Some(Dof { name, .. }) = shared {
         let message =
-            format!("both arms are moved by the joint `{name}`, wanted joints of one arm each for a trajectory");
+            format!("both arms are moved by the joint `{name}`, expected joints of one arm each for a trajectory");
         return Err(InputError::new("the robot", message));
     }
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };

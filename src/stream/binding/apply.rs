@@ -295,16 +295,16 @@ impl Header {
             }
             (Some(unit), _) | (None, Some(unit)) => {
                 let (to_si, found) = compound(unit)
-                    .map_err(|part| format!("`{part}` is no unit that I know, wanted one of {dimension}"))?;
+                    .map_err(|part| format!("`{part}` is no unit that I know, expected one of {dimension}"))?;
                 if found != dimension {
-                    return Err(format!("`{unit}` is {found}, wanted {dimension}"));
+                    return Err(format!("`{unit}` is {found}, expected {dimension}"));
                 }
                 to_si
             }
             // A number of metres that is one of millimetres makes a flag that never changes, and nobody is told.
             (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
                 return Err(format!(
-                    "the column `{name}` has no unit to compare with the limit's, wanted `{name} [unit]`"
+                    "the column `{name}` has no unit to compare with the limit's, expected `{name} [unit]`"
                 ));
             }
             (None, None) => 1.0,
@@ -395,7 +395,7 @@ fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String
             let (side, rest) = channel.split_once('.').unwrap_or((channel, ""));
             if Side::from_name(side).is_none() || rest.is_empty() {
                 return Err(format!(
-                    "`{channel}` is no channel, wanted a name such as `right.thumb.force`, `<object>.position`, `contact.<object>.table.force`"
+                    "`{channel}` is no channel, expected a name such as `right.thumb.force`, `<object>.position`, `contact.<object>.table.force`"
                 ));
             }
             let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();

@@ -50,7 +50,7 @@ impl BindingFile {
             let is_force = matches!(names::channel(channel), Some((_, Dimension::FORCE, [None, None])));
             if !is_force {
                 let message =
-                    format!("`{channel}` is no force of a finger, wanted a channel such as `right.thumb.force`");
+                    format!("`{channel}` is no force of a finger, expected a channel such as `right.thumb.force`");
                 return Err(self.error("trust", message));
             }
         }

@@ -150,12 +150,12 @@ impl BindingFile {
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);
             if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
-                let message = format!("found {} Hz, wanted a rate above 0 and up to {MAX_RATE_HZ} Hz", Shown(rate));
+                let message = format!("found {} Hz, expected a rate above 0 and up to {MAX_RATE_HZ} Hz", Shown(rate));
                 return Err(file.error(key, message));
             }
         }
         if file.binding.rate.is_some() && file.binding.time != time_column() {
-            let message = "is for rows without stamps, and `time` names a column of stamps: wanted one of the two";
+            let message = "is for rows without stamps, and `time` names a column of stamps: expected one of the two";
             return Err(file.error("rate", message.into()));
         }
         if file.binding.bridge.0 < 0.0 {

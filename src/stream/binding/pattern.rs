@@ -148,7 +148,7 @@ impl Template {
             pieces.push(Piece::Text(rest.to_string()));
         }
         if pieces.is_empty() {
-            return Err("found nothing, wanted the name of a column".into());
+            return Err("found nothing, expected the name of a column".into());
         }
         Ok(Self(pieces))
     }
@@ -162,7 +162,7 @@ impl Template {
             "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Form::Quaternion, "wxyz"),
             "rpy" | "RPY" => (Form::Angles, "rpy"),
             other => {
-                return Err(format!("`<{other}>` is no placeholder, wanted <object>, <other>, <xyz>, <wxyz> or <rpy>"));
+                return Err(format!("`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz> or <rpy>"));
             }
         };
         let letters: Vec<String> = match texts {
@@ -303,7 +303,7 @@ impl<'de> Deserialize<'de> for Columns {
             }
             fn visit_map<A: de::MapAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let wanted =
-                    || de::Error::custom("wanted `{mean: [left <xyz>, right <xyz>]}`, with two columns or more");
+                    || de::Error::custom("expected `{mean: [left <xyz>, right <xyz>]}`, with two columns or more");
                 let mean = match items.next_entry::<String, Vec<Pattern>>()? {
                     Some((key, patterns)) if key == "mean" && patterns.len() >= 2 => Columns::Mean(patterns),
                     _ => return Err(wanted()),
@@ -318,7 +318,7 @@ impl<'de> Deserialize<'de> for Columns {
                 match patterns.len() {
                     3 | 4 | 9 => Ok(Columns::List(patterns)),
                     found => Err(de::Error::custom(format!(
-                        "found a list of {found} columns, wanted 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 (a rotation matrix, row by row)"
+                        "found a list of {found} columns, expected 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 (a rotation matrix, row by row)"
                     ))),
                 }
             }

@@ -217,7 +217,7 @@ pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts
             format!("its true place: by its shape `{name}` never comes near anything")
         };
         let message = format!(
-            "nothing tells when `{name}` is carried: Grasp cannot be told from Translate, and Place is not found; wanted \
+            "nothing tells when `{name}` is carried: Grasp cannot be told from Translate, and Place is not found; expected \
              `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene"
         );
         measured.over_all("no_support", &format!("contact.{name}"), message)

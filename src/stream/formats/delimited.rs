@@ -26,7 +26,7 @@ pub fn source(mut bytes: Box<dyn Read + Send>, file: impl Into<String>) -> Resul
     let mut head = vec![];
     bytes.by_ref().take(HEAD).read_to_end(&mut head).map_err(|error| InputError::unreadable(&file, &error))?;
     if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
-        return Err(InputError::new(&file, "found text in UTF-16, wanted UTF-8").help("save it as UTF-8"));
+        return Err(InputError::new(&file, "found text in UTF-16, expected UTF-8").help("save it as UTF-8"));
     }
     let Preamble { lines, units } = preamble(&head);
     let unit_line = units.as_ref().map(|(line, _)| *line);
@@ -78,7 +78,7 @@ fn first_record(form: Form, text: &mut dyn Read, file: &str) -> Result<(Vec<u8>,
         let whole = (read as u64) < more;
         match found {
             true if whole || end < front.len() => return Ok((front, first, end)),
-            false if whole => return Err(InputError::new(file, "the file is empty, wanted a header and rows")),
+            false if whole => return Err(InputError::new(file, "the file is empty, expected a header and rows")),
             _ => more *= 2,
         }
     }
@@ -174,7 +174,7 @@ pub fn unreadable(file: &str, error: &::csv::Error) -> InputError {
 /// # Errors
 /// When it is no UTF-8, what is to be said about it.
 pub(super) fn text_of(cell: &[u8]) -> Result<&str, String> {
-    std::str::from_utf8(cell).map_err(|_| format!("found `{}`, wanted text in UTF-8", cell_shown(cell)))
+    std::str::from_utf8(cell).map_err(|_| format!("found `{}`, expected text in UTF-8", cell_shown(cell)))
 }
 
 /// The beginning of a cell, for a message.

@@ -108,9 +108,9 @@ impl<R: BufRead> Lines<R> {
             let is_first = !std::mem::replace(&mut self.begun, true);
             return match serde_json::from_slice(&line) {
                 Ok(Unique(Value::Object(mut object))) => match object.remove("scene") {
-                    Some(_) if !is_first => Err(self.error("found a `scene`, wanted it in the first line only")),
+                    Some(_) if !is_first => Err(self.error("found a `scene`, expected it in the first line only")),
                     Some(_) if !object.is_empty() => {
-                        Err(self.error("found a `scene` beside other keys, wanted it in a line of its own"))
+                        Err(self.error("found a `scene` beside other keys, expected it in a line of its own"))
                     }
                     Some(scene) => self.scene(scene).map(Some),
                     None => Ok(Some(Line::Row(Row { object: Value::Object(object), line: self.row }))),
@@ -121,7 +121,7 @@ impl<R: BufRead> Lines<R> {
                 }
                 Ok(_) => {
                     Err(self
-                        .error("found no object, wanted one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
+                        .error("found no object, expected one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
                 }
                 Err(error) => {
                     let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };

@@ -66,7 +66,7 @@ impl Set {
         let set = Self { folder: folder.to_path_buf(), place, info };
         let version = set.text("codebase_version")?;
         if !matches!(version.split('.').next(), Some("v2" | "v3")) {
-            return Err(set.wrong(format!("found a data set of version `{version}`, wanted v2.0, v2.1 or v3.0")));
+            return Err(set.wrong(format!("found a data set of version `{version}`, expected v2.0, v2.1 or v3.0")));
         }
         Ok(set)
     }

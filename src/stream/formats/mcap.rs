@@ -52,7 +52,7 @@ pub fn folder(folder: &Path) -> Result<Source, InputError> {
     let Metadata { rosbag2_bagfile_information: information } = yaml::read(&text, &name)?;
     if information.storage_identifier != "mcap" {
         let found = information.storage_identifier;
-        return Err(InputError::new(name, format!("found a bag stored as `{found}`, wanted `mcap`"))
+        return Err(InputError::new(name, format!("found a bag stored as `{found}`, expected `mcap`"))
             .help("convert the bag with `ros2 bag convert` to MCAP"));
     }
     let mut topics = Topics::new(folder.display().to_string());
@@ -193,7 +193,7 @@ fn decompressed(chunk: &[u8]) -> Result<Vec<u8>, Fault> {
         "" => data.to_vec(),
         "zstd" => unpacked(::zstd::stream::read::Decoder::new(data).map_err(undone)?)?,
         "lz4" => unpacked(::lz4_flex::frame::FrameDecoder::new(data))?,
-        other => return Err(Fault::Damaged(format!("a chunk is compressed as `{other}`, wanted `zstd` or `lz4`"))),
+        other => return Err(Fault::Damaged(format!("a chunk is compressed as `{other}`, expected `zstd` or `lz4`"))),
     };
     // No sum at all is written as zero.
     if sum != 0 && sum != crc32fast::hash(&plain) {
@@ -275,7 +275,7 @@ impl Known {
             "ros1" => Wire::Ros1,
             other => {
                 return Reading::Refused(format!(
-                    "its messages are encoded as `{other}`, wanted `cdr`, `ros1` or `json`"
+                    "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
                 ));
             }
         };
@@ -283,7 +283,7 @@ impl Known {
             return Reading::Refused("it has no message definition".into());
         };
         if !matches!(form.as_str(), "ros2msg" | "ros1msg") {
-            return Reading::Refused(format!("its type {name} is defined as `{form}`, wanted `ros2msg`"));
+            return Reading::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
         }
         match Definition::parse(name, definition, wire) {
             Ok(definition) => Reading::Defined(definition),

@@ -44,7 +44,7 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         return folder::open(&path, episode);
     }
     if let Some(episode) = episode {
-        let message = format!("found a file, wanted a data set: only data sets have an episode {episode}");
+        let message = format!("found a file, expected a data set: only data sets have an episode {episode}");
         return Err(InputError::new(name, message));
     }
     let mut bytes = File::open(&path).map_err(failed)?;
@@ -80,7 +80,7 @@ pub fn check_name(path: &Path) -> Result<(), InputError> {
     if ending.is_empty() || text_ending(path) || cfg!(feature = "parquet") && ending == "parquet" {
         return Ok(());
     }
-    let message = format!("ends in .{ending}, wanted the name of a log, which ends in .csv or .parquet");
+    let message = format!("ends in .{ending}, expected the name of a log, which ends in .csv or .parquet");
     Err(InputError::new(path.display().to_string(), message))
 }
 
@@ -141,7 +141,7 @@ fn unknown(path: &Path) -> InputError {
         }
         "mcap" if cfg!(not(feature = "mcap")) => error.help("this build cannot read MCAP, its feature `mcap` is off"),
         _ => error.help(format!(
-            "wanted a table of text ({}), Parquet, MCAP, a ROS bag, JSON lines or a LeRobot data set",
+            "expected a table of text ({}), Parquet, MCAP, a ROS bag, JSON lines or a LeRobot data set",
             TEXT_ENDINGS.join(", ")
         )),
     }

@@ -117,9 +117,9 @@ fn values(text: &str, width: usize) -> Result<Vec<f64>, String> {
         cells.pop();
     }
     if cells.len() != width {
-        return Err(format!("found {} fields, wanted {width}", cells.len()));
+        return Err(format!("found {} fields, expected {width}", cells.len()));
     }
-    cells.iter().map(|cell| number(cell).ok_or_else(|| format!("found `{}`, wanted a number", shown(cell)))).collect()
+    cells.iter().map(|cell| number(cell).ok_or_else(|| format!("found `{}`, expected a number", shown(cell)))).collect()
 }
 
 /// Makes positions of a marker that was lost, all zero, unmeasured.

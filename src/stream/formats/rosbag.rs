@@ -127,7 +127,7 @@ impl Bag {
             Some(other) => {
                 let other = String::from_utf8_lossy(other);
                 Err(Fault::Damaged(format!(
-                    "its chunks are compressed as `{other}`, wanted `none`, `lz4` or `bz2`; decompress it with `rosbag decompress`"
+                    "its chunks are compressed as `{other}`, expected `none`, `lz4` or `bz2`; decompress it with `rosbag decompress`"
                 )))
             }
         }

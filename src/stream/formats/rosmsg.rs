@@ -76,7 +76,7 @@ impl Definition {
             return Err(format!("its definition has {} bytes, at most {MAX_DEFINITION} are read", text.len()));
         }
         if text.lines().any(|line| line.trim() == "---") {
-            return Err("its definition is that of a service or an action, wanted a message".into());
+            return Err("its definition is that of a service or an action, expected a message".into());
         }
         let mut sections: Vec<(String, Vec<&str>)> = vec![(plain(name), vec![])];
         for line in text.lines().map(str::trim) {
@@ -156,7 +156,7 @@ impl Field {
         let (Some(kind), Some(name)) = (words.next(), words.next()) else {
             return match line.split('#').next().map(str::trim) {
                 None | Some("") => Ok(None),
-                Some(found) => Err(format!("its definition has the line `{found}`, wanted a type and a name")),
+                Some(found) => Err(format!("its definition has the line `{found}`, expected a type and a name")),
             };
         };
         if name.contains('=') || words.next().is_some_and(|word| word.starts_with('=')) {
@@ -375,7 +375,7 @@ impl<'a> Bytes<'a> {
             return Ok(Self { data: message, at: 0, wire, big_endian: false, grid: 1 });
         }
         let [kind0, kind1, _, _, data @ ..] = message else {
-            return Err(format!("found a message of {} bytes, wanted CDR with its header of 4", message.len()));
+            return Err(format!("found a message of {} bytes, expected CDR with its header of 4", message.len()));
         };
         let (big_endian, grid) = match (kind0, kind1) {
             (0, 0) => (true, 8),
@@ -384,7 +384,7 @@ impl<'a> Bytes<'a> {
             (0, 7) => (false, 4),
             (a, b) => {
                 return Err(format!(
-                    "found CDR of the kind {a:02x} {b:02x}, wanted plain CDR (00 00, 00 01, 00 06, 00 07)"
+                    "found CDR of the kind {a:02x} {b:02x}, expected plain CDR (00 00, 00 01, 00 06, 00 07)"
                 ));
             }
         };

@@ -78,7 +78,7 @@ impl<'a> Performer<'a> {
             Goal::Wait(phase) => self.phase_of_other(phase)?,
             Goal::Together(together) => {
                 if !(0.0..=1.5).contains(&together.share) {
-                    return Err(refused(format!("has share {}, wanted 0 to 1.5", together.share)));
+                    return Err(refused(format!("has share {}, expected 0 to 1.5", together.share)));
                 }
                 if together.force.0 != 0.0 {
                     direction("toward", together.toward)?;
@@ -87,7 +87,7 @@ impl<'a> Performer<'a> {
                 match (&together.until, together.time) {
                     (Some(phase), None) => self.phase_of_other(phase)?,
                     (None, Some(time)) => positive("time", time.0, 60.0, "s")?,
-                    _ => return Err(refused("goes together without an end, wanted one of `until` and `time`".into())),
+                    _ => return Err(refused("goes together without an end, expected one of `until` and `time`".into())),
                 }
             }
         }
@@ -383,10 +383,10 @@ fn positive(what: &str, value: f64, most: f64, unit: &str) -> Result<(), InputEr
     if value > 0.0 && value <= most {
         return Ok(());
     }
-    Err(refused(format!("has {what} {} {unit}, wanted more than 0 and at most {most} {unit}", Shown(value))))
+    Err(refused(format!("has {what} {} {unit}, expected more than 0 and at most {most} {unit}", Shown(value))))
 }
 
 fn direction(what: &str, vector: [f64; 3]) -> Result<Vector3<f64>, InputError> {
     let found = Vector3::from(vector).try_normalize(1e-6).filter(|vector| vector.iter().all(|part| part.is_finite()));
-    found.ok_or_else(|| refused(format!("has {what} {vector:?}, wanted a direction that is not zero")))
+    found.ok_or_else(|| refused(format!("has {what} {vector:?}, expected a direction that is not zero")))
 }

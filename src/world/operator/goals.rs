@@ -290,7 +290,7 @@ impl TryFrom<Vec<StepText>> for Steps {
 impl StepText {
     /// Appends what this step is.
     fn write_out(self, steps: &mut Vec<Step>) -> Result<(), String> {
-        const WANTED: &str = "wanted one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
+        const WANTED: &str = "expected one of reach, close, carry, bring, insert, withdraw, turn, press, open, hold, slip, wait, together, repeat";
         let goals = [
             self.reach.map(Goal::Reach),
             self.close.map(Goal::Close),
@@ -313,7 +313,7 @@ impl StepText {
             }
             (None, _, Some(Repeat { times, steps: Steps(repeated) })) => {
                 if times.saturating_mul(repeated.len()) > MAX_STEPS {
-                    return Err(format!("{times} times {} steps, wanted at most {MAX_STEPS} in all", repeated.len()));
+                    return Err(format!("{times} times {} steps, expected at most {MAX_STEPS} in all", repeated.len()));
                 }
                 let begin = steps.len();
                 steps.extend(std::iter::repeat_n(repeated, times).flatten());

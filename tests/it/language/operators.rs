@@ -237,7 +237,7 @@ fn a_number_of_times_is_checked() {
         ("0", "once or more often"),
         ("2000", "1000 times at most"),
         ("2.5", "a whole number of times"),
-        ("(3 N)", "is wanted here"),
+        ("(3 N)", "is expected here"),
         ("three", "E201"),
     ] {
         let told = report(&load(&format!("(moving) at least {times} times within last 2 s")));

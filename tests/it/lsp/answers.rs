@@ -215,7 +215,7 @@ fn a_recording_that_is_written_anew_is_read_anew() {
 fn settings_that_are_wrong_are_shown() {
     let mut editor = Editor::with(&[], json!({ "log": "nowhere.csv" }));
     for (sent, told) in [
-        (json!({ "teachtree": { "at": "noon" } }), "wanted a time such as 3.41s or 3410ms, found `noon`"),
+        (json!({ "teachtree": { "at": "noon" } }), "expected a time such as 3.41s or 3410ms, found `noon`"),
         (json!({ "teachtree": { "log": 7 } }), "the settings of teachtree are wrong"),
         (json!({ "log": "elsewhere.csv" }), "elsewhere.csv"),
         (json!({ "log": "", "at": "" }), ""),

@@ -16,7 +16,7 @@ fn every_mistake_in_a_robot_is_told_at_its_line() {
         let wanted = text.lines().next().unwrap().trim_start_matches("# ");
         let error = robot::read(&text, &name).map_or_else(|error| error.to_string(), |_| "no error".into());
         let missing = wanted.split(" | ").filter(|word| !error.contains(word));
-        wrong.extend(missing.map(|word| format!("{name}: wanted `{word}`, found `{error}`")));
+        wrong.extend(missing.map(|word| format!("{name}: expected `{word}`, found `{error}`")));
         seen += 1;
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
@@ -77,7 +77,7 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     assert!(wrong("<parent link=\"f1\"/>", "<parent link=\"f3\"/>").contains("`f3`, which is no link"));
     assert!(wrong("joint=\"bend\"", "joint=\"bent\"").contains("`curl` mimics `bent`"));
     assert!(wrong("name=\"curl\"", "name=\"bend\"").contains("the joint `bend` is there twice"));
-    assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, wanted three numbers"));
+    assert!(wrong("xyz=\"0.05 0 0\"", "xyz=\"0.05 0,0 0\"").contains("`xyz` is `0.05 0,0 0`, expected three numbers"));
     // A moment that is more than the other two together is balanced, as files of well-known hands want it.
     let balanced: &'static str = Box::leak(urdf.replace("ixx=\"1e-3\"", "ixx=\"4e-3\"").into_boxed_str());
     let palm = open(balanced).unwrap().tree.links.into_iter().find(|link| link.name == "palm").unwrap();

@@ -155,11 +155,11 @@ fn what_jaws_cannot_hold_is_told_with_what_is_missing() {
     let gripper = shipped("parallel_jaw");
     let (object, contacts) = across(120.0);
     let wide = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
-    assert_eq!(wide, "the jaws open to 100.0 mm, and 120.0 mm are wanted: 20.0 mm are missing");
+    assert_eq!(wide, "the jaws open to 100.0 mm, and 120.0 mm are needed: 20.0 mm are missing");
     let narrow = changed(&[("travel: [0 mm, 50 mm]", "travel: [10 mm, 50 mm]")]).unwrap();
     let (object, contacts) = across(12.0);
     let narrow = mapped(&narrow, &object, contacts, Vec::new()).unwrap_err();
-    assert_eq!(narrow, "the jaws close to 20.0 mm, and 12.0 mm are wanted: 8.0 mm remain open");
+    assert_eq!(narrow, "the jaws close to 20.0 mm, and 12.0 mm are needed: 8.0 mm remain open");
     // Thumb on one side, the fingers on top.
     let (object, mut contacts) = across(60.0);
     contacts[1] = Contact { finger: Finger::Index, point: Point3::new(0.0, 0.025, 0.030), normal: Vector3::z() };

@@ -29,7 +29,7 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
     for (name, one, other, wanted) in cases {
         for (one, other) in [(one, other), (other, one)] {
             let got = one.gap(&other);
-            assert!((got - wanted).abs() < 2e-5, "{name}: {got} m, wanted {wanted} m");
+            assert!((got - wanted).abs() < 2e-5, "{name}: {got} m, expected {wanted} m");
         }
     }
 }

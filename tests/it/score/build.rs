@@ -86,5 +86,5 @@ pub fn tally(true_text: &str, text: &str) -> Tally {
 /// Nearly equal: times are added up.
 pub fn near(found: Option<f64>, wanted: f64) {
     let found = found.unwrap();
-    assert!((found - wanted).abs() < 1e-9, "found {found}, wanted {wanted}");
+    assert!((found - wanted).abs() < 1e-9, "found {found}, expected {wanted}");
 }

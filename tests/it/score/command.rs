@@ -116,7 +116,7 @@ fn what_cannot_be_scored_is_said() {
         (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
         (with(&["--labels", "docs"]), "the log has no label file"),
         (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: there is no such file"),
-        (with(&["--labels", "nowhere.csv", "--map", "S1"]), "wanted FOREIGN=OURS"),
+        (with(&["--labels", "nowhere.csv", "--map", "S1"]), "expected FOREIGN=OURS"),
         (vec!["score", "a.csv", "b.csv", "--labels", labels.to_str().unwrap()], "one label file for 2 recordings"),
     ] {
         let output = teachtree(&args, "1");

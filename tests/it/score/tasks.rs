@@ -81,5 +81,5 @@ fn the_sequence_of_a_task_is_that_of_its_time() {
     );
     assert!(refused("pick: Move\npick: Grasp").contains("the key `pick` is there twice"));
     assert_eq!(refused("pick: []"), "s.yaml: the sequence of `pick` is empty");
-    assert!(refused("pick: 3").contains("wanted lines such as"), "{}", refused("pick: 3"));
+    assert!(refused("pick: 3").contains("expected lines such as"), "{}", refused("pick: 3"));
 }

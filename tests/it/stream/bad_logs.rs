@@ -135,10 +135,10 @@ fn a_scene_beyond_all_sizes_is_refused() {
         error.to_string()
     });
     let wanted = [
-        "bodies.cube.parts.0: has an edge of 80 m, wanted 0.1 mm to 10 m",
-        "bodies.cube.parts.0: has a height of 80 m, wanted 0.1 mm to 10 m",
-        "bodies.cube.parts.0: is 20 m from the middle of its body, wanted at most 10 m",
-        "bodies: found 300 bodies, wanted at most 256",
+        "bodies.cube.parts.0: has an edge of 80 m, expected 0.1 mm to 10 m",
+        "bodies.cube.parts.0: has a height of 80 m, expected 0.1 mm to 10 m",
+        "bodies.cube.parts.0: is 20 m from the middle of its body, expected at most 10 m",
+        "bodies: found 300 bodies, expected at most 256",
     ];
     for (told, wanted) in told.iter().zip(wanted) {
         assert!(told.contains(wanted), "{told}");

@@ -45,7 +45,7 @@ proptest! {
             let wanted = surface_distance(&other, &at.translation.vector.into()) - radius;
             if wanted < NEAR {
                 let found = the_gap(&ball, &at, &other);
-                prop_assert!((found - wanted).abs() < EXACT, "{part}: {found}, wanted {wanted}");
+                prop_assert!((found - wanted).abs() < EXACT, "{part}: {found}, expected {wanted}");
             }
         }
     }
@@ -78,7 +78,7 @@ mod parry {
                 let wanted = query::distance(&upright(&at), &own, &pose, &*shape).unwrap().distance;
                 if wanted > PROMISED && wanted < NEAR {
                     let found = the_gap(&cylinder, &at, &body(&part));
-                    prop_assert!((found - wanted).abs() < PROMISED, "{part}: {found}, wanted {wanted}");
+                    prop_assert!((found - wanted).abs() < PROMISED, "{part}: {found}, expected {wanted}");
                 }
             }
         }

@@ -17,7 +17,7 @@ hands:
 ";
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
-    assert!((found - wanted).abs() <= tolerance, "found {found}, wanted {wanted} within {tolerance}");
+    assert!((found - wanted).abs() <= tolerance, "found {found}, expected {wanted} within {tolerance}");
 }
 
 /// A hand that stands over the cube for 0.5 s, passes to the ball while the thumb presses from 0.2 s to 0.8 s, and the cube that slides along x.

@@ -49,7 +49,7 @@ fn loses(frames: &Frames, body: &str, from: f64) -> f64 {
 }
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
-    assert!((found - wanted).abs() <= tolerance, "found {found} s, wanted {wanted} s within {tolerance} s");
+    assert!((found - wanted).abs() <= tolerance, "found {found} s, expected {wanted} s within {tolerance} s");
 }
 
 #[test]

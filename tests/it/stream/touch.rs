@@ -39,7 +39,7 @@ impl Felt {
 }
 
 fn near(found: f64, wanted: f64, tolerance: f64) {
-    assert!((found - wanted).abs() <= tolerance, "found {found}, wanted {wanted} within {tolerance}");
+    assert!((found - wanted).abs() <= tolerance, "found {found}, expected {wanted} within {tolerance}");
 }
 
 /// An object over a base whose upper face is z = 0; `position` and `turned` (about x, rad) over time, thumb and index with opposite forces

@@ -172,7 +172,7 @@ fn a_cube_of_20_g_squeezed_hard_by_ten_fingertips_stays_still() {
         assert!(velocity.norm() < 1e-3 && spin.norm() < 1e-2, "{velocity} {spin}");
         let now = forces(seen);
         for (now, before) in now.iter().zip(&before) {
-            assert!((now.y.abs() / 4.0 - 1.0).abs() < 0.02, "pressed with {now}, wanted 4 N");
+            assert!((now.y.abs() / 4.0 - 1.0).abs() < 0.02, "pressed with {now}, expected 4 N");
             assert!((now - before).norm() < 0.01, "{before} became {now} in a step");
         }
         before = now;
@@ -196,7 +196,7 @@ fn a_heavy_cube_pressed_onto_the_base_by_five_fingertips_bears_all_of_them() {
     for _ in 0..steps(0.5) {
         let seen = world.step(&over(pressed));
         let (by_tips, by_base) = (force_on_cube(seen).z, seen.contact(0, 1).0.z);
-        assert!((by_tips / -15.0 - 1.0).abs() < 0.02, "pressed with {by_tips} N, wanted 15 N");
+        assert!((by_tips / -15.0 - 1.0).abs() < 0.02, "pressed with {by_tips} N, expected 15 N");
         assert!((by_base / (15.0 + 2.0 * 9.81) - 1.0).abs() < 0.02, "the base bears {by_base} N");
         assert!(seen.bodies[0].velocity.norm() < 1e-3, "{}", seen.bodies[0].velocity);
     }

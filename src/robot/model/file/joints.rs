@@ -66,7 +66,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
     for (name, joint) in joints {
         let refuse = |message: String| places.error("joints", name, message);
         if joint.source.trim().is_empty() {
-            return Err(refuse("has an empty `source`, wanted where its numbers come from, such as `ours`".into()));
+            return Err(refuse("has an empty `source`, expected where its numbers come from, such as `ours`".into()));
         }
         if let Some(coupled) = &joint.coupled {
             let own = [joint.range.is_some(), joint.travel.is_some(), joint.torque.is_some(), joint.force.is_some()];
@@ -81,7 +81,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
                 Some(_) => {}
             }
             if !(coupled.ratio.is_finite() && coupled.ratio != 0.0 && coupled.ratio.abs() <= 100.0) {
-                return Err(refuse(format!("is coupled with the ratio {}, wanted up to 100, not 0", coupled.ratio)));
+                return Err(refuse(format!("is coupled with the ratio {}, expected up to 100, not 0", coupled.ratio)));
             }
             continue;
         }
@@ -97,14 +97,14 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
         if !(range[0] < range[1] && range.iter().all(|end| end.abs() <= largest)) {
             let unit = if joint.range.is_some() { "rad" } else { "m" };
             return Err(refuse(format!(
-                "goes from {} to {} {unit}, wanted the smaller end first, within {largest:.4} {unit}",
+                "goes from {} to {} {unit}, expected the smaller end first, within {largest:.4} {unit}",
                 Shown(range[0]),
                 Shown(range[1])
             )));
         }
         let positive = |what: &str, value: Option<f64>| match value {
             Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
-            Some(value) => Err(refuse(format!("has the {what} {}, wanted more than 0 and at most 1e5", Shown(value)))),
+            Some(value) => Err(refuse(format!("has the {what} {}, expected more than 0 and at most 1e5", Shown(value)))),
             None => Err(refuse(format!("has no `{what}`"))),
         };
         let (torque_word, speed_word) =
@@ -112,9 +112,9 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
         let (torque, speed) = (positive(torque_word, torque)?, positive(speed_word, speed)?);
         let acceleration = match (joint.acceleration, joint.slide_acceleration) {
             (Some(_), _) if joint.range.is_none() => {
-                return Err(refuse("slides, wanted a `slide_acceleration`".into()));
+                return Err(refuse("slides, expected a `slide_acceleration`".into()));
             }
-            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, wanted an `acceleration`".into())),
+            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, expected an `acceleration`".into())),
             (Some(turning), _) => positive("acceleration", Some(turning.0))?,
             (_, Some(sliding)) => positive("slide_acceleration", Some(sliding.0))?,
             (None, None) => speed / SPEEDS_UP_S,
@@ -123,7 +123,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
             [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
         {
             if !(0.0..=1e4).contains(&value) {
-                return Err(refuse(format!("has the {what} {}, wanted 0 to 1e4", Shown(value))));
+                return Err(refuse(format!("has the {what} {}, expected 0 to 1e4", Shown(value))));
             }
         }
         let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
@@ -147,6 +147,6 @@ pub(super) fn made_joint(
     let axis = joint.axis.ok_or_else(|| refuse("has no `axis`".into()))?;
     let axis = Unit::try_new(Vector3::from(axis), 1e-6)
         .filter(|axis| axis.iter().all(|part| part.is_finite()))
-        .ok_or_else(|| refuse(format!("has the axis {axis:?}, wanted a direction")))?;
+        .ok_or_else(|| refuse(format!("has the axis {axis:?}, expected a direction")))?;
     Ok(Joint { name: name.into(), kind: if slides { Kind::Slides } else { Kind::Turns }, axis, dof, ratio })
 }

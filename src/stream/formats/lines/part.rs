@@ -264,7 +264,7 @@ impl Plan {
         let width = self.header.len();
         let surplus = record.len() == width + 1 && record.iter().next_back().is_some_and(<[u8]>::is_empty);
         if record.len() != width && !surplus {
-            let message = format!("found {} fields, wanted {width} as in the header", record.len());
+            let message = format!("found {} fields, expected {width} as in the header", record.len());
             return Err(InputError::new(format!("{} row {row}", self.file), message));
         }
         let mut stamp = None;
@@ -280,12 +280,12 @@ impl Plan {
                 }
                 Want::Time(to_seconds) => match self.form.time(cell, *to_seconds) {
                     Some(seconds) if seconds.is_finite() => stamp = Some(seconds),
-                    _ => return Err(wrong(format!("found `{}`, wanted a time", cell_shown(cell)))),
+                    _ => return Err(wrong(format!("found `{}`, expected a time", cell_shown(cell)))),
                 },
                 Want::Number(_) => {
                     self.form
                         .number(cell)
-                        .ok_or_else(|| wrong(format!("found `{}`, wanted a number", cell_shown(cell))))?;
+                        .ok_or_else(|| wrong(format!("found `{}`, expected a number", cell_shown(cell))))?;
                 }
             }
         }

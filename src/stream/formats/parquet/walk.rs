@@ -75,7 +75,7 @@ impl Walk {
             let wrong = |message: String| InputError::new(&name, message);
             let kept = stamp.is_finite() && self.stamps.push(stamp, 0).map_err(wrong)?;
             if !kept {
-                return Err(wrong(format!("found a row at {stamp} s, wanted stamps that rise")));
+                return Err(wrong(format!("found a row at {stamp} s, expected stamps that rise")));
             }
         }
         (table.time, table.row_time) = self.stamps.take();

@@ -69,9 +69,9 @@ fn what_is_said_twice_is_refused_at_its_line() {
         "log.jsonl row 2: the key `noise` is there twice",
         "log.jsonl row 2: `right.thumb.noise` is there twice, as one key and as nested ones",
         "log.jsonl row 2: the key `time` is there twice",
-        "log.jsonl row 2: found a `scene`, wanted it in the first line only",
-        "log.jsonl row 2: found a `scene`, wanted it in the first line only",
-        "log.jsonl row 1: found a `scene` beside other keys, wanted it in a line of its own",
+        "log.jsonl row 2: found a `scene`, expected it in the first line only",
+        "log.jsonl row 2: found a `scene`, expected it in the first line only",
+        "log.jsonl row 1: found a `scene` beside other keys, expected it in a line of its own",
     ];
     // The column of a letter is the reader's affair.
     let without_letter = |text: &str| {

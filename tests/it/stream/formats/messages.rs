@@ -336,7 +336,7 @@ channels:
 #[test]
 fn a_wrong_encoding_is_refused_with_its_channel() {
     let refused = bound(&fixture("rosbag2/wrong_rmw_test_0.mcap"), "").unwrap_err();
-    insta::assert_snapshot!(refused, @"wrong_rmw_test_0.mcap topic /test_topic: its messages are encoded as `wrong_format`, wanted `cdr`, `ros1` or `json`");
+    insta::assert_snapshot!(refused, @"wrong_rmw_test_0.mcap topic /test_topic: its messages are encoded as `wrong_format`, expected `cdr`, `ros1` or `json`");
 }
 
 #[test]

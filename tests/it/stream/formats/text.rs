@@ -98,7 +98,7 @@ channels:
     let alone = "time: 1\nchannels: {right.palm.force: force.<xyz=2 3 4>}\n";
     assert_eq!(bound(&log, alone).unwrap().0.time, [0.01, 0.03, 0.05]);
     let refused = "time: 1\nchannels: {right.palm.force: notes.<xyz=2 3 4>}\n";
-    insta::assert_snapshot!(bound(&log, refused).unwrap_err(), @"binding.yaml:2:12: `notes` cannot be read: the file is empty, wanted a header and rows");
+    insta::assert_snapshot!(bound(&log, refused).unwrap_err(), @"binding.yaml:2:12: `notes` cannot be read: the file is empty, expected a header and rows");
 }
 
 const CAPTURE: &str = "NO_OF_FRAMES\t3\nFREQUENCY\t50\nMARKER_NAMES\ttip\tpillow\n";
@@ -127,10 +127,10 @@ fn qualisys_frames_without_stamps_have_the_rate_of_the_header() {
     .unwrap();
     assert_eq!(recording.time, [0.0, 0.02]);
     assert_eq!(issues.len(), 1);
-    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, wanted 6); it is left out");
+    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, expected 6); it is left out");
     let refused = |rows: &str| bound_text("capture.tsv", &format!("{CAPTURE}{rows}"), "").unwrap_err();
-    insta::assert_snapshot!(refused("1\t2\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found 2 fields, wanted 6");
-    insta::assert_snapshot!(refused("1\t2\t3\t4\t5\tfar\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found `far`, wanted a number");
+    insta::assert_snapshot!(refused("1\t2\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found 2 fields, expected 6");
+    insta::assert_snapshot!(refused("1\t2\t3\t4\t5\tfar\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found `far`, expected a number");
 }
 
 #[test]
@@ -143,8 +143,8 @@ fn a_flag_is_made_by_a_threshold() {
         assert!(flags[..2] == [0.0, 1.0] && flags[2].is_nan(), "{name}: {flags:?}");
     }
     let wrong = |channel: &str| bound_text("log.csv", text, &format!("channels: {{{channel}}}\n")).unwrap_err();
-    insta::assert_snapshot!(wrong("right.gripper.closed: opening < 30 N"), @"binding.yaml:1:12: `mm` is a length (m), wanted a force (N)");
-    insta::assert_snapshot!(wrong("right.gripper.closed: pad < 30 mm"), @"binding.yaml:1:12: the column `pad` has no unit to compare with the limit's, wanted `pad [unit]`");
+    insta::assert_snapshot!(wrong("right.gripper.closed: opening < 30 N"), @"binding.yaml:1:12: `mm` is a length (m), expected a force (N)");
+    insta::assert_snapshot!(wrong("right.gripper.closed: pad < 30 mm"), @"binding.yaml:1:12: the column `pad` has no unit to compare with the limit's, expected `pad [unit]`");
     insta::assert_snapshot!(wrong("right.gripper.opening: opening < 30 mm"), @"binding.yaml:1:12: `right.gripper.opening` is no flag, only flags have a threshold");
 }
 
@@ -226,7 +226,7 @@ fn dates_and_clocks_are_stamps() {
     assert_eq!(at("2026-11-21 20:07:00.5+01:00").unwrap()[0], 1_795_288_020.5);
     assert_eq!(at("1970/01/01T00:00").unwrap()[0], 0.0);
     assert_eq!(at("2024-02-29 00:00:00").unwrap()[0], 1_709_164_800.0);
-    insta::assert_snapshot!(at("2026-13-01 00:00").unwrap_err(), @"log.csv row 2 column when: found `2026-13-01 00:00`, wanted a time");
+    insta::assert_snapshot!(at("2026-13-01 00:00").unwrap_err(), @"log.csv row 2 column when: found `2026-13-01 00:00`, expected a time");
 }
 
 #[test]
@@ -260,7 +260,7 @@ fn angles_and_matrices_become_quaternions() {
     insta::assert_snapshot!(
         [wrong("\"<xyz=r p y>\""), wrong("\"<rpy> [mm]\"")].join("\n"), @r"
     binding.yaml:2:12: `cube.rotation` has 4 components, found columns for 3; angles are `<rpy>`
-    binding.yaml:2:12: `mm` is a length (m), wanted an angle (rad)
+    binding.yaml:2:12: `mm` is a length (m), expected an angle (rad)
     "
     );
 }
@@ -290,16 +290,16 @@ fn lines_about_the_recording_and_units_stand_above_the_numbers() {
             refused("\u{feff}Device\ntime,a,b\n0,1,2\n0,1\n0,1,2\n"),
         ]
         .join("\n"), @r"
-    log.csv row 5 column b: found `far`, wanted a number
-    log.csv row 2 column time: found `none`, wanted a time
-    log.csv row 4: found 2 fields, wanted 3 as in the header
+    log.csv row 5 column b: found `far`, expected a number
+    log.csv row 2 column time: found `none`, expected a time
+    log.csv row 4: found 2 fields, expected 3 as in the header
     "
     );
     let folder = folder(&[]);
     let path = folder.path().join("log.csv");
     std::fs::write(&path, [0xff, 0xfe, b't', 0, b'\n', 0]).unwrap();
     insta::assert_snapshot!(bound(&path, binding).unwrap_err(), @r"
-    log.csv: found text in UTF-16, wanted UTF-8
+    log.csv: found text in UTF-16, expected UTF-8
       help: save it as UTF-8
     ");
 }
@@ -350,10 +350,10 @@ fn what_is_wrong_far_down_is_told_with_its_row() {
     let told = |text: &str| bound_text("log.csv", text, PALM).unwrap_err().to_string();
     for line_end in ["\n", "\r\n"] {
         let told = |otherwise: &[(usize, &str)]| told(&many(line_end, otherwise));
-        assert_eq!(told(&[(52_345, "52.345,1,x,3,")]), "log.csv row 52345 column py: found `x`, wanted a number");
+        assert_eq!(told(&[(52_345, "52.345,1,x,3,")]), "log.csv row 52345 column py: found `x`, expected a number");
         assert_eq!(
             told(&[(7, ""), (52_345, "52.345,1,2")]),
-            "log.csv row 52345: found 3 fields, wanted 5 as in the header"
+            "log.csv row 52345: found 3 fields, expected 5 as in the header"
         );
         assert_eq!(
             told(&[(52_345, "1,1,2,3,")]),
@@ -362,7 +362,7 @@ fn what_is_wrong_far_down_is_told_with_its_row() {
         // The first of two.
         assert_eq!(
             told(&[(20_000, "20,?,2,3,"), (52_345, "52.345,?,2,3,")]),
-            "log.csv row 20000 column px: found `?`, wanted a number"
+            "log.csv row 20000 column px: found `?`, expected a number"
         );
     }
     let open = told(&many("\n", &[(52_345, "52.345,1,2,3,\"open")]));
