@@ -32,7 +32,8 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
 use crate::engine::semantics::samples;
-use crate::language::rules::{RelabelKind, Rules};
+use crate::language::lints::durations;
+use crate::language::rules::{Constant, Rules};
 use crate::stream::frames::{Frames, Issue};
 use crate::stream::series::Series;
 use lane::Piece;
@@ -151,22 +152,27 @@ pub struct TaskSpan {
     pub segments: Vec<Segment>,
 }
 
-/// Whether every duration of settling, tasks and relabelling can be honoured at a rate.
+/// Checks that every duration of settling, tasks and relabelling is at least one sample.
 ///
 /// # Errors
 /// The first one that is shorter than one sample, at its place in the rules.
 pub fn check_rate(rules: &Rules, rate_hz: f64) -> Result<(), InputError> {
-    let settling = rules.trees.iter().filter_map(|tree| tree.settle.as_ref());
-    let keys = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
-    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
-        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
-        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
-    });
-    for duration in settling.chain(keys).chain(limits).filter(|duration| duration.value > 0.0) {
-        samples(duration.value, rate_hz)
-            .map_err(|error| InputError { place: rules.sources.place(duration.span), ..error })?;
-    }
-    Ok(())
+    // A tree that does not settle says so with a duration of nothing.
+    let durations = durations::of_segments(rules).into_iter().filter(|duration| duration.value > 0.0);
+    too_short(rules, durations, rate_hz).map_or(Ok(()), Err)
+}
+
+/// Returns an evaluator's error about a rate with the place of the window in the rules. The evaluators know no places: they check only
+/// the windows that a log needs.
+pub fn placed(error: InputError, rules: &Rules, rate_hz: f64) -> InputError {
+    too_short(rules, durations::of_windows(rules).into_iter(), rate_hz).unwrap_or(error)
+}
+
+fn too_short<'a>(rules: &Rules, mut durations: impl Iterator<Item = &'a Constant>, rate_hz: f64) -> Option<InputError> {
+    durations.find_map(|duration| {
+        let error = samples(duration.value, rate_hz).err()?;
+        Some(InputError { place: rules.sources.place(duration.span), ..error })
+    })
 }
 
 /// Finds the segments and tasks of a recording, from the leaves of each of its gap-free stretches.

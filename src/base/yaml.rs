@@ -151,7 +151,10 @@ pub(crate) fn in_plain_words(message: &str) -> String {
             _ => found_words(found),
         };
         let wanted = wanted_words(wanted);
-        return format!("{path}found {found}{}", if wanted.is_empty() { wanted } else { format!(", expected {wanted}") });
+        return format!(
+            "{path}found {found}{}",
+            if wanted.is_empty() { wanted } else { format!(", expected {wanted}") }
+        );
     }
     for (kind, says) in [("missing field ", "is missing"), ("duplicate field ", "is there twice")] {
         if let Some((path, rest)) = mark(kind) {

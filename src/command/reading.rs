@@ -215,7 +215,9 @@ fn told_only(values: &[f64]) -> Check {
 /// Numbers of the size that things have.
 fn finite(values: &[f64]) -> Check {
     match values.iter().find(|value| value.is_nan() || value.abs() > LARGEST) {
-        Some(value) => Err(format!("has the number {}, expected one of at most {LARGEST} in rad, N or s", Shown(*value))),
+        Some(value) => {
+            Err(format!("has the number {}, expected one of at most {LARGEST} in rad, N or s", Shown(*value)))
+        }
         None => Ok(()),
     }
 }

@@ -5,7 +5,7 @@ pub mod allow;
 pub mod choices;
 pub mod conditions;
 pub mod cyclic_rewrites;
-mod durations;
+pub mod durations;
 pub mod labels;
 mod proof;
 mod quotients;

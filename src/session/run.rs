@@ -2,7 +2,7 @@
 
 use super::error::Error;
 use super::observability;
-use crate::analysis::{self, Analysis, check_rate};
+use crate::analysis::{self, Analysis, check_rate, placed};
 use crate::base::channels::ChannelSpec;
 use crate::base::error::{ErrorKind, InputError};
 use crate::engine::evaluator::evaluate;
@@ -45,8 +45,9 @@ fn mismatch(error: InputError) -> Error {
 /// # Errors
 /// The frames come too slowly for a duration of the rules.
 pub fn leaves(rules: &Rules, graph: &Graph, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
-    check_rate(rules, frames.layout.rate_hz)?;
-    evaluate(graph, frames)
+    let rate_hz = frames.layout.rate_hz;
+    check_rate(rules, rate_hz)?;
+    evaluate(graph, frames).map_err(|error| placed(error, rules, rate_hz))
 }
 
 impl Run {

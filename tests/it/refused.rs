@@ -48,7 +48,11 @@ fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
             "scene.yaml:16:5: bodies.holder.parts.1: has an edge of 11 m",
         ),
         ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, expected 0.1 g to 1000 kg"),
-        ("mass: 40 g, ", "", "scene.yaml:5:8: bodies.peg: is an object without mass, expected one such as `mass: 50 g`"),
+        (
+            "mass: 40 g, ",
+            "",
+            "scene.yaml:5:8: bodies.peg: is an object without mass, expected one such as `mass: 50 g`",
+        ),
         (
             "mass: 40 g, friction: 0.2",
             "mass: 40 g, friction: 55",

@@ -1,4 +1,4 @@
-//! Durations that the usual rate cannot honour.
+//! The durations of rules, and those that the usual rate cannot honor.
 
 use super::expressions;
 use crate::base::diagnostic::Diagnostic;
@@ -10,20 +10,10 @@ use std::collections::BTreeSet;
 /// The rate at which demonstrations are usually recorded, Hz.
 const USUAL_RATE_HZ: f64 = 1000.0;
 
-/// Warns of windows, settlings and durations of tasks and relabelling rules in the `named` files that are shorter than a sample.
+/// Warns of durations of rules in the `named` files that are shorter than a sample.
 pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
-    let mut durations: Vec<&Constant> = Vec::new();
-    expressions(rules).into_iter().for_each(|(expr, _)| windows(expr, &mut durations));
-    durations.extend(rules.trees.iter().filter_map(|tree| tree.settle.as_ref()));
-    // What is asked of segments may be nothing; no window may.
-    let asked = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
-    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
-        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
-        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
-    });
-    durations.extend(asked.chain(limits).filter(|duration| duration.value > 0.0));
-    let short =
-        |duration: &&&Constant| duration.value * USUAL_RATE_HZ < LEAST_SAMPLES && named.contains(&duration.span.file);
+    let is_short =
+        |duration: &&Constant| duration.value * USUAL_RATE_HZ < LEAST_SAMPLES && named.contains(&duration.span.file);
     let finding = |duration: &Constant| {
         let told = format!("this is {} ms", duration.value * 1e3);
         Diagnostic::warning(codes::SHORT_DURATION, "this duration is shorter than a sample at 1 kHz")
@@ -31,7 +21,26 @@ pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> 
             .note("logs whose samples are further apart than that are refused")
             .help("make it 1 ms or more; for the current sample alone write the condition without a window")
     };
-    durations.iter().filter(short).map(|duration| finding(duration)).collect()
+    let of_segments = of_segments(rules);
+    of_windows(rules).into_iter().chain(of_segments).filter(is_short).map(finding).collect()
+}
+
+/// The durations of windows in conditions and signals.
+pub fn of_windows(rules: &Rules) -> Vec<&Constant> {
+    let mut durations = Vec::new();
+    expressions(rules).into_iter().for_each(|(expr, _)| windows(expr, &mut durations));
+    durations
+}
+
+/// The durations of settling, tasks and relabelling. Those of tasks and relabelling may be zero, and are then left out.
+pub fn of_segments(rules: &Rules) -> Vec<&Constant> {
+    let settling = rules.trees.iter().filter_map(|tree| tree.settle.as_ref());
+    let keys = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
+    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
+        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
+        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
+    });
+    settling.chain(keys.chain(limits).filter(|duration| duration.value > 0.0)).collect()
 }
 
 fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {

@@ -162,7 +162,9 @@ impl Template {
             "wxyz" | "WXYZ" | "xyzw" | "XYZW" => (Form::Quaternion, "wxyz"),
             "rpy" | "RPY" => (Form::Angles, "rpy"),
             other => {
-                return Err(format!("`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz> or <rpy>"));
+                return Err(format!(
+                    "`<{other}>` is no placeholder, expected <object>, <other>, <xyz>, <wxyz> or <rpy>"
+                ));
             }
         };
         let letters: Vec<String> = match texts {

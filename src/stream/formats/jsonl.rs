@@ -119,10 +119,8 @@ impl<R: BufRead> Lines<R> {
                 Err(error) if !line.ends_with(b"\n") && !error.is_data() => {
                     Ok(Some(Line::Cut(format!("row {}, the last one, is cut short; it is left out", self.row))))
                 }
-                Ok(_) => {
-                    Err(self
-                        .error("found no object, expected one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`"))
-                }
+                Ok(_) => Err(self
+                    .error("found no object, expected one such as `{\"time\": 0.001, \"right.thumb.force.x\": 0.5}`")),
                 Err(error) => {
                     let letter = if error.is_eof() { String::new() } else { format!(" letter {}", error.column()) };
                     let place = format!("{} row {}{letter}", self.file, self.row);

@@ -234,9 +234,10 @@ impl Rows for Opened {
 fn damaged(name: &str, error: &ParquetError) -> InputError {
     let error = error.to_string();
     match error.split_once("Disabled feature at compile time: ") {
-        Some((_, codec)) => {
-            InputError::new(name, format!("its columns are compressed as `{codec}`, expected snappy, gzip, zstd or lz4"))
-        }
+        Some((_, codec)) => InputError::new(
+            name,
+            format!("its columns are compressed as `{codec}`, expected snappy, gzip, zstd or lz4"),
+        ),
         None => InputError::new(name, format!("cannot be read as Parquet: {error}")),
     }
 }

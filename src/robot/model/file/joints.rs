@@ -104,7 +104,9 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
         }
         let positive = |what: &str, value: Option<f64>| match value {
             Some(value) if value > 0.0 && value <= 1e5 => Ok(value),
-            Some(value) => Err(refuse(format!("has the {what} {}, expected more than 0 and at most 1e5", Shown(value)))),
+            Some(value) => {
+                Err(refuse(format!("has the {what} {}, expected more than 0 and at most 1e5", Shown(value))))
+            }
             None => Err(refuse(format!("has no `{what}`"))),
         };
         let (torque_word, speed_word) =
