@@ -28,12 +28,6 @@ pub type Acceleration = Quantity<1, 0, -2, 0>;
 pub type Force = Quantity<1, 1, -2, 0>;
 /// A frequency, Hz.
 pub type Frequency = Quantity<0, 0, -1, 0>;
-/// A stiffness, N/m.
-pub type Stiffness = Quantity<0, 1, -2, 0>;
-/// A damping, N s/m.
-pub type Damping = Quantity<0, 1, -1, 0>;
-/// A plain number.
-pub type Plain = Quantity<0, 0, 0, 0>;
 
 impl<const M: i8, const K: i8, const S: i8, const R: i8> Quantity<M, K, S, R> {
     const DIMENSION: Dimension = Dimension::new(M, K, S, R);

@@ -5,7 +5,9 @@
 
 pub mod compiled;
 pub mod inspect;
+#[cfg(feature = "internals")]
 pub mod live;
+#[cfg(feature = "internals")]
 pub mod reference;
 pub mod runs;
 pub mod semantics;

@@ -112,6 +112,7 @@ fn loader(request: &Request) -> Loader {
 }
 
 /// Loads a text; what it uses is looked up among the shipped files.
+#[cfg(feature = "internals")]
 pub fn load_text(name: &str, text: &str) -> Loaded {
     let mut loader = Loader::default();
     loader.load_text(name, text);

@@ -130,8 +130,6 @@ pub struct Signal {
     pub ty: Type,
     /// What it is.
     pub expr: Expr,
-    /// Where it is declared.
-    pub span: Span,
 }
 
 /// One bit of memory. After both conditions are known on a frame: cleared when `clear` holds, else set when `set` holds.

@@ -56,6 +56,7 @@ pub fn join(parts: &[Name]) -> String {
 #[derive(Clone, Debug)]
 pub struct Item {
     /// The `///` lines above it, as one place.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub doc: Option<Span>,
     /// What it declares.
     pub kind: ItemKind,

@@ -20,7 +20,9 @@ pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
 pub use kinematics::shape::Solid;
 pub use kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
-pub use model::file::{MAX_BYTES, open, read};
+#[cfg(feature = "internals")]
+pub use model::file::read;
+pub use model::file::{MAX_BYTES, open};
 pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;
 pub use model::robot::Robot;

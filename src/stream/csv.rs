@@ -34,6 +34,7 @@ pub struct Read {
 ///
 /// # Errors
 /// The first thing that cannot be read as the policies of docs/logs.md want it, with file, row and column.
+#[cfg(feature = "internals")]
 pub fn read(path: &Path, scene: Option<&Path>) -> Result<Read, InputError> {
     read_source(formats::open(path)?, path, scene)
 }

@@ -65,8 +65,6 @@ pub struct Part<'a> {
     pub frames: &'a Frames,
     /// The frames that count.
     pub core: Range<usize>,
-    /// The first of them in the log.
-    pub start: usize,
     /// Whether the stretch ends with them.
     pub ends: bool,
 }
@@ -255,7 +253,7 @@ impl Known {
                 };
                 let corrected = tare::correct(&mut measured, &self.rests);
                 let frames = derive::derived_frames(&measured, &self.channels, &mut told)?;
-                each(Part { frames: &frames, core: within, start: core.start, ends: core.end == stretch.end })?;
+                each(Part { frames: &frames, core: within, ends: core.end == stretch.end })?;
                 if is_last {
                     plain.finish(core.end).then_some(()).ok_or_else(not_plain)?;
                     let mut issues = std::mem::take(&mut row_issues);

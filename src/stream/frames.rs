@@ -108,6 +108,7 @@ impl<'a> Values<'a> {
     }
 
     /// Whether there are none.
+    #[cfg(feature = "internals")]
     pub const fn is_empty(self) -> bool {
         self.len() == 0
     }

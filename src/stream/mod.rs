@@ -25,5 +25,7 @@ pub mod text;
 mod timebase;
 pub mod whole;
 
-pub use derive::{frames, trusted};
+#[cfg(feature = "internals")]
+pub use derive::frames;
+pub use derive::trusted;
 pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};

@@ -126,6 +126,7 @@ impl TipState {
 
 impl Observation {
     /// Force of `other` on `body`, N, and the normal from `other` to `body`; zero for bodies that do not touch.
+    #[cfg(feature = "internals")]
     pub fn contact(&self, body: usize, other: usize) -> (Vector3<f64>, Vector3<f64>) {
         let found = self.contacts.iter().find_map(|contact| match (contact.body, contact.other) {
             pair if pair == (body, other) => Some((contact.force, contact.normal)),

@@ -34,6 +34,7 @@ pub const fn get(bits: &[u64], at: usize) -> bool {
 }
 
 /// Sets or clears one bit.
+#[cfg(feature = "internals")]
 pub const fn put(bits: &mut Bits, at: usize, value: bool) {
     let mask = 1 << (at % 64);
     bits[at / 64] = if value { bits[at / 64] | mask } else { bits[at / 64] & !mask };

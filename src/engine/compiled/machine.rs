@@ -127,6 +127,7 @@ impl Machine {
     }
 
     /// Runs one frame; nothing is done when no import has changed and nothing else can.
+    #[cfg(feature = "internals")]
     pub fn step(
         &mut self,
         plan: &Plan,

@@ -199,6 +199,7 @@ pub enum Step {
 #[derive(Clone, Debug)]
 pub struct TreeInstance {
     /// Whom it labels.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub scope: TreeScope,
     /// The hand, for a tree for each hand.
     pub side: Option<Side>,

@@ -17,6 +17,7 @@ pub struct Dead {
     /// The warning.
     pub finding: Diagnostic,
     /// A frame that it seems to be for, when there is one, and the condition of the choice that takes it.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub taken: Option<(Frame, Span)>,
 }
 

@@ -15,10 +15,13 @@ const MAX_PAIRS: usize = 100_000;
 #[derive(Clone, Debug)]
 pub struct CyclicRewrite {
     /// The rules, as positions in [`Rules::relabels`].
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub pair: [usize; 2],
     /// Segments of which they change one forth and back.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub segments: Labels,
     /// How long that one lasts, s: at least the first, less than the second.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub lasting_s: (f64, f64),
     /// The warning.
     pub finding: Diagnostic,

@@ -125,6 +125,7 @@ pub struct Operator {
     /// Its words, joined by blanks: `norm`, `within last`.
     pub name: &'static str,
     /// What it is.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub kind: Kind,
     /// What becomes of it.
     pub becomes: Becomes,
@@ -133,6 +134,7 @@ pub struct Operator {
     /// What it gives, in one line.
     pub doc: &'static str,
     /// An expression with it, of a hand under the shipped rules.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub example: &'static str,
     /// Whether its number is never negative.
     pub never_negative: bool,

@@ -124,8 +124,8 @@ impl Resolver {
                 if self.is_exact(&expr) {
                     self.exact_signals.insert(SignalId(id));
                 }
-                let (name, ty, span) = (name.text.clone(), expr.ty, name.span);
-                self.rules.signals.push(Signal { name, per_hand, ty, expr, span });
+                let (name, ty) = (name.text.clone(), expr.ty);
+                self.rules.signals.push(Signal { name, per_hand, ty, expr });
                 state = State::Known(id);
             }
         }

@@ -21,6 +21,7 @@ pub struct Gap<'a> {
     /// A frame that gets there and on which none of its choices holds; `None` when looking for one was too much work.
     pub frame: Option<Frame>,
     /// What was asked on the way and of the choices, with how it comes out on that frame.
+    #[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "tests read it"))]
     pub asked: Vec<(&'a Expr, bool)>,
 }
 

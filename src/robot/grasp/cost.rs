@@ -77,6 +77,7 @@ impl<'a> Cost<'a> {
     }
 
     /// What was evaluated since it was made.
+    #[cfg(feature = "internals")]
     pub(super) fn effort(&self) -> Effort {
         self.effort.get()
     }

@@ -33,6 +33,7 @@ impl<'a> Mapper<'a> {
     }
 
     /// The hand.
+    #[cfg(feature = "internals")]
     pub fn hand(&self) -> &HandModel {
         self.hand
     }
@@ -41,6 +42,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
+    #[cfg(feature = "internals")]
     pub fn map(&self, wanted: &Wanted<'_>) -> Result<Grasp, Failure> {
         self.map_where(wanted, &|_| true)
     }
@@ -64,6 +66,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// A finger that the hand does not have.
+    #[cfg(feature = "internals")]
     pub fn map_counted(&self, wanted: &Wanted<'_>) -> Result<(Result<Grasp, Failure>, Effort), Failure> {
         let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
         let found = self.search(&mut cost, wanted, &|_| true);
@@ -75,6 +78,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// A finger that the hand does not have.
+    #[cfg(feature = "internals")]
     pub fn cost(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<(f64, Vector6<f64>), Failure> {
         Ok(Cost::new(self.hand, &self.beads, wanted)?.with_slope(object_from_palm, &Point3::origin()))
     }
@@ -123,6 +127,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// What is wrong with the pose that was found.
+    #[cfg(feature = "internals")]
     pub fn polish(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<Grasp, Failure> {
         let cost = Cost::new(self.hand, &self.beads, wanted)?;
         let pose = search::polished(&cost, object_from_palm);
@@ -134,6 +139,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// What is wrong with the best pose that was found.
+    #[cfg(feature = "internals")]
     pub fn search_everywhere(
         &self,
         wanted: &Wanted<'_>,

@@ -94,6 +94,7 @@ pub(super) fn improved(cost: &Cost<'_>, pose: &Isometry3<f64>, steps: usize) -> 
 }
 
 /// Differential evolution over all poses near the object, then a polish.
+#[cfg(feature = "internals")]
 pub(super) fn everywhere(cost: &Cost<'_>, generations: usize, chance: &mut dyn FnMut() -> f64) -> Isometry3<f64> {
     const MEMBERS: usize = 48;
     const REACH_M: f64 = 0.25;

@@ -161,6 +161,7 @@ impl FingerModel {
     }
 
     /// Whether the inverse has a closed form.
+    #[cfg(feature = "internals")]
     pub fn is_closed(&self) -> bool {
         self.closed.is_some()
     }

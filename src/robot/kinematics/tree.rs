@@ -174,11 +174,13 @@ impl KinematicTree {
     }
 
     /// How many joints there are, coupled ones included.
+    #[cfg(feature = "internals")]
     pub fn n_joints(&self) -> usize {
         self.links.iter().filter(|link| link.joint.is_some()).count()
     }
 
     /// The middle of every range.
+    #[cfg(feature = "internals")]
     pub fn middle(&self) -> DVector<f64> {
         DVector::from_iterator(self.dofs.len(), self.dofs.iter().map(|dof| (dof.range[0] + dof.range[1]) / 2.0))
     }

@@ -147,6 +147,7 @@ fn nested(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>, dept
 ///
 /// # Errors
 /// What is wrong with it, at its line.
+#[cfg(feature = "internals")]
 pub fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     from_text(text, file, &|part| Err(InputError::new(part, "is no shipped robot")), 0)
 }

@@ -34,7 +34,8 @@ pub const MAX_RATE_HZ: f64 = 10_000.0;
 pub struct Binding {
     /// What log this is, for people.
     #[serde(default)]
-    pub about: String,
+    #[allow(dead_code, reason = "the key is for whoever reads the file")]
+    about: String,
     /// The file of the rules that keeps the trees' promised signals for this hardware.
     #[serde(default)]
     pub hand_file: Option<String>,

@@ -33,6 +33,7 @@ use targets::Derivation;
 ///
 /// # Errors
 /// When the log lacks a channel that is needed, has one in another dimension, or has no usable time base.
+#[cfg(feature = "internals")]
 pub fn frames(recording: &Recording, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
     frames_trusting(recording, channels, &[])
 }

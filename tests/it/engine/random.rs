@@ -204,8 +204,8 @@ impl Maker {
             } else {
                 self.number(place, axis, self.depth)
             };
-            let (ty, span) = (expr.ty, Span::default());
-            self.rules.signals.push(Signal { name: format!("s{at}"), per_hand, ty, expr, span });
+            let ty = expr.ty;
+            self.rules.signals.push(Signal { name: format!("s{at}"), per_hand, ty, expr });
         }
         for at in 0..self.random.below(4) {
             let per_hand = self.random.chance(70);
