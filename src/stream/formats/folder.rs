@@ -14,7 +14,7 @@ const MAX_FILES: usize = 200;
 ///
 /// # Errors
 /// When there is nothing in it that is a log.
-pub fn open(path: &Path, episode: Option<usize>) -> Result<Source, InputError> {
+pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     let name = path.display().to_string();
     if path.join("meta").join("info.json").is_file() {
         return data_set(path, episode);
@@ -63,12 +63,12 @@ fn bag(path: &Path) -> Result<Source, InputError> {
 }
 
 #[cfg(feature = "parquet")]
-fn data_set(path: &Path, episode: Option<usize>) -> Result<Source, InputError> {
+fn data_set(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     super::lerobot::open(path, episode)
 }
 
 #[cfg(not(feature = "parquet"))]
-fn data_set(path: &Path, _: Option<usize>) -> Result<Source, InputError> {
+fn data_set(path: &Path, _: Option<&str>) -> Result<Source, InputError> {
     let message = "this build cannot read data sets, its feature `parquet` is off";
     Err(InputError::new(path.display().to_string(), message))
 }

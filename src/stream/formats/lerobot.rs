@@ -27,9 +27,13 @@ fn info(folder: &Path) -> PathBuf {
 ///
 /// # Errors
 /// When the set is not as it should be, or it is not said which of its episodes is meant.
-pub fn open(folder: &Path, episode: Option<usize>) -> Result<Source, InputError> {
+pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     let set = Set::read(folder)?;
-    let episode = set.choose(episode)?;
+    let number = |text: &str| {
+        let message = format!("found `#{text}`, expected the number of an episode");
+        text.parse::<usize>().map_err(|_| InputError::new(folder.display().to_string(), message))
+    };
+    let episode = set.choose(episode.map(number).transpose()?)?;
     let file = set.data_file(episode)?;
     let name = file.display().to_string();
     let bytes = File::open(&file).map_err(|error| InputError::unreadable(&name, &error))?;

@@ -1,7 +1,13 @@
 //! The formats of logs, one file each: a path in, tables of raw columns out. Which format a log has, its content tells before its name.
 
+#[cfg(feature = "hdf5")]
+mod arrays;
 pub mod delimited;
 mod folder;
+#[cfg(any(feature = "parquet", feature = "hdf5"))]
+mod guard;
+#[cfg(feature = "hdf5")]
+mod hdf5;
 mod heading;
 mod json;
 pub mod jsonl;
@@ -29,7 +35,8 @@ use std::path::{Path, PathBuf};
 /// Endings of names that a table of text may have.
 const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
 
-/// Opens a log of any format. `path#3` is episode 3 of a data set, `-` are JSON lines on standard input.
+/// Opens a log of any format. `set#3` is episode 3 of a data set, `file.hdf5#demo_3` a recording of a file, `-` are JSON lines on standard
+/// input.
 ///
 /// # Errors
 /// When it cannot be opened, is of no format that is read here, or its head is wrong.
@@ -37,20 +44,25 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     if path == Path::new("-") {
         return jsonl::read(std::io::stdin().lock(), "standard input".into());
     }
-    let (path, episode) = episode(path);
+    let (path, recording) = split(path);
+    let recording = recording.as_deref();
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
     if path.is_dir() {
-        return folder::open(&path, episode);
-    }
-    if let Some(episode) = episode {
-        let message = format!("found a file, expected a data set: only data sets have an episode {episode}");
-        return Err(InputError::new(name, message));
+        return folder::open(&path, recording);
     }
     let mut bytes = File::open(&path).map_err(failed)?;
     let mut magic = vec![];
     bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
     bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
+    #[cfg(feature = "hdf5")]
+    if magic.starts_with(&hdf5::MAGIC) {
+        return hdf5::open(&path, recording);
+    }
+    if let Some(recording) = recording {
+        let message = format!("found a file, expected a data set: only data sets have an episode `{recording}`");
+        return Err(InputError::new(name, message));
+    }
     match magic.as_slice() {
         [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
         #[cfg(feature = "mcap")]
@@ -110,17 +122,24 @@ fn ending(path: &Path) -> String {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
 }
 
-/// A log without the number of an episode behind it.
+/// A log without the recording behind it.
 pub fn without_episode(path: &Path) -> PathBuf {
-    episode(path).0
+    split(path).0
 }
 
-/// A path and the episode that stands behind it; a file that is really called so is no episode.
-fn episode(path: &Path) -> (PathBuf, Option<usize>) {
+/// A path and the recording that stands behind it: an episode by number, or a recording of a file that is there. A file that is really called so
+/// has none behind it.
+fn split(path: &Path) -> (PathBuf, Option<String>) {
     let text = path.to_string_lossy();
-    let split = text.rsplit_once('#').and_then(|(log, number)| Some((PathBuf::from(log), number.parse().ok()?)));
-    match split {
-        Some((log, number)) if !path.exists() => (log, Some(number)),
+    let is_name = |name: &str| !name.is_empty() && !name.contains(['/', '\\']);
+    match text.rsplit_once('#') {
+        Some((log, name)) if is_name(name) && !path.exists() => {
+            let log = PathBuf::from(log);
+            if log.exists() || name.parse::<usize>().is_ok() {
+                return (log, Some(name.to_string()));
+            }
+            (path.to_path_buf(), None)
+        }
         _ => (path.to_path_buf(), None),
     }
 }
@@ -139,9 +158,12 @@ fn unknown(path: &Path) -> InputError {
         "parquet" if cfg!(not(feature = "parquet")) => {
             error.help("this build cannot read Parquet, its feature `parquet` is off")
         }
+        "hdf5" | "h5" if cfg!(not(feature = "hdf5")) => {
+            error.help("this build cannot read HDF5, its feature `hdf5` is off")
+        }
         "mcap" if cfg!(not(feature = "mcap")) => error.help("this build cannot read MCAP, its feature `mcap` is off"),
         _ => error.help(format!(
-            "expected a table of text ({}), Parquet, MCAP, a ROS bag, JSON lines or a LeRobot data set",
+            "expected a table of text ({}), Parquet, MCAP, HDF5, a ROS bag, JSON lines or a LeRobot data set",
             TEXT_ENDINGS.join(", ")
         )),
     }

@@ -5,7 +5,6 @@
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
 mod flat;
-mod guard;
 mod walk;
 mod write;
 
@@ -14,6 +13,7 @@ pub use write::write;
 use super::super::csv::check_scene;
 use super::super::sheet::{Cells, Memory, titled};
 use super::super::table::{Blocks, MAX_COLUMNS, Rows, Source, Table, Want, check_cells, check_rows, check_size};
+use super::guard::guarded;
 use crate::base::error::InputError;
 use crate::base::{json, yaml};
 use ::parquet::basic::{ConvertedType, LogicalType, TimeUnit, Type as Physical};
@@ -24,7 +24,6 @@ use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
-use guard::guarded;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};

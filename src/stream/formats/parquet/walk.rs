@@ -1,7 +1,7 @@
 //! The rows of a file some at a time: every column that is wanted is decoded as far as the others.
 
 use super::super::super::table::{Blocks, Stamps, Table, Want};
-use super::{BATCH, Leaf, Opened, damaged, flat::flat, guard::guarded};
+use super::{BATCH, Leaf, Opened, damaged, flat::flat, guarded};
 use crate::base::error::InputError;
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::errors::ParquetError;

@@ -164,7 +164,7 @@ fn a_damaged_file_is_an_error_of_that_file() {
             if let Err(error) = open(&request) {
                 refused += 1;
                 assert!(error.place.contains("damaged.parquet"), "byte {at}: {error}");
-                if error.message.contains("is damaged: its pages cannot be decoded") {
+                if error.message.contains("is damaged: its contents cannot be decoded") {
                     undecodable.get_or_insert(bytes);
                 }
             }

@@ -1,4 +1,4 @@
-//! Makes a panic of the Parquet decoder an error of the file: it panics on some damaged page headers and footers.
+//! Makes a panic of a decoder an error of the file: the decoders of Parquet and HDF5 may panic on damaged lengths.
 
 use crate::base::error::InputError;
 use std::cell::Cell;
@@ -28,5 +28,5 @@ pub(super) fn guarded<T>(name: &str, decode: impl FnOnce() -> Result<T, InputErr
     let outer = DECODES.replace(true);
     let decoded = catch_unwind(AssertUnwindSafe(decode));
     DECODES.set(outer);
-    decoded.unwrap_or_else(|_| Err(InputError::new(name, "is damaged: its pages cannot be decoded")))
+    decoded.unwrap_or_else(|_| Err(InputError::new(name, "is damaged: its contents cannot be decoded")))
 }

@@ -1,0 +1,221 @@
+//! Files of arrays: HDF5 as robosuite, robomimic, MimicGen, Isaac Lab, ALOHA and EgoDex write it.
+
+use super::{bound, fixture, folder, values};
+use crate::program::{all_said, complained, said, teachtree, teachtree_in};
+use proptest::prelude::*;
+use serde_json::Value;
+use std::collections::BTreeMap;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use teachtree::stream::formats;
+use teachtree::stream::inspect::inspect;
+use teachtree::stream::table::{Source, Want};
+
+fn file(name: &str) -> PathBuf {
+    fixture("arrays").join(name)
+}
+
+/// All columns of a log but those of text, each as long as its sheet.
+fn columns(source: Source) -> BTreeMap<String, Vec<f64>> {
+    let mut found = BTreeMap::new();
+    for sheet in source.sheets {
+        let (name, header) = (sheet.name, sheet.header.clone());
+        let wants = vec![Want::Perhaps(1.0); header.len()];
+        let table = sheet.rows.read(&header, &wants, Some(1.0)).unwrap();
+        let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
+        found.extend(header.iter().map(title).zip(table.numbers));
+    }
+    found
+}
+
+fn json(name: &str) -> BTreeMap<String, Value> {
+    serde_json::from_str(&std::fs::read_to_string(file(name)).unwrap()).unwrap()
+}
+
+/// Numbers in a text, since JSON is read rounded.
+fn numbers(text: &Value) -> Vec<f64> {
+    text.as_str().unwrap().split(' ').map(|number| number.parse().unwrap()).collect()
+}
+
+/// `expected.json` is made by h5py, numpy and MuJoCo (tools/make_array_fixtures.py).
+#[test]
+fn every_column_is_as_h5py_reads_it() {
+    let mut compared = 0;
+    for (log, wanted) in json("expected.json") {
+        let found = columns(formats::open(&file(&log)).unwrap());
+        for (title, values) in wanted.as_object().unwrap() {
+            let column = found.get(title).unwrap_or_else(|| panic!("{log} has no {title}, it has {:?}", found.keys()));
+            let values = numbers(values);
+            // What is stored is equal, what is computed of matrices and joints nearly so.
+            let near = if title.contains(".rotation.") || title.starts_with("bodies/") { 2e-6 } else { 0.0 };
+            let same = column.len() == values.len() && column.iter().zip(&values).all(|(a, b)| (a - b).abs() <= near);
+            assert!(same, "{log} {title}: found {column:?}, expected {values:?}");
+            compared += 1;
+        }
+        let extra: Vec<_> = found.keys().filter(|title| wanted.get(*title).is_none()).collect();
+        let known = ["time [s]", "words", "fixed"];
+        assert!(extra.iter().all(|title| known.contains(&title.as_str())), "{log}: {extra:?}");
+    }
+    assert!(compared > 350, "only {compared} columns were compared");
+}
+
+/// The recordings that come with robosuite 1.4.1, 5 MB, where the folder `robosuite_hdf5` of `TEACHTREE_DATA` has them as `lift.hdf5`,
+/// `wipe.hdf5` and `handover.hdf5`.
+#[test]
+fn robosuites_own_recordings_are_as_h5py_reads_them() {
+    let folder = std::env::var("TEACHTREE_DATA").map(|folder| Path::new(&folder).join("robosuite_hdf5")).ok();
+    let Some(folder) = folder.filter(|folder| folder.is_dir()) else {
+        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_DATA names no folder with `robosuite_hdf5`");
+        return;
+    };
+    let mut recordings: BTreeMap<String, BTreeMap<String, Vec<f64>>> = BTreeMap::new();
+    let all = json("robosuite.json");
+    for (path, wanted) in &all {
+        let parts: Vec<&str> = path.splitn(4, '/').collect();
+        let [name, "data", demo, data_set] = parts.as_slice() else { panic!("{path}") };
+        let log = format!("{name}#{demo}");
+        let found =
+            recordings.entry(log.clone()).or_insert_with(|| columns(formats::open(&folder.join(&log)).unwrap()));
+        let shape: Vec<usize> =
+            wanted[0].as_array().unwrap().iter().map(|size| size.as_u64().unwrap() as usize).collect();
+        let mut titles = vec![data_set.to_string()];
+        for size in &shape[1..] {
+            titles = titles.iter().flat_map(|title| (0..*size).map(move |at| format!("{title}[{at}]"))).collect();
+        }
+        let (sums, lasts) = (numbers(&wanted[1]), numbers(&wanted[2]));
+        assert_eq!((sums.len(), lasts.len()), (titles.len(), titles.len()));
+        for ((title, sum), last) in titles.iter().zip(sums).zip(lasts) {
+            let column = found.get(title).or_else(|| found.get(&format!("rows_{}.{title}", shape[0])));
+            let column = column.unwrap_or_else(|| panic!("{path}: {title} is not among {:?}", found.keys()));
+            let total: f64 = column.iter().sum();
+            // numpy sums in pairs.
+            let size: f64 = column.iter().map(|value| value.abs()).sum();
+            assert!((total - sum).abs() <= 1e-12 * size.max(1.0), "{path} {title}: found {total}, expected {sum}");
+            assert_eq!(column.last(), Some(&last), "{path} {title}");
+        }
+    }
+    assert_eq!(all.len(), 359, "data sets of numbers and flags");
+}
+
+#[test]
+fn recordings_of_a_file_are_chosen_by_name_or_number() {
+    let refused =
+        |log: &str| formats::open(&file(log)).err().unwrap().to_string().replace("tests/fixtures/formats/", "");
+    let rows = |log: &str| columns(formats::open(&file(log)).unwrap())["rewards"].len();
+    assert_eq!((rows("robomimic.hdf5#demo_2"), rows("robomimic.hdf5#2"), rows("robomimic.hdf5#10")), (5, 5, 4));
+    insta::assert_snapshot!(
+        [
+            refused("robomimic.hdf5"),
+            refused("robomimic.hdf5#demo_1"),
+            refused("robomimic.hdf5#left"),
+            refused("aloha.hdf5#0"),
+            refused("expected.json#demo_1"),
+            refused("missing.hdf5#1"),
+        ]
+        .join("\n")
+    );
+}
+
+#[test]
+fn rates_come_from_the_file_or_from_the_binding() {
+    let stamps = |log: &str| columns(formats::open(&file(log)).unwrap()).get("time [s]").map(|time| time[1]);
+    // robomimic's env_args, Isaac Lab's step and decimation, the time within robosuite's states.
+    assert_eq!(stamps("robomimic.hdf5#0"), Some(0.05));
+    assert_eq!(stamps("isaac.hdf5"), Some(0.05));
+    assert!((stamps("robosuite_lift.hdf5").unwrap() - 1.0).abs() < 1e-9);
+    assert_eq!(stamps("aloha.hdf5"), None);
+    let without = bound(&file("aloha.hdf5"), "channels: {right.gripper.opening: 'action[6]'}\n").unwrap_err();
+    insta::assert_snapshot!(without);
+    let (log, _) = bound(&file("aloha.hdf5"), "rate: 50 Hz\nchannels: {right.gripper.opening: 'action[6]'}\n").unwrap();
+    assert_eq!(log.time, [0.0, 0.02, 0.04, 0.06]);
+    assert_eq!(values(&log, "right.gripper.opening"), [6.0, 20.0, 34.0, 48.0]);
+}
+
+#[test]
+fn poses_are_bound_as_position_and_rotation() {
+    let binding = "channels:
+  cube.position: datagen_info/object_poses/cube.position.<xyz>
+  cube.rotation: datagen_info/object_poses/cube.rotation.<wxyz>
+  right.palm.rotation: obs/robot0_eef_quat[<xyzw=0 1 2 3>]
+  right.label: words
+";
+    let (log, issues) = bound(&file("robomimic.hdf5#demo_0"), binding).unwrap();
+    assert_eq!(values(&log, "cube.position.x"), [0.0, 0.1, 0.2, 0.30000000000000004, 0.4, 0.5]);
+    assert_eq!(log.labels["right.label"][4], "word 4");
+    // Half a turn is passed, and the quaternion goes on without a jump.
+    let w = values(&log, "cube.rotation.w");
+    assert!(w.is_sorted_by(|a, b| a > b) && w[5] < 0.0, "{w:?}");
+    assert!(issues.is_empty(), "{issues:?}");
+}
+
+#[test]
+fn a_recording_is_inspected() {
+    let folder = folder(&[]);
+    std::fs::copy(file("robomimic.hdf5"), folder.path().join("robomimic.hdf5")).unwrap();
+    let inspected = teachtree_in(folder.path(), &["inspect", "robomimic.hdf5#demo_0"]);
+    insta::assert_snapshot!(said(&inspected));
+    let none = teachtree_in(folder.path(), &["analyze", "robomimic.hdf5"]);
+    assert_eq!(none.status.code(), Some(2), "{}", all_said(&none));
+    insta::assert_snapshot!(complained(&none));
+}
+
+/// The states alone give the segments that the contacts of the same recording give.
+#[test]
+fn a_recording_of_robosuite_is_analyzed_as_it_is() {
+    let segments = |log: &str, binding: &str| -> Vec<(String, f64)> {
+        let binding = format!("demos/robosuite/{binding}.binding.yaml");
+        let analyzed =
+            teachtree(&["analyze", &format!("demos/robosuite/{log}"), "--binding", &binding, "--format", "json"]);
+        let analysis: Value =
+            serde_json::from_str(&said(&analyzed)).unwrap_or_else(|_| panic!("{}", all_said(&analyzed)));
+        let segments = analysis["tracks"][0]["segments"].as_array().unwrap();
+        let start = |segment: &Value| {
+            (segment["primitive"].as_str().unwrap().to_string(), segment["start_s"].as_f64().unwrap())
+        };
+        segments.iter().map(start).filter(|(primitive, at)| *at > 13.5 && primitive != "Approach").collect()
+    };
+    let found = segments("lift.hdf5#1", "lift_hdf5");
+    let wanted = segments("lift_demo_1.csv", "panda_lift");
+    assert_eq!(wanted.len(), 2);
+    for ((found, at), (wanted, wanted_at)) in found.iter().zip(&wanted) {
+        assert!(found == wanted && (at - wanted_at).abs() < 0.051, "{found} at {at} s, {wanted} at {wanted_at} s");
+    }
+    assert_eq!(found.len(), wanted.len());
+}
+
+/// Reads everything in a damaged file that can be read.
+fn damaged(bytes: &[u8]) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.hdf5");
+    std::fs::write(&path, bytes).unwrap();
+    for log in [path.clone(), folder.path().join("log.hdf5#0")] {
+        match formats::open(&log) {
+            Ok(source) => drop(inspect(source, None, None)),
+            Err(error) => assert!(!error.message.is_empty()),
+        }
+    }
+}
+
+proptest! {
+    // PROPTEST_CASES=20000 is the long form.
+    #![proptest_config(ProptestConfig { cases: ProptestConfig::default().cases.max(200), ..ProptestConfig::default() })]
+
+    #[test]
+    fn no_damage_to_hdf5_causes_a_panic(
+        which in prop::sample::select(vec!["robomimic.hdf5", "isaac.hdf5", "aloha.hdf5", "robosuite_lift.hdf5"]),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..12),
+        cut in prop::option::weighted(0.2, any::<prop::sample::Index>()),
+        early in any::<bool>(),
+    ) {
+        let mut bytes = std::fs::read(file(which)).unwrap();
+        let length = bytes.len();
+        for (at, byte) in changes {
+            let at = if early { at.index(length.min(4096)) } else { at.index(length) };
+            bytes[at] = byte;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(length));
+        }
+        damaged(&bytes);
+    }
+}
