@@ -21,6 +21,7 @@ use teachtree::analysis::{Analysis, Track};
 use teachtree::base::error::InputError;
 use teachtree::base::geometry::unit;
 use teachtree::base::scene::{Role, Scene};
+use teachtree::command::TouchForces;
 use teachtree::robot::simulation::{Outcome, simulate_seeing};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
@@ -178,7 +179,7 @@ fn carried_out(
     let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
     let rules = &rules[usize::from(stage.hands.len() > 1)];
     let said = rules.over(&recording)?.analysis;
-    let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, scene)?;
+    let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, TouchForces::default(), scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
     let stage = if elsewhere.displaced { with_objects_elsewhere(stage, seed) } else { stage };
     let off = if elsewhere.unknown { [3, 4, 5].map(|step| 0.002 * share(seed, step)) } else { [0.0; 3] };

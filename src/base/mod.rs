@@ -15,5 +15,6 @@ pub mod quantity;
 pub mod recording;
 pub mod scene;
 pub mod shown;
+pub mod socket;
 pub mod units;
 pub mod yaml;

@@ -2,7 +2,7 @@
 //! a robot.
 
 use super::analyze::timeline;
-use super::retarget::{open_robot, summary};
+use super::retarget::{open_robot, summary, touch_forces};
 use super::simulate::{perform, told, told_nearest};
 use super::teach::record;
 use super::{Failure, output};
@@ -62,7 +62,8 @@ fn carry_out(folder: &Path, analysis: &Analysis) -> Result<[PathBuf; 3], Failure
     let (robot, _) = open_robot(ROBOT)?;
     let opened = analysis.log().opened()?;
     let scene = &opened.recording.scene;
-    let mut commands = command::commands(&opened.trusted()?, analysis.found(), &analysis.log().name())?;
+    let touch = touch_forces(analysis.rules());
+    let mut commands = command::commands(&opened.trusted()?, analysis.found(), touch, &analysis.log().name())?;
     robot::map(&mut commands, &robot, scene)?;
     let commanded = folder.join("commands.json");
     output::write(&commanded, &commands.json()?, &[])?;

@@ -6,8 +6,9 @@ use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Scene;
-use crate::command::{self, Commands};
+use crate::command::{self, Commands, TouchForces};
 use crate::robot::{self, Robot};
+use crate::session::Rules;
 use crate::stream;
 use crate::stream::text;
 use nalgebra::Vector3;
@@ -58,7 +59,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let log = args.source.open(&args.log)?;
     let opened = log.opened()?;
     let analysis = args.rules.load(&log)?.analyze(&log)?;
-    let mut commands = command::commands(&opened.trusted()?, analysis.found(), &log.name())?;
+    let mut commands =
+        command::commands(&opened.trusted()?, analysis.found(), touch_forces(analysis.rules()), &log.name())?;
     if commands.tasks.is_empty() {
         output::print(
             "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
@@ -81,6 +83,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
     }
     if infeasible { Err(Failure::No) } else { Ok(()) }
+}
+
+/// Returns the forces from and until which a fingertip touches, by the params `touch_on` and `touch_off` where the rules have them.
+pub fn touch_forces(rules: &Rules) -> TouchForces {
+    let value = |name: &str, default: f64| rules.set().param(name).map_or(default, |param| param.value);
+    let TouchForces { on_n, off_n } = TouchForces::default();
+    TouchForces { on_n: value("touch_on", on_n), off_n: value("touch_off", off_n) }
 }
 
 /// Fingers of which a person's forces ask more than they give.

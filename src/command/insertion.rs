@@ -10,7 +10,8 @@ use super::series::{Series, seven};
 use crate::base::easing::smooth_step;
 use crate::base::geometry::{Solid, across};
 use crate::base::recording::Recording;
-use crate::base::scene::{Body, Role, Scene};
+use crate::base::scene::{Role, Scene};
+use crate::base::socket::{PlugInSocket, SocketFrame};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// The object is over the axis when it is as low as this above the rim, and on its way as the person's was when it is higher than that, m.
@@ -36,11 +37,11 @@ const FAR_M: f64 = 0.200;
 /// An axis of the object is the one that it has in the socket when they are nearer than this, rad.
 const UPRIGHT_RAD: f64 = 0.1;
 
-/// A hole: its rim and its unit direction outwards, frame of its body, and its radius, m.
+/// A hole, in the frame of its body.
 struct Hole<'a> {
     body: &'a str,
-    rim: Point3<f64>,
-    axis: Vector3<f64>,
+    frame: SocketFrame,
+    /// Radius, m.
     radius: f64,
     threaded: bool,
     /// Where its body is, when that is fixed.
@@ -49,15 +50,8 @@ struct Hole<'a> {
 
 /// A hole where it is at a time, reference frame.
 struct Place {
-    rim: Point3<f64>,
-    axis: Vector3<f64>,
+    frame: SocketFrame,
     radius: f64,
-}
-
-/// Where the object's plug point is, seen from a hole.
-struct Seen {
-    height: f64,
-    beside: Vector3<f64>,
 }
 
 /// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
@@ -68,7 +62,7 @@ pub(super) fn along_the_axis(
     episodes: &[Episode],
 ) -> Option<Into> {
     let scene = &recording.scene;
-    let plug = plug_of(scene.bodies.get(name)?);
+    let plug = scene.bodies.get(name)?.plug_point();
     let holes = holes(scene, name);
     let ways: Vec<Vec<Isometry3<f64>>> = holes
         .iter()
@@ -92,7 +86,7 @@ pub(super) fn along_the_axis(
         };
         let mut found = holes.iter().zip(&ways).filter(|(hole, way)| takes(hole, way));
         let Some((hole, way)) = found.next() else { continue };
-        let Some(upright) = upright(&end, &hole.at(&way[deepest]).axis) else { continue };
+        let Some(upright) = upright(&end, &hole.at(&way[deepest]).frame.axis) else { continue };
         // Where both hands move what they hold, neither waits for the other's hole.
         let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
         if hole.fixed.is_none() && stands {
@@ -118,7 +112,7 @@ pub(super) fn along_the_axis(
             if let Some(carried) = carried {
                 series.fingers.iter_mut().for_each(|finger| finger.wanted_force[at] = finger.force[carried]);
             }
-            let turned = UnitQuaternion::rotation_between(&(person.rotation * upright), &hole.axis)
+            let turned = UnitQuaternion::rotation_between(&(person.rotation * upright), &hole.frame.axis)
                 .unwrap_or_else(UnitQuaternion::identity);
             let rotation = turned.powf(weight) * person.rotation;
             let height = if at < begins {
@@ -127,7 +121,7 @@ pub(super) fn along_the_axis(
                 let since = (at - begins) as f64 / RATE_HZ;
                 seen.height + (WAITS_M - found) * (1.0 - smooth_step(since / CATCHES_UP_S))
             };
-            let point = hole.rim + hole.axis * height + seen.beside * (1.0 - weight);
+            let point = hole.frame.rim + hole.frame.axis * height + seen.beside * (1.0 - weight);
             series.wanted[at] =
                 Isometry3::from_parts(Translation3::from(point.coords - rotation * plug.coords), rotation);
         }
@@ -161,16 +155,16 @@ pub fn hole_of(
     object: &Isometry3<f64>,
     now: &dyn Fn(&str) -> Option<Isometry3<f64>>,
 ) -> Option<Opening> {
-    let plug = plug_of(scene.bodies.get(name)?);
+    let plug = scene.bodies.get(name)?.plug_point();
     let holes = holes(scene, name);
     let mut places = holes.iter().filter(|hole| !hole.threaded).filter_map(|hole| {
         let pose = hole.fixed.or_else(|| now(hole.body))?;
         Some((hole, hole.at(&pose)))
     });
     let (hole, place) = places.find(|(_, place)| place.holds(object, &plug))?;
-    let own = object.inverse_transform_vector(&place.axis);
-    let clearance = clearance(scene, (hole.body, &hole.rim, &hole.axis), (name, &plug, &own));
-    Some(Opening { rim: place.rim, axis: place.axis, plug, clearance })
+    let own = object.inverse_transform_vector(&place.frame.axis);
+    let clearance = clearance(scene, (hole.body, &hole.frame.rim, &hole.frame.axis), (name, &plug, &own));
+    Some(Opening { rim: place.frame.rim, axis: place.frame.axis, plug, clearance })
 }
 
 /// How much wider a hole is than what goes in, m: shapes are looked at just behind the rim, what is solid there from within. It is the other way round
@@ -212,27 +206,19 @@ fn radius_about(solid: &Solid, point: &Point3<f64>, axis: &Vector3<f64>) -> Opti
     (nearest < FAR_M).then_some((nearest, inside))
 }
 
-fn plug_of(body: &Body) -> Point3<f64> {
-    Point3::from(body.plug.map_or([0.0; 3], |plug| plug.map(|length| length.0)))
-}
-
 /// The holes that take this object: of fixed bodies, and of other objects.
 fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
     let with_holes = scene
         .bodies
         .iter()
         .filter(|(name, body)| body.role == Role::Socket || body.role == Role::Object && name.as_str() != object);
-    let takes = |accepts: &Option<Vec<String>>| {
-        accepts.as_ref().is_none_or(|accepted| accepted.iter().any(|name| name == object))
-    };
     with_holes
         .flat_map(|(name, body)| {
             let fixed = body.pose();
-            let sockets = body.sockets.values().filter(|socket| takes(&socket.accepts));
+            let sockets = body.sockets.values().filter(|socket| socket.takes(object));
             sockets.map(move |socket| Hole {
                 body: name,
-                rim: Point3::from(socket.rim.map(|length| length.0)),
-                axis: Vector3::from(socket.axis).try_normalize(1e-9).unwrap_or_else(Vector3::z),
+                frame: socket.frame(),
                 radius: socket.radius.0,
                 threaded: socket.pitch.is_some(),
                 fixed: (body.role == Role::Socket).then_some(fixed),
@@ -244,7 +230,7 @@ fn holes<'a>(scene: &'a Scene, object: &str) -> Vec<Hole<'a>> {
 impl Hole<'_> {
     /// Where it is when its body is at this pose.
     fn at(&self, body: &Isometry3<f64>) -> Place {
-        Place { rim: body * self.rim, axis: body.rotation * self.axis, radius: self.radius }
+        Place { frame: self.frame.placed(body), radius: self.radius }
     }
 }
 
@@ -255,14 +241,12 @@ impl Place {
         seen.height < 0.0 && seen.beside.norm() < self.radius + BESIDE_M
     }
 
-    fn seen(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> Seen {
-        let from_rim = object * plug - self.rim;
-        let height = from_rim.dot(&self.axis);
-        Seen { height, beside: from_rim - self.axis * height }
+    fn seen(&self, object: &Isometry3<f64>, plug: &Point3<f64>) -> PlugInSocket {
+        self.frame.see(&(object * plug))
     }
 
     /// From 0 far away to 1 in the hole and just above it.
-    fn nearness(&self, seen: &Seen) -> f64 {
+    fn nearness(&self, seen: &PlugInSocket) -> f64 {
         let above = smooth_step((ON_ITS_WAY_M - seen.height) / (ON_ITS_WAY_M - OVER_M));
         let beside = (self.radius + BESIDE_M + COMES_M - seen.beside.norm()) / COMES_M;
         above * smooth_step(beside)

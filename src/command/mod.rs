@@ -21,6 +21,7 @@ pub use form::{
 };
 pub use insertion::{Opening, hole_of};
 pub use series::into_cone;
+pub use touching::TouchForces;
 
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
@@ -39,11 +40,17 @@ pub const RATE_HZ: f64 = 100.0;
 /// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
-/// Makes the commands of a recording, which is as the rules see it ([`trusted`](crate::stream::trusted)); `log` is its name.
+/// Makes the commands of a recording, which is as the rules see it ([`trusted`](crate::stream::trusted)); `log` is its name. Where the
+/// recording has no contact flags, fingertips touch by `touch`, as in the rules that analyzed it.
 ///
 /// # Errors
 /// A recording without a scene.
-pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result<Commands, InputError> {
+pub fn commands(
+    recording: &Recording,
+    analysis: &Analysis,
+    touch: TouchForces,
+    log: &str,
+) -> Result<Commands, InputError> {
     let scene = &recording.scene;
     if scene.hands.is_empty() || scene.bodies.is_empty() {
         return Err(InputError::new(log, "has no scene with bodies and hands, expected one to command a robot"));
@@ -58,7 +65,7 @@ pub fn commands(recording: &Recording, analysis: &Analysis, log: &str) -> Result
             let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
             let handled = objects
                 .filter_map(|(name, body)| {
-                    let series = Series::new(recording, side, hand, name, times)?;
+                    let series = Series::new(recording, side, hand, name, times, touch)?;
                     Some((series.nearness(body), name, series))
                 })
                 .max_by_key(|(near, ..)| *near);

@@ -3,7 +3,7 @@
 use super::episodes::{Episode, Piece};
 use super::form::{Contact, Grasp, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
-use super::touching::touching;
+use super::touching::{TouchForces, touching};
 use super::{FRICTION, RATE_HZ};
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
@@ -60,6 +60,7 @@ impl Series {
         hand: &Hand,
         object: &str,
         [start_s, end_s]: [f64; 2],
+        touch: TouchForces,
     ) -> Option<Self> {
         let count = ((end_s - start_s) * RATE_HZ).round() as usize + 1;
         let last = recording.time.len().checked_sub(1)?;
@@ -75,7 +76,7 @@ impl Series {
             let Some(tips) = vectors(recording, &format!("{side}.{finger}.position"), &rows) else { continue };
             let forces = vectors(recording, &format!("{side}.{finger}.force"), &rows);
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
-            let touches = touching(recording, side, finger, &rows);
+            let touches = touching(recording, side, finger, &rows, touch);
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
             let on_object = |((force, object), on): ((&Vector3<f64>, &Isometry3<f64>), &bool)| {

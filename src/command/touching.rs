@@ -4,14 +4,33 @@ use super::series::vectors;
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 
-/// A finger touches from this force on, N (as the rules' `touch_on`), and until it falls below the other.
-const ON_N: f64 = 0.05;
-const OFF_N: f64 = 0.02;
+/// The forces on a fingertip between which it touches, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchForces {
+    /// It touches from this force on.
+    pub on_n: f64,
+    /// Until the force falls below this one.
+    pub off_n: f64,
+}
+
+impl Default for TouchForces {
+    /// The values of the shipped rules (rules/stream.rules: `touch_on`, `touch_off`).
+    fn default() -> Self {
+        Self { on_n: 0.05, off_n: 0.02 }
+    }
+}
+
 /// Interruptions of up to this many samples are bridged.
 const BRIDGED: usize = 4;
 
 /// Whether a finger touches, at these rows.
-pub(super) fn touching(recording: &Recording, side: Side, finger: Finger, rows: &[usize]) -> Vec<bool> {
+pub(super) fn touching(
+    recording: &Recording,
+    side: Side,
+    finger: Finger,
+    rows: &[usize],
+    forces_n: TouchForces,
+) -> Vec<bool> {
     let mut touches: Vec<bool> = match recording.columns.get(&format!("{side}.{finger}.contact")) {
         Some(flags) => rows.iter().map(|&row| flags.values.get(row).is_some_and(|flag| *flag > 0.5)).collect(),
         None => {
@@ -20,7 +39,7 @@ pub(super) fn touching(recording: &Recording, side: Side, finger: Finger, rows: 
             forces
                 .iter()
                 .map(|force| {
-                    on = force.norm() >= if on { OFF_N } else { ON_N };
+                    on = force.norm() >= if on { forces_n.off_n } else { forces_n.on_n };
                     on
                 })
                 .collect()

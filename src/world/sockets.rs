@@ -1,7 +1,8 @@
 //! The sockets of a scene as places in space: how far an object's plug point is from the rim of a socket, along its axis and beside it.
 
 use super::simulation::BodyState;
-use crate::base::scene::{Scene, Socket};
+use crate::base::scene::{Role, Scene, Socket};
+use crate::base::socket::PlugInSocket;
 use nalgebra::{Point3, Vector3};
 
 /// A socket with the objects that fit in.
@@ -34,14 +35,12 @@ pub(super) fn places(scene: &Scene) -> Vec<Place> {
     let mut places = Vec::new();
     for (body, (_, holder)) in scene.bodies.iter().enumerate() {
         for (name, socket) in &holder.sockets {
-            let fits = |object: &String| socket.accepts.as_ref().is_none_or(|accepted| accepted.contains(object));
-            let plugs = scene.bodies.iter().enumerate().filter(|(index, (name, it))| {
-                *index != body && it.role == crate::base::scene::Role::Object && fits(name)
-            });
-            let plugs = plugs.map(|(index, (_, it))| {
-                let plug = it.plug.map_or_else(Vector3::zeros, |plug| Vector3::from(plug.map(|length| length.0)));
-                (index, plug.into())
-            });
+            let plugs = scene
+                .bodies
+                .iter()
+                .enumerate()
+                .filter(|(index, (name, it))| *index != body && it.role == Role::Object && socket.takes(name));
+            let plugs = plugs.map(|(index, (_, it))| (index, it.plug_point()));
             places.push(Place { name: name.clone(), body, socket: socket.clone(), plugs: plugs.collect() });
         }
     }
@@ -53,12 +52,10 @@ impl Place {
     pub(super) fn plug(&self, object: usize, bodies: &[BodyState]) -> Option<Plug> {
         let (_, plug) = self.plugs.iter().find(|(fits, _)| *fits == object)?;
         let (holder, state) = (bodies.get(self.body)?, bodies.get(object)?);
-        let axis = Vector3::from(self.socket.axis).try_normalize(1e-9).unwrap_or_else(Vector3::z);
-        let axis = holder.pose.rotation * axis;
-        let rim = holder.pose * Point3::from(self.socket.rim.map(|length| length.0));
+        let placed = self.socket.frame().placed(&holder.pose);
         let point = state.pose * plug;
-        let height = (point - rim).dot(&axis);
-        Some(Plug { axis, height, beside: point - rim - axis * height, point })
+        let PlugInSocket { height, beside } = placed.see(&point);
+        Some(Plug { axis: placed.axis, height, beside, point })
     }
 
     /// Whether a plug point that is seen like this is in the socket.

@@ -381,6 +381,37 @@ fn the_bias_of_a_sensor_is_not_commanded() {
     assert!(compared > 1000, "{compared}");
 }
 
+/// Without contact flags a fingertip touches by the params of the rules, as in the analysis.
+#[test]
+fn a_finger_touches_by_the_params_of_the_rules() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, out) = (path("log.csv"), path("commands.json"));
+    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    let text = std::fs::read_to_string(&log).unwrap();
+    let header = text.lines().position(|line| line.contains("right.thumb.force.x")).unwrap();
+    let names: Vec<&str> = text.lines().nth(header).unwrap().split(',').collect();
+    let is_kept = |at: usize| !(names[at].starts_with("right.") && names[at].ends_with(".contact"));
+    assert!((0..names.len()).any(|at| !is_kept(at)), "the log has contact flags");
+    let without = text.lines().enumerate().map(|(number, line)| match line.split(',').collect::<Vec<_>>() {
+        cells if number < header || cells.len() != names.len() => line.to_string(),
+        cells => (0..cells.len()).filter(|at| is_kept(*at)).map(|at| cells[at]).collect::<Vec<_>>().join(","),
+    });
+    std::fs::write(&log, without.collect::<Vec<_>>().join("\n") + "\n").unwrap();
+
+    let pressing = |set: &[&str]| {
+        let all = [&["retarget", &log, "-o", &out], set].concat();
+        assert!(teachtree(&all).status.success(), "{set:?}");
+        let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+        let tips = commands.tasks.iter().flat_map(|task| &task.segments).flat_map(|segment| &segment.tips);
+        tips.flat_map(|tip| &tip.force).filter(|force| Vector3::from(**force).norm() > 0.0).count()
+    };
+    let shipped = pressing(&[]);
+    assert_eq!(shipped, pressing(&["--set", "touch_on=0.05N", "--set", "touch_off=0.02N"]));
+    let later = pressing(&["--set", "touch_on=0.5N", "--set", "touch_off=0.4N"]);
+    assert!(0 < later && later < shipped, "{later} samples with a force, {shipped} with the shipped params");
+}
+
 /// The joint trajectory of commands, checked by differences of its own.
 pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();

@@ -3,7 +3,7 @@
 use super::motion::{Motion, slope};
 use crate::base::scene::Scene;
 use crate::stream::measured::{Measured, State};
-use nalgebra::{Point3, Vector3};
+use nalgebra::Vector3;
 
 /// Once in, an object is in until its plug point is this many radii from the axis.
 const LEAVES_AT: f64 = 1.5;
@@ -36,13 +36,12 @@ impl Socket<'_> {
 
     /// The direction out of the socket in the reference frame; vertical when the file gives none.
     pub fn axis(&self, motions: &[Motion], frame: usize) -> Vector3<f64> {
-        let [x, y, z] = self.socket.axis;
-        let axis = Vector3::new(x, y, z).try_normalize(1e-9).unwrap_or_else(Vector3::z);
-        motions.get(self.body).map_or(axis, |motion| motion.pose(frame).rotation * axis)
+        let in_body = self.socket.frame();
+        motions.get(self.body).map_or(in_body, |motion| in_body.placed(&motion.pose(frame))).axis
     }
 
     fn takes(&self, body: usize, name: &str) -> bool {
-        self.body != body && self.socket.accepts.as_ref().is_none_or(|accepted| accepted.iter().any(|it| it == name))
+        self.body != body && self.socket.takes(name)
     }
 }
 
@@ -72,18 +71,16 @@ pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body
     let Some(((name, it), motion)) = measured.scene.bodies.get_index(body).zip(motions.get(body)) else {
         return plugged;
     };
-    let plug = it.plug.map_or_else(Point3::origin, |plug| plug.map(|length| length.0).into());
+    let plug = it.plug_point();
     for (index, socket) in sockets.iter().enumerate().filter(|(_, socket)| socket.takes(body, name)) {
         let Some(holder) = motions.get(socket.body) else { continue };
-        let rim = Point3::from(socket.socket.rim.map(|length| length.0));
+        let in_holder = socket.socket.frame();
         let radius = socket.socket.radius.0;
         // Where the plug point is, as seen from the rim: along the axis and beside it, m.
         let places: Vec<(f64, f64)> = (0..frames)
             .map(|frame| {
-                let axis = socket.axis(motions, frame);
-                let from_rim = motion.pose(frame) * plug - holder.pose(frame) * rim;
-                let height = from_rim.dot(&axis);
-                (height, (from_rim - axis * height).norm())
+                let seen = in_holder.placed(&holder.pose(frame)).see(&(motion.pose(frame) * plug));
+                (seen.height, seen.beside.norm())
             })
             .collect();
         let known = logged(measured, name, "depth", socket).map(<[f64]>::to_vec);
