@@ -105,8 +105,8 @@ pub use base::hands::Side;
 pub use cli::main as command_line;
 pub use report::Style;
 pub use session::{
-    Analysis, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, Log, LogOptions,
-    Observability, OnSegment, Position, Question, Rules, RulesOptions, Scene, Segment, Task, Track, TrackObservability,
-    Undetectable,
+    Analysis, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, FrameTable, FrameValues,
+    Log, LogOptions, Observability, OnSegment, Position, Question, Rules, RulesOptions, Scene, Segment, Task, Track,
+    TrackObservability, Undetectable,
 };
 pub use stream::frames::Issue;

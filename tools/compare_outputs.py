@@ -5,8 +5,8 @@
     tools/compare_outputs.py compare OLD_FOLDER NEW_FOLDER
 
 `collect` runs all commands of PROGRAM in the root of the repository and writes each output to a file of FOLDER.
-`compare` reports, for two such folders: JSON documents by key (renamed keys of RENAMED are mapped first, new keys are listed,
-changed values are errors), tables by column, texts by the numbers that stand in them. Exit status 1 when a value has changed.
+`compare` reports, for two such folders: JSON documents by key (renamed keys of RENAMED are mapped first, new keys are listed and have to
+be in ADDED, changed values are errors), tables by column, texts by the numbers that stand in them. Exit status 1 when a value has changed.
 Only the standard library of Python is needed.
 """
 
@@ -45,6 +45,11 @@ RECORDINGS = {
 # Keys of the old program with the names that the new one gives them, and values that are meant to differ.
 RENAMED = {}
 MEANT = {"schema", "version", "created_by"}
+# Keys and columns that the new program writes in addition; others that are new are errors.
+ADDED = {
+    "object", "partner", "start_row", "end_row", "rows", "name", "start_s", "zero_stamp_s", "version", "digest", "files",
+    "rules",
+}
 
 NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.]*\d)")
 
@@ -211,6 +216,10 @@ def compare(old_folder, new_folder):
         if len(changes) > 5:
             print(f"{name}: and {len(changes) - 5} more")
     print("\nkeys that are new:", *(f"  {key} ({count})" for key, count in sorted(added.items())), sep="\n")
+    unlisted = sorted(key for key in added if not ADDED & set(re.split(r"[^\w]+", key)))
+    if unlisted:
+        print("\nof these, not in ADDED:", *(f"  {key}" for key in unlisted), sep="\n")
+        changed = True
     print("\nkeys that are gone:", *(f"  {key} ({count})" for key, count in sorted(gone.items())), sep="\n")
     print("\n" + ", ".join(f"{what}: {count}" for what, count in counts.items()), f"of {len(names)} outputs")
     return 1 if changed else 0

@@ -130,7 +130,6 @@ where
         len,
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
         stretches: std::iter::once(0..len).collect(),
-        objects: vec![],
-        issues: vec![],
+        ..Frames::default()
     }
 }

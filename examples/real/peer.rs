@@ -53,8 +53,7 @@ pub fn labelled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl 
                 frames: frame..frame + 1,
                 start_s: at_s(frame),
                 end_s: at_s(frame + 1),
-                was: Vec::new(),
-                by: Vec::new(),
+                ..Segment::default()
             }),
         }
     }
@@ -64,5 +63,5 @@ pub fn labelled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl 
         Who::Both => vec![of(Who::Hand(teachtree::base::hands::Side::Right)), of(Who::Both)],
         hand => vec![of(hand)],
     };
-    Analysis { frames, rate_hz, start_s, end_s: at_s(frames), tracks, issues: Vec::new() }
+    Analysis { frames, rows: frames, rate_hz, start_s, end_s: at_s(frames), tracks, issues: Vec::new() }
 }

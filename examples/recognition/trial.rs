@@ -164,13 +164,7 @@ impl Seen {
     fn new(rules: &RuleSet, recording: &Recording, said: &Said) -> Result<Self, InputError> {
         let truth = Truth::of_recording(recording, &NameMap::default()).unwrap_or_default();
         let truth = truth.retold(&rules.rules, &said.frames)?;
-        let meta = Meta {
-            log: recording.scene.name.clone(),
-            binding: None,
-            rules: vec![],
-            digest: String::new(),
-            params: vec![],
-        };
+        let meta = Meta { log: recording.scene.name.clone(), ..Meta::default() };
         let mut seen = Self { tally: Tally::default(), negative: Share::default() };
         let rows = score::score(&truth, &said.analysis, Stage::Relabelled, &meta)?;
         for (row, truth) in rows.iter().zip(&truth.tracks) {

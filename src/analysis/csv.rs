@@ -1,17 +1,38 @@
 //! The analysis as a table, one row for each raw segment, task and relabelled segment.
 //!
-//! Columns: `log`, `track`, `kind` (`raw`, `task`, `relabelled`), `name`, `start_s`, `end_s`, `task` (the number of the task in its track,
-//! from 1; empty for what is in none), `was` (raw primitives, blanks between), `by` (rules, `; ` between), `secondary` (blanks between),
-//! `open` (`start`, `end`, or both).
+//! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `relabelled`), `name`, `object`, `partner`, `start_s`, `end_s`,
+//! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none), `was` (raw primitives, blanks
+//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`.
 
-use super::json::{Meta, open};
+use super::json::{Meta, VERSION, open};
 use super::number::number;
-use super::{Analysis, Segment, Track};
+use super::{Analysis, Segment, Subject, Track};
 use crate::base::error::InputError;
+use std::ops::Range;
 
 /// The names of the columns.
-pub const COLUMNS: [&str; 11] =
-    ["log", "track", "kind", "name", "start_s", "end_s", "task", "was", "by", "secondary", "open"];
+pub const COLUMNS: [&str; 18] = [
+    "log",
+    "track",
+    "kind",
+    "name",
+    "object",
+    "partner",
+    "start_s",
+    "end_s",
+    "start_row",
+    "end_row",
+    "task",
+    "was",
+    "by",
+    "secondary",
+    "open",
+    "zero_stamp_s",
+    "digest",
+    "version",
+];
+/// How many of them are the same in each row: one before the others, the rest behind them.
+const CONSTANT: usize = 4;
 
 /// Writes the table with its header.
 ///
@@ -21,23 +42,32 @@ pub fn csv(analysis: &Analysis, meta: &Meta) -> Result<String, InputError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |error: String| InputError::new("CSV", error);
     writer.write_record(COLUMNS).map_err(|error| failed(error.to_string()))?;
+    let (zero, version) = (number(meta.zero_stamp_s), VERSION.to_string());
     for row in analysis.tracks.iter().flat_map(rows) {
-        writer.write_record([meta.log.clone()].iter().chain(&row)).map_err(|error| failed(error.to_string()))?;
+        let (head, tail) = ([&meta.log], [&zero, &meta.digest, &version]);
+        let cells = head.into_iter().chain(&row).chain(tail);
+        writer.write_record(cells).map_err(|error| failed(error.to_string()))?;
     }
     let bytes = writer.into_inner().map_err(|error| failed(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| failed(error.to_string()))
 }
 
-type Row = [String; COLUMNS.len() - 1];
+type Row = [String; COLUMNS.len() - CONSTANT];
 
 fn rows(track: &Track) -> Vec<Row> {
     let segment = |kind: &str, task: Option<usize>, segment: &Segment| -> Row {
+        let time_s = (segment.start_s, segment.end_s);
+        let [object, partner, start_s, end_s, start_row, end_row] = span(&segment.subject, time_s, &segment.rows);
         [
             track.who.to_string(),
             kind.into(),
             segment.primitive.clone(),
-            number(segment.start_s),
-            number(segment.end_s),
+            object,
+            partner,
+            start_s,
+            end_s,
+            start_row,
+            end_row,
             task.map(|task| task.to_string()).unwrap_or_default(),
             segment.was.join(" "),
             segment.by.join("; "),
@@ -47,12 +77,18 @@ fn rows(track: &Track) -> Vec<Row> {
     };
     let mut rows: Vec<Row> = track.segments.iter().map(|raw| segment("raw", None, raw)).collect();
     for (task, number_of_task) in track.tasks.iter().zip(1..) {
+        let time_s = (task.start_s, task.end_s);
+        let [object, partner, start_s, end_s, start_row, end_row] = span(&task.subject, time_s, &task.rows);
         rows.push([
             track.who.to_string(),
             "task".into(),
             task.task.clone(),
-            number(task.start_s),
-            number(task.end_s),
+            object,
+            partner,
+            start_s,
+            end_s,
+            start_row,
+            end_row,
             number_of_task.to_string(),
             String::new(),
             String::new(),
@@ -65,4 +101,11 @@ fn rows(track: &Track) -> Vec<Row> {
         rows.push(segment("relabelled", task.map(|task| task + 1), relabelled));
     }
     rows
+}
+
+/// What segments and tasks have in common.
+fn span(subject: &Subject, time_s: (f64, f64), rows: &Range<usize>) -> [String; 6] {
+    let Subject { object, partner } = subject.clone();
+    let [object, partner] = [object, partner].map(Option::unwrap_or_default);
+    [object, partner, number(time_s.0), number(time_s.1), rows.start.to_string(), rows.end.to_string()]
 }

@@ -5,6 +5,7 @@ mod change;
 mod fact;
 mod moment;
 mod reason;
+mod rows;
 mod task;
 mod value;
 mod why_not;
@@ -13,12 +14,13 @@ pub use change::{Change, Changed, Decided, State, change, task};
 pub use fact::{Fact, Wait, quantities};
 pub use moment::{Moment, moment};
 pub use reason::{Reason, slots, text};
+pub use rows::{Row, of_channel, of_expr};
 pub use task::{Asked, TaskReason, Tried};
 pub use value::{frame_at, value};
 pub use why_not::{Obstacle, WhyNot};
 
-use super::json::printed;
-use super::{Analysis, Segment, Who};
+use super::json::{self, Meta, VERSION, printed};
+use super::{Analysis, Segment, Subject, Who};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
@@ -51,6 +53,10 @@ pub struct Explanation {
     pub tree: String,
     /// What the tree gives; `separate` when it leaves the hands to themselves.
     pub leaf: String,
+    /// The object of the segment that this frame came to be in.
+    pub object: Option<String>,
+    /// The body that the object is in or against.
+    pub partner: Option<String>,
     /// When that leaf began, s.
     pub since_s: f64,
     /// The choices that were looked at, from the root to the leaf.
@@ -181,7 +187,7 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
                     return Ok(explained);
                 }
                 let mut block = block(analysed, &mut inspector, question.who, frame)?;
-                block.task = side.and_then(|side| task::of(analysed.rules, analysed.frames, leaves, side, frame));
+                block.task = side.and_then(|side| task::of(analysed, leaves, side, frame));
                 explained.push(block);
                 before = Some(now);
             }
@@ -201,11 +207,18 @@ pub fn written(text: &str) -> String {
     folded(text).trim_end_matches('{').trim_end().to_string()
 }
 
-/// The explanations as JSON, schema `teachtree.explain/1`: an object with `schema`, `log` and `explanations`, whose fields are those of
-/// [`Explanation`].
-pub fn json(explained: &[Explanation], log: &str) -> String {
+/// The explanations as JSON, schema `teachtree.explain/1` (docs/formats.md): the fields of an explanation are those of [`Explanation`].
+pub fn json(explained: &[Explanation], meta: &Meta) -> String {
     let explanations = serde_json::to_value(explained).unwrap_or_default();
-    printed(&serde_json::json!({ "schema": SCHEMA, "log": log, "explanations": explanations }))
+    printed(&serde_json::json!({
+        "schema": SCHEMA,
+        "version": VERSION,
+        "log": meta.log,
+        "name": meta.name,
+        "zero_stamp_s": meta.zero_stamp_s,
+        "rules": json::rules(meta),
+        "explanations": explanations,
+    }))
 }
 
 /// The frames that are asked about, by stretch.
@@ -303,7 +316,9 @@ fn block<'a>(
         };
         became(rules, raw, what)
     });
-    let relabelled = track.and_then(|track| segment(&track.relabelled)).filter(|segment| !segment.by.is_empty());
+    let relabelled = track.and_then(|track| segment(&track.relabelled));
+    let Subject { object, partner } = relabelled.as_ref().map(|segment| segment.subject.clone()).unwrap_or_default();
+    let relabelled = relabelled.filter(|segment| !segment.by.is_empty());
     Ok(Explanation {
         track: who.to_string(),
         time_s: time(frame),
@@ -311,6 +326,8 @@ fn block<'a>(
         until_s: time(frame),
         tree: inspector.tree(side).map_or(String::new(), |tree| tree.name.clone()),
         leaf,
+        object,
+        partner,
         since_s: time(run.map_or(frame, |run| run.start)),
         path,
         latches,

@@ -1,30 +1,40 @@
-//! The analysis as JSON, schema `teachtree.analysis/1`: keys in a fixed order, numbers by one printer, one segment a line.
+//! The analysis as JSON, schema `teachtree.analysis/2` (docs/formats.md): keys in a fixed order, numbers by one printer, one segment a line.
 //!
 //! ```json
-//! {"schema":"teachtree.analysis/1","log":{"path","frames","rate_hz","duration_s"},"rules":{"files":[],"digest","params":{}},
-//!  "tracks":[{"track","segments":[{"primitive","start_s","end_s"}],
-//!             "relabelled":[{"primitive","start_s","end_s","was":[],"by"}],
-//!             "tasks":[{"task","start_s","end_s","secondary":[],"segments":[{"primitive","start_s","end_s","was":[],"by"}]}]}],
+//! {"schema":"teachtree.analysis/2","version",
+//!  "log":{"name","path","frames","rows","rate_hz","start_s","duration_s","zero_stamp_s"},"rules":{"files":[],"digest","params":{}},
+//!  "tracks":[{"track","segments":[{"primitive",SPAN}],
+//!             "relabelled":[{"primitive",SPAN,"was":[],"by"}],
+//!             "tasks":[{"task",SPAN,"secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}]}],
 //!  "issues":[{"kind","start_s","end_s","channel","message"}]}
 //! ```
 //!
+//! SPAN is `"object","partner","start_s","end_s","start_row","end_row"`; object and partner are null where there is none.
 //! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabelled` the same time after relabelling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
-use super::{Analysis, Segment, TaskSpan, Track};
+use super::{Analysis, Segment, Subject, TaskSpan, Track};
 use serde_json::{Map, Value, json};
+use std::ops::Range;
 
 /// The name and version of the schema.
-pub const SCHEMA: &str = "teachtree.analysis/1";
+pub const SCHEMA: &str = "teachtree.analysis/2";
+
+/// The version of the program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// What an analysis was made from, as the user named it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Meta {
     /// Path of the log.
     pub log: String,
+    /// Name of the recording: that of its file, without folders and ending.
+    pub name: String,
+    /// What the clock of the log shows at t = 0, s.
+    pub zero_stamp_s: f64,
     /// Path of its binding.
     pub binding: Option<String>,
     /// The rule files in the order of reading.
@@ -35,21 +45,43 @@ pub struct Meta {
     pub params: Vec<(String, String)>,
 }
 
-/// Writes the analysis.
+/// Writes the analysis as a document of several lines.
 pub fn json(analysis: &Analysis, meta: &Meta) -> String {
+    printed(&document(analysis, meta))
+}
+
+/// Writes the analysis as one line, for files of several.
+pub fn line(analysis: &Analysis, meta: &Meta) -> String {
+    let mut text = String::new();
+    print(&document(analysis, meta), None, &mut text);
+    text.push('\n');
+    text
+}
+
+/// The rules that were run.
+pub(super) fn rules(meta: &Meta) -> Value {
+    let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+    json!({ "files": meta.rules, "digest": meta.digest, "params": params })
+}
+
+fn document(analysis: &Analysis, meta: &Meta) -> Value {
     let mut log = Map::new();
+    log.insert("name".into(), json!(meta.name));
     log.insert("path".into(), json!(meta.log));
     if let Some(binding) = &meta.binding {
         log.insert("binding".into(), json!(binding));
     }
     log.insert("frames".into(), json!(analysis.frames));
+    log.insert("rows".into(), json!(analysis.rows));
     log.insert("rate_hz".into(), json!(analysis.rate_hz));
+    log.insert("start_s".into(), json!(analysis.start_s));
     log.insert("duration_s".into(), json!(analysis.end_s - analysis.start_s));
-    let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
-    let document = json!({
+    log.insert("zero_stamp_s".into(), json!(meta.zero_stamp_s));
+    json!({
         "schema": SCHEMA,
+        "version": VERSION,
         "log": log,
-        "rules": { "files": meta.rules, "digest": meta.digest, "params": params },
+        "rules": rules(meta),
         "tracks": analysis.tracks.iter().map(track).collect::<Vec<_>>(),
         "issues": analysis.issues.iter().map(|issue| json!({
             "kind": issue.kind,
@@ -58,14 +90,13 @@ pub fn json(analysis: &Analysis, meta: &Meta) -> String {
             "channel": issue.channel,
             "message": issue.message,
         })).collect::<Vec<_>>(),
-    });
-    printed(&document)
+    })
 }
 
 /// A document as text: one line for whatever lists no objects, numbers by the one printer.
 pub fn printed(document: &Value) -> String {
     let mut text = String::new();
-    print(document, 0, &mut text);
+    print(document, Some(0), &mut text);
     text.push('\n');
     text
 }
@@ -77,21 +108,34 @@ pub(super) fn open(task: &TaskSpan) -> Vec<&'static str> {
 }
 
 fn track(track: &Track) -> Value {
-    let raw =
-        |segment: &Segment| json!({"primitive": segment.primitive, "start_s": segment.start_s, "end_s": segment.end_s});
     json!({
         "track": track.who.to_string(),
-        "segments": track.segments.iter().map(raw).collect::<Vec<_>>(),
+        "segments": track.segments.iter().map(|segment| Value::Object(raw(segment))).collect::<Vec<_>>(),
         "relabelled": track.relabelled.iter().map(relabelled).collect::<Vec<_>>(),
         "tasks": track.tasks.iter().map(task).collect::<Vec<_>>(),
     })
 }
 
-fn task(task: &TaskSpan) -> Value {
+/// What segments and tasks have in common, behind the key of the name.
+fn span(key: &str, name: &str, subject: &Subject, time_s: (f64, f64), rows: &Range<usize>) -> Map<String, Value> {
     let mut value = Map::new();
-    value.insert("task".into(), json!(task.task));
-    value.insert("start_s".into(), json!(task.start_s));
-    value.insert("end_s".into(), json!(task.end_s));
+    value.insert(key.into(), json!(name));
+    value.insert("object".into(), json!(subject.object));
+    value.insert("partner".into(), json!(subject.partner));
+    value.insert("start_s".into(), json!(time_s.0));
+    value.insert("end_s".into(), json!(time_s.1));
+    value.insert("start_row".into(), json!(rows.start));
+    value.insert("end_row".into(), json!(rows.end));
+    value
+}
+
+fn raw(segment: &Segment) -> Map<String, Value> {
+    let time_s = (segment.start_s, segment.end_s);
+    span("primitive", &segment.primitive, &segment.subject, time_s, &segment.rows)
+}
+
+fn task(task: &TaskSpan) -> Value {
+    let mut value = span("task", &task.task, &task.subject, (task.start_s, task.end_s), &task.rows);
     if task.open_start || task.open_end {
         value.insert("complete".into(), json!(false));
         value.insert("open".into(), json!(open(task)));
@@ -102,17 +146,15 @@ fn task(task: &TaskSpan) -> Value {
 }
 
 fn relabelled(segment: &Segment) -> Value {
-    json!({
-        "primitive": segment.primitive,
-        "start_s": segment.start_s,
-        "end_s": segment.end_s,
-        "was": segment.was,
-        "by": segment.by.join("; "),
-    })
+    let mut value = raw(segment);
+    value.insert("was".into(), json!(segment.was));
+    value.insert("by".into(), json!(segment.by.join("; ")));
+    Value::Object(value)
 }
 
-/// Prints the document and what lists objects over several lines, and everything else on one. The depth is that of the schema.
-fn print(value: &Value, indent: usize, text: &mut String) {
+/// Prints the document and what lists objects over several lines, and everything else on one; without an indent all of it on one.
+/// The depth is that of the schema.
+fn print(value: &Value, indent: Option<usize>, text: &mut String) {
     let (open, close, parts): (char, char, Vec<(Option<&String>, &Value)>) = match value {
         Value::Array(items) => ('[', ']', items.iter().map(|item| (None, item)).collect()),
         Value::Object(fields) => ('{', '}', fields.iter().map(|(key, field)| (Some(key), field)).collect()),
@@ -128,13 +170,14 @@ fn print(value: &Value, indent: usize, text: &mut String) {
             return;
         }
     };
-    let long = indent == 0 || lists_objects(value);
+    // How far the parts are indented, where each has a line of its own.
+    let indent = indent.filter(|indent| *indent == 0 || lists_objects(value));
     text.push(open);
     for (place, (key, part)) in parts.into_iter().enumerate() {
         if place > 0 {
-            text.push_str(if long { "," } else { ", " });
+            text.push_str(if indent.is_some() { "," } else { ", " });
         }
-        if long {
+        if let Some(indent) = indent {
             text.push('\n');
             text.push_str(&"  ".repeat(indent + 1));
         }
@@ -142,9 +185,9 @@ fn print(value: &Value, indent: usize, text: &mut String) {
             text.push_str(&Value::from(key.as_str()).to_string());
             text.push_str(": ");
         }
-        print(part, indent + 1, text);
+        print(part, indent.map(|indent| indent + 1), text);
     }
-    if long {
+    if let Some(indent) = indent {
         text.push('\n');
         text.push_str(&"  ".repeat(indent));
     }

@@ -2,27 +2,26 @@
 
 use super::lane::Piece;
 use super::stretch::samples;
-use crate::base::channels::{ChannelSpec, Derived, derived};
+use crate::base::channels::{ChannelSpec, Derived, HANDLING, derived, handling};
 use crate::base::hands::Side;
 use crate::language::rules::{Key, Rules};
 use crate::stream::frames::{ColumnKey, Frames};
 use crate::stream::series::Series;
 use std::ops::Range;
 
-/// The channels to make frames with, so that the keys of the tasks can be judged: those of the rules first, in their order.
+/// The channels to make frames with, so that the keys of the tasks can be judged and the objects of segments are known: those of the rules
+/// first, in their order.
 pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
     let mut channels = rules.channels.clone();
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    let asked = [
-        (TARGET, rules.tasks.iter().any(|task| task.joined)),
-        (POSITION, keys().any(|key| asks(key, POSITION))),
-        (SPIN, keys().any(|key| asks(key, SPIN))),
-    ];
+    let asked =
+        [(TARGET, true), (POSITION, keys().any(|key| asks(key, POSITION))), (SPIN, keys().any(|key| asks(key, SPIN)))];
     for (name, _) in asked.into_iter().filter(|(_, asked)| *asked) {
         if !channels.iter().any(|channel| channel.name == name) {
             channels.extend(derived(name).map(Derived::spec));
         }
     }
+    channels.extend(HANDLING.map(handling));
     channels
 }
 
@@ -42,10 +41,10 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
     }
 }
 
-/// Whether a channel is read after the trees have run: by the keys of the tasks.
+/// Whether a channel is read after the trees have run: for the objects of segments, or by the keys of the tasks.
 pub fn reads_later(rules: &Rules, channel: &str) -> bool {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    channel == TARGET || keys().any(|key| asks(key, channel))
+    channel == TARGET || HANDLING.contains(&channel) || keys().any(|key| asks(key, channel))
 }
 
 /// How many frames are looked at together.
@@ -143,7 +142,7 @@ impl<'a> Measures<'a> {
 }
 
 /// Frames in groups that are looked at together.
-fn together(frames: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
+pub(super) fn together(frames: &Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let end = frames.end;
     frames.clone().step_by(TOGETHER).map(move |start| start..(start + TOGETHER).min(end))
 }

@@ -23,10 +23,12 @@ pub mod score;
 mod show;
 mod spans;
 mod stretch;
+mod subject;
 mod tasks;
 
 pub use measures::{channels, reads_later};
 pub use rounds::MAX_ROUNDS;
+pub use subject::Subject;
 
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -43,6 +45,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use stretch::{Settling, Stretch};
+use subject::Handling;
 use tasks::Named;
 
 /// The name of a task in which something was handled, but that has the keys of no task of the rules.
@@ -53,6 +56,8 @@ pub const UNKNOWN: &str = "unknown";
 pub struct Analysis {
     /// Number of frames.
     pub frames: usize,
+    /// Number of rows of the log.
+    pub rows: usize,
     /// Frames per second.
     pub rate_hz: f64,
     /// When the recording starts, s.
@@ -115,12 +120,16 @@ pub struct Track {
 }
 
 /// A stretch of time with one primitive.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Segment {
     /// The primitive as it is shown: `Grasp`, `MainGrasp(left)`.
     pub primitive: String,
+    /// What it is about.
+    pub subject: Subject,
     /// The frames `[start, end)`.
     pub frames: Range<usize>,
+    /// The rows of the log `[start, end)`, counted from 0.
+    pub rows: Range<usize>,
     /// Start, s.
     pub start_s: f64,
     /// End, s: when the next one starts.
@@ -132,12 +141,16 @@ pub struct Segment {
 }
 
 /// A task with its relabelled segments.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct TaskSpan {
     /// The name; [`UNKNOWN`] when no task of the rules has its keys here.
     pub task: String,
+    /// What it is about.
+    pub subject: Subject,
     /// The frames `[start, end)`.
     pub frames: Range<usize>,
+    /// The rows of the log `[start, end)`, counted from 0.
+    pub rows: Range<usize>,
     /// Start, s.
     pub start_s: f64,
     /// End, s.
@@ -183,7 +196,8 @@ pub fn analyse(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
 /// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
 pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
-    let show = Show { rules, frames };
+    let handling = Handling::new(frames, series);
+    let show = Show { rules, frames, handling: &handling };
     let of_hand = |side| leaves.iter().any(|leaves| leaves.hands.contains_key(&side));
     let sides: Vec<Side> = Side::BOTH.into_iter().filter(|side| of_hand(*side)).collect();
     let measures: BTreeMap<Side, Measures> =
@@ -210,12 +224,12 @@ pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
             let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
             let relabelled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
-            let segment = |piece: &Piece| show.segment(piece, raw, &stretch.frames());
+            let segment = |piece: &Piece| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
             track.segments.extend(raw.iter().map(segment));
             track.relabelled.extend(relabelled.iter().map(segment));
-            track.tasks.extend(tasks.iter().map(|task| show.task(task, raw, &stretch.frames())));
+            track.tasks.extend(tasks.iter().map(|task| show.task(*side, task, raw, &stretch.frames())));
         }
-        let segment = |piece: &Piece| show.segment(piece, &stretch.raw_both, &stretch.frames());
+        let segment = |piece: &Piece| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
         both.relabelled.extend(stretch.coordination().iter().map(segment));
     }
@@ -223,7 +237,8 @@ pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     if leaves.iter().any(|leaves| !leaves.both.is_empty()) {
         tracks.push(both);
     }
-    Analysis { frames: frames.len, rate_hz, start_s: show.start_s(), end_s: show.end_s(), tracks, issues }
+    let rows = if frames.row_time.is_empty() { frames.len } else { frames.row_time.len() };
+    Analysis { frames: frames.len, rows, rate_hz, start_s: show.start_s(), end_s: show.end_s(), tracks, issues }
 }
 
 impl Track {

@@ -3,8 +3,9 @@
 use super::lane::{Piece, within};
 use super::measures::{self, Measures};
 use super::rounds::MAX_ROUNDS;
+use super::subject::Handling;
 use super::tasks::Named;
-use super::{Segment, TaskSpan, UNKNOWN};
+use super::{Segment, TaskSpan, UNKNOWN, Who};
 use crate::base::hands::Side;
 use crate::language::rules::{Rules, TaskId};
 use crate::stream::frames::{Frames, Issue};
@@ -17,6 +18,8 @@ pub(super) struct Show<'a> {
     pub rules: &'a Rules,
     /// The times.
     pub frames: &'a Frames,
+    /// What the hands handle.
+    pub handling: &'a Handling<'a>,
 }
 
 impl Show<'_> {
@@ -38,13 +41,15 @@ impl Show<'_> {
         }
     }
 
-    /// A segment of a stretch, with what it was among the raw pieces.
-    pub fn segment(&self, piece: &Piece, raw: &[Piece], stretch: &Range<usize>) -> Segment {
+    /// A segment of a track in a stretch, with what it was among the raw pieces.
+    pub fn segment(&self, who: Who, piece: &Piece, raw: &[Piece], stretch: &Range<usize>) -> Segment {
         let name = |piece: &Piece| self.rules.label_name(piece.label);
         let by = piece.by.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| rule.text.clone());
         let was = if piece.by.is_empty() { &[][..] } else { within(raw, &piece.frames) };
         Segment {
             primitive: name(piece),
+            subject: self.handling.of_segment(who, &piece.frames, stretch),
+            rows: self.frames.rows(&piece.frames),
             frames: piece.frames.clone(),
             start_s: self.time_s(piece.frames.start, stretch),
             end_s: self.time_s(piece.frames.end, stretch),
@@ -53,12 +58,16 @@ impl Show<'_> {
         }
     }
 
-    /// A task of a stretch.
-    pub fn task(&self, named: &Named, raw: &[Piece], stretch: &Range<usize>) -> TaskSpan {
+    /// A task of a hand in a stretch.
+    pub fn task(&self, side: Side, named: &Named, raw: &[Piece], stretch: &Range<usize>) -> TaskSpan {
         let name = |id: TaskId| self.rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
         let frames = named.pieces.first().map_or(0, |piece| piece.frames.start)
             ..named.pieces.last().map_or(0, |piece| piece.frames.end);
+        let keys = named.task.and_then(|id| self.rules.tasks.get(id.index())).map_or(&[][..], |task| &task.keys);
+        let is_key = |piece: &Piece| keys.iter().any(|key| key.label.covers(piece.label));
         TaskSpan {
+            subject: self.handling.of_task(side, &named.pieces, is_key, stretch),
+            rows: self.frames.rows(&frames),
             task: named.task.map_or_else(|| UNKNOWN.to_string(), name),
             start_s: self.time_s(frames.start, stretch),
             end_s: self.time_s(frames.end, stretch),
@@ -66,7 +75,7 @@ impl Show<'_> {
             secondary: named.secondary.iter().map(|id| name(*id)).collect(),
             open_start: named.span.open_start,
             open_end: named.span.open_end,
-            segments: named.pieces.iter().map(|piece| self.segment(piece, raw, stretch)).collect(),
+            segments: named.pieces.iter().map(|piece| self.segment(Who::Hand(side), piece, raw, stretch)).collect(),
         }
     }
 

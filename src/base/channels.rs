@@ -230,6 +230,28 @@ pub const DERIVED: &[Derived] = &[
     ),
 ];
 
+/// Whether the hand touches its target.
+pub const TARGET_TOUCHED: &str = "target.touched";
+/// The body that the target is in or against while the hand touches it, as its number in the scene; -1 for none.
+pub const PARTNER: &str = "target.partner";
+/// Whether the target is in a socket of that body.
+pub const TARGET_INSIDE: &str = "target.inside";
+
+/// Derived channels that tell what a hand handles: the subjects of segments are found from them (`analysis`). Rules cannot read them.
+pub const HANDLING: [&str; 3] = [TARGET_TOUCHED, PARTNER, TARGET_INSIDE];
+
+/// A channel of [`HANDLING`], one number a hand.
+pub fn handling(name: &str) -> ChannelSpec {
+    ChannelSpec {
+        name: name.into(),
+        per_hand: true,
+        axis: None,
+        shape: Shape::Scalar,
+        dimension: Dimension::NONE,
+        absent: Absent::Derived,
+    }
+}
+
 /// The derived channel with this name.
 pub fn derived(name: &str) -> Option<&'static Derived> {
     DERIVED.iter().find(|channel| channel.name == name)

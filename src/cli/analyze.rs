@@ -3,10 +3,12 @@
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
+use crate::analysis::Subject;
 use crate::base::error::{ErrorKind, InputError};
 use crate::report::Style;
 use crate::session::files::recordings;
 use crate::session::{Analysis, ClosedSegment, Error};
+use crate::stream::formats;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -33,6 +35,12 @@ pub struct Args {
     /// Also write a page for browsers (one recording only)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Also write labels, tasks and objects of each frame as a table, `.csv` or `.parquet` (one recording only)
+    #[arg(long, value_name = "FILE")]
+    frames: Option<PathBuf>,
+    /// Signals, latches and channels of the rules whose values the table of `--frames` has too
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', requires = "frames")]
+    signals: Vec<String>,
 }
 
 /// Forms of an analysis.
@@ -40,7 +48,7 @@ pub struct Args {
 pub enum Format {
     /// A timeline for people
     Text,
-    /// `teachtree.analysis/1`; one document after another when there are several recordings
+    /// `teachtree.analysis/2` (docs/formats.md); a document per line when there are several recordings
     Json,
     /// A table of segments and tasks
     Csv,
@@ -52,7 +60,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.report.is_some() && logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
-    let outputs: Vec<&Path> = args.out.iter().chain(&args.report).map(PathBuf::as_path).collect();
+    if args.frames.is_some() && logs.len() > 1 {
+        return Err(InputError::new("--frames", "a table of frames is of one recording, found several").into());
+    }
+    if let Some(path) = &args.frames {
+        formats::check_name(path)?;
+    }
+    let outputs: Vec<&Path> = args.out.iter().chain(&args.report).chain(&args.frames).map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
     let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
     let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
@@ -60,7 +74,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut out = String::new();
     let mut failures = Vec::new();
     // All cores share the recordings; what is found comes in the order in which they were named.
-    let found: Vec<Result<Told, Failure>> = logs.par_iter().map(|log| one(args, log, &inputs)).collect();
+    let found: Vec<Result<Told, Failure>> =
+        logs.par_iter().map(|log| one(args, log, &inputs, logs.len() == 1)).collect();
     for found in found {
         match found {
             // A table has one header.
@@ -94,13 +109,13 @@ struct Told {
     warning: Option<String>,
 }
 
-/// Analyzes one recording: what is to be said about it.
-fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<Told, Failure> {
+/// Analyzes a recording, the only one or one of several: what is to be said about it.
+fn one(args: &Args, log: &Path, inputs: &[&Path], alone: bool) -> Result<Told, Failure> {
     let analysis = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
         live(args)?
     } else {
         let log = args.source.open(log)?;
-        if args.report.is_some() {
+        if args.report.is_some() || args.frames.is_some() {
             log.read()?;
         }
         args.rules.load(&log)?.analyze(&log)?
@@ -108,9 +123,13 @@ fn one(args: &Args, log: &Path, inputs: &[&Path]) -> Result<Told, Failure> {
     if let Some(path) = &args.report {
         output::write(path, &analysis.html()?, inputs)?;
     }
+    if let Some(path) = &args.frames {
+        analysis.frames(&args.signals)?.write(path)?;
+    }
     let text = match args.format {
         Format::Text => timeline(&analysis, args.out.is_none()),
-        Format::Json => analysis.json(),
+        Format::Json if alone => analysis.json(),
+        Format::Json => analysis.json_line(),
         Format::Csv => analysis.csv()?,
     };
     let untold = args.format == Format::Csv && !analysis.issues().is_empty();
@@ -123,8 +142,10 @@ fn live(args: &Args) -> Result<Analysis, Error> {
     args.source.options().follow(
         input,
         &args.rules.options(),
-        &mut |ClosedSegment { track, primitive, start_s, end_s, .. }| {
-            let line = format!("{track:<6} {primitive:<12} {start_s:8.3} – {end_s:8.3} s\n");
+        &mut |ClosedSegment { track, primitive, object, partner, start_s, end_s, .. }| {
+            let subject = Subject { object: object.clone(), partner: partner.clone() };
+            let name = format!("{primitive}{}", subject.suffix());
+            let line = format!("{track:<6} {name:<24} {start_s:8.3} – {end_s:8.3} s\n");
             output::print(&line).map_err(|error| Error::new(error, ErrorKind::Io))
         },
     )

@@ -1,5 +1,6 @@
 //! Explanations for terminals.
 
+use crate::analysis::Subject;
 use crate::analysis::explain::{Became, Explanation, Obstacle, Reason, Step, TaskReason, WhyNot};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -22,8 +23,14 @@ pub fn explanation(explained: &[Explanation]) -> String {
 fn write_one(text: &mut String, one: &Explanation) {
     let _ = writeln!(
         text,
-        "{} at {:.3} s, frame {}: {} (from {:.3} s), by the tree {}",
-        one.track, one.time_s, one.frame, one.leaf, one.since_s, one.tree
+        "{} at {:.3} s, frame {}: {}{} (from {:.3} s), by the tree {}",
+        one.track,
+        one.time_s,
+        one.frame,
+        one.leaf,
+        suffix(&one.object, &one.partner),
+        one.since_s,
+        one.tree
     );
     let mut told = Told::new();
     for step in &one.path {
@@ -57,6 +64,10 @@ fn write_one(text: &mut String, one: &Explanation) {
         }
         write_why_not(text, why_not, &mut told);
     }
+}
+
+fn suffix(object: &Option<String>, partner: &Option<String>) -> String {
+    Subject { object: object.clone(), partner: partner.clone() }.suffix()
 }
 
 fn write_step(text: &mut String, step: &Step, told: &mut Told) {
@@ -132,7 +143,8 @@ fn write_became(text: &mut String, word: &str, became: &Became) {
 }
 
 fn write_task(text: &mut String, task: &TaskReason) {
-    let _ = writeln!(text, "  task: {} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
+    let subject = suffix(&task.object, &task.partner);
+    let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
     for tried in &task.tried {
         let taken = if tried.matches { "yes" } else { "no " };
         let asked = tried.asked.iter().map(|asked| format!("{} ({})", asked.what, asked.found));

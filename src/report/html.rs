@@ -7,9 +7,9 @@ use super::figure::figure;
 use super::svg::escape;
 use super::{page, palette, remarks};
 use crate::analysis::explain::Analysed;
-use crate::analysis::json::Meta;
+use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use crate::analysis::{Analysis, Segment, Subject, TaskSpan, Track, Who};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::frames::Frames;
@@ -45,7 +45,8 @@ pub fn html(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<S
 
 /// What is said of a segment where it is pointed at.
 pub(super) fn describe(segment: &Segment) -> String {
-    let mut text = format!("{}\n{}", segment.primitive, times(segment.start_s, segment.end_s));
+    let mut text =
+        format!("{}{}\n{}", segment.primitive, segment.subject.suffix(), times(segment.start_s, segment.end_s));
     if !segment.by.is_empty() {
         text.push_str(&format!("\nwas {}\nby {}", segment.was.join(", "), segment.by.join("; ")));
     }
@@ -56,7 +57,7 @@ pub(super) fn describe(segment: &Segment) -> String {
 pub(super) fn describe_task(task: &TaskSpan) -> String {
     let remarks = remarks(task);
     let rest = if remarks.is_empty() { String::new() } else { format!("\n{remarks}") };
-    format!("{}\n{}{rest}", task.task, times(task.start_s, task.end_s))
+    format!("{}{}\n{}{rest}", task.task, task.subject.suffix(), times(task.start_s, task.end_s))
 }
 
 fn times(start_s: f64, end_s: f64) -> String {
@@ -77,6 +78,7 @@ fn header(analysis: &Analysis, meta: &Meta) -> String {
     if !params.is_empty() {
         rules.push_str(&format!(", with {}", params.join(", ")));
     }
+    rules.push_str(&format!("; teachtree {VERSION}"));
     format!(
         "<header>\n<h1>{}</h1>\n<p class=\"quiet\">{}</p>\n<p class=\"quiet\">{rules}</p>\n</header>\n",
         escape(&meta.log),
@@ -90,9 +92,10 @@ fn tasks(analysis: &Analysis) -> String {
         .map(|(track, task)| {
             let chips: String = task.segments.iter().map(chip).collect();
             format!(
-                "<tr><td><strong>{}</strong></td><td>{}</td>{}<td>{chips}</td><td>{}</td></tr>\n",
+                "<tr><td><strong>{}</strong></td><td>{}</td>{}{}<td>{chips}</td><td>{}</td></tr>\n",
                 escape(&task.task),
                 track.who,
+                subject_cells(&task.subject),
                 time_cells(task.start_s, task.end_s),
                 escape(&remarks(task))
             )
@@ -102,9 +105,14 @@ fn tasks(analysis: &Analysis) -> String {
         return "<h2>Tasks</h2>\n<p>No task was found.</p>\n".into();
     }
     format!(
-        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>start s</th><th>end s</th><th>segments</th><th></th></tr>\n{}</table></div>\n",
+        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th><th></th></tr>\n{}</table></div>\n",
         rows.concat()
     )
+}
+
+fn subject_cells(subject: &Subject) -> String {
+    let cell = |body: &Option<String>| format!("<td>{}</td>", escape(body.as_deref().unwrap_or_default()));
+    cell(&subject.object) + &cell(&subject.partner)
 }
 
 fn time_cells(start_s: f64, end_s: f64) -> String {
@@ -139,8 +147,9 @@ fn segments(track: &Track) -> String {
     let rows: String = (track.relabelled.iter())
         .map(|segment| {
             format!(
-                "<tr><td>{}</td>{}<td>{}</td><td>{}</td></tr>\n",
+                "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td></tr>\n",
                 chip(segment),
+                subject_cells(&segment.subject),
                 time_cells(segment.start_s, segment.end_s),
                 escape(&segment.was.join(", ")),
                 escape(&segment.by.join("; "))
@@ -152,7 +161,7 @@ fn segments(track: &Track) -> String {
     }
     format!(
         "<details><summary>Segments after relabelling: {}</summary><div class=\"scroll\"><table>\n\
-         <tr><th>primitive</th><th>start s</th><th>end s</th><th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
+         <tr><th>primitive</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
         track.relabelled.len()
     )
 }

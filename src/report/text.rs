@@ -6,9 +6,9 @@
 
 use super::palette::{self, Color, INK};
 use super::{remarks, round_step};
-use crate::analysis::json::Meta;
+use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
+use crate::analysis::{Analysis, Segment, Subject, TaskSpan, Track, Who};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,10 +33,15 @@ pub const MIN_WIDTH: usize = 40;
 
 /// Columns of the names of the lanes.
 const GUTTER: usize = 12;
+/// Columns of the names in the lists, at least.
+const NAME: usize = 21;
+/// Columns of the color of a segment and the blank behind it.
+const SWATCH: usize = 3;
 
 /// Draws the timeline and the lists.
 pub fn text(analysis: &Analysis, meta: &Meta, style: Style) -> String {
-    let page = Page { style: Style { width: style.width.max(MIN_WIDTH), ..style }, analysis };
+    let style = Style { width: style.width.max(MIN_WIDTH), ..style };
+    let page = Page { style, analysis, names: names(analysis) };
     let mut lines = page.header(meta);
     for track in &analysis.tracks {
         lines.push(String::new());
@@ -69,6 +74,20 @@ struct Bar<'a> {
 struct Page<'a> {
     style: Style,
     analysis: &'a Analysis,
+    /// Columns of the names of listed segments.
+    names: usize,
+}
+
+/// The columns that the longest name of a listed segment or task takes, [`NAME`] at least.
+fn names(analysis: &Analysis) -> usize {
+    let width = |name: &str, subject: &Subject| (name.to_string() + &subject.suffix()).chars().count();
+    let listed = analysis.tracks.iter().flat_map(|track| {
+        let all = track.relabelled.iter().filter(|_| track.tasks.is_empty());
+        let segments = all.chain(track.tasks.iter().flat_map(|task| &task.segments));
+        let tasks = track.tasks.iter().map(|task| width(&task.task, &task.subject).saturating_sub(SWATCH));
+        segments.map(|segment| width(&segment.primitive, &segment.subject)).chain(tasks)
+    });
+    listed.fold(NAME, usize::max)
 }
 
 impl Page<'_> {
@@ -82,6 +101,8 @@ impl Page<'_> {
         facts.extend(meta.binding.iter().map(|binding| format!("binding {binding}")));
         facts.push(format!("rules {}", meta.rules.join(", ")));
         facts.extend(meta.params.iter().map(|(name, value)| format!("{name} = {value}")));
+        facts.extend((!meta.digest.is_empty()).then(|| format!("digest {}", meta.digest)));
+        facts.push(format!("teachtree {VERSION}"));
         lines.extend(wrap(&facts.join("; "), self.style.width, "", "  "));
         lines
     }
@@ -216,7 +237,8 @@ impl Page<'_> {
 
     fn task(&self, task: &TaskSpan) -> Vec<String> {
         let times = self.times(task.start_s, task.end_s);
-        let name = self.bold(&format!("{:24}", task.task));
+        let width = self.names + SWATCH;
+        let name = self.bold(&format!("{:width$}", task.task.clone() + &task.subject.suffix()));
         let mut lines = vec![format!("  {name}{times}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
@@ -229,7 +251,8 @@ impl Page<'_> {
             "  ".into()
         };
         let times = self.times(segment.start_s, segment.end_s);
-        let mut lines = vec![format!("  {swatch} {:21}{times}", segment.primitive)];
+        let (name, width) = (segment.primitive.clone() + &segment.subject.suffix(), self.names);
+        let mut lines = vec![format!("  {swatch} {name:width$}{times}")];
         if !segment.by.is_empty() {
             let trail = format!("was {}; by {}", segment.was.join(" "), segment.by.join("; "));
             lines.extend(wrap(&trail, self.style.width, "       ", "         "));

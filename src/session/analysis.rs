@@ -6,6 +6,7 @@ use super::log::Log;
 use super::rules::Rules;
 use super::run::Run;
 use super::streaming;
+use super::table::FrameTable;
 use crate::analysis::json::Meta;
 use crate::analysis::{self, Analysis as Found, Segment as Stretch, TaskSpan, Track as Lane, Who, explain};
 use crate::base::error::ErrorKind;
@@ -30,6 +31,8 @@ impl Analysis {
     pub(crate) fn new(rules: &Rules, log: &Log) -> Result<Self, Error> {
         let meta = Meta {
             log: log.name(),
+            name: log.short_name(),
+            zero_stamp_s: log.zero_stamp_s(),
             binding: log.binding().map(|path| path.display().to_string()),
             rules: rules.files().map(str::to_string).collect(),
             digest: rules.digest(),
@@ -75,7 +78,7 @@ impl Analysis {
     }
 
     /// Number of frames.
-    pub fn frames(&self) -> usize {
+    pub fn frame_count(&self) -> usize {
         self.found.frames
     }
 
@@ -112,9 +115,24 @@ impl Analysis {
         Explanations::new(self, question)
     }
 
-    /// The analysis as JSON (docs/formats.md).
+    /// Labels, tasks and objects as a table with a row per frame, with the values of signals, latches and channels of the rules: `near` for each
+    /// hand, `left.near` for one. Reads the log into memory.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`]: a name that the rules do not have.
+    pub fn frames<S: AsRef<str>>(&self, signals: &[S]) -> Result<FrameTable, Error> {
+        let signals: Vec<String> = signals.iter().map(|name| name.as_ref().to_string()).collect();
+        FrameTable::new(self, &signals)
+    }
+
+    /// The analysis as JSON, schema `teachtree.analysis/2` (docs/formats.md).
     pub fn json(&self) -> String {
         analysis::json::json(&self.found, &self.meta)
+    }
+
+    /// The same JSON on one line, for files with an analysis per line.
+    pub fn json_line(&self) -> String {
+        analysis::json::line(&self.found, &self.meta)
     }
 
     /// The segments and tasks as a CSV table.
@@ -205,7 +223,7 @@ impl<'a> Track<'a> {
 
 /// A named task: some segments of a hand, one after the other.
 ///
-/// `Display` writes one line: `right pick_and_place, 0.310 – 4.820 s`.
+/// `Display` writes one line: `right pick_and_place right_cube, 0.310 – 4.820 s`.
 #[derive(Clone, Copy, Debug)]
 pub struct Task<'a> {
     who: Who,
@@ -238,6 +256,21 @@ impl<'a> Task<'a> {
         self.span.end_s
     }
 
+    /// The object that it is about: that of its key segments, `None` where the log has no object, or does not say which.
+    pub fn object(self) -> Option<&'a str> {
+        self.span.subject.object.as_deref()
+    }
+
+    /// The body that the object is in or against in its key segments.
+    pub fn partner(self) -> Option<&'a str> {
+        self.span.subject.partner.as_deref()
+    }
+
+    /// The rows of the log `[start, end)`, counted from 0: those of the file, also where rows were left out or frames were resampled.
+    pub fn rows(self) -> Range<usize> {
+        self.span.rows.clone()
+    }
+
     /// The other tasks of the rules that match here too, by priority.
     pub fn also(self) -> &'a [String] {
         &self.span.secondary
@@ -262,7 +295,8 @@ impl<'a> Task<'a> {
 
 impl fmt::Display for Task<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}, {:.3} – {:.3} s", self.who, self.span.task, self.span.start_s, self.span.end_s)?;
+        let TaskSpan { task, subject, start_s, end_s, .. } = self.span;
+        write!(f, "{} {task}{}, {start_s:.3} – {end_s:.3} s", self.who, subject.suffix())?;
         match report::remarks(self.span).as_str() {
             "" => Ok(()),
             remarks => write!(f, "; {remarks}"),
@@ -272,7 +306,7 @@ impl fmt::Display for Task<'_> {
 
 /// A stretch of time with one primitive.
 ///
-/// `Display` writes one line: `right Grasp, 1.250 – 1.500 s`.
+/// `Display` writes one line: `right Grasp right_cube, 1.250 – 1.500 s`, with the partner in parentheses: `right Insert peg (holder), …`.
 #[derive(Clone, Copy, Debug)]
 pub struct Segment<'a> {
     who: Who,
@@ -305,6 +339,23 @@ impl<'a> Segment<'a> {
         self.inner.end_s
     }
 
+    /// The object that it is about: the one that the hand touches on most of its frames. Where the hand touches none, the one that it touches
+    /// next, else the one nearest to its fingertips at the end. `None` where the log has no object, or does not say which.
+    pub fn object(self) -> Option<&'a str> {
+        self.inner.subject.object.as_deref()
+    }
+
+    /// The body that the object is in or against for most of the time: the one whose socket it is in, the object of the other hand, a wall
+    /// that it touches, an object that carries it.
+    pub fn partner(self) -> Option<&'a str> {
+        self.inner.subject.partner.as_deref()
+    }
+
+    /// The rows of the log `[start, end)`, counted from 0: those of the file, also where rows were left out or frames were resampled.
+    pub fn rows(self) -> Range<usize> {
+        self.inner.rows.clone()
+    }
+
     /// The primitives of this time before relabeling, in order; empty where no rule changed anything.
     pub fn was(self) -> &'a [String] {
         &self.inner.was
@@ -318,6 +369,7 @@ impl<'a> Segment<'a> {
 
 impl fmt::Display for Segment<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} {}, {:.3} – {:.3} s", self.who, self.inner.primitive, self.inner.start_s, self.inner.end_s)
+        let Stretch { primitive, subject, start_s, end_s, .. } = self.inner;
+        write!(f, "{} {primitive}{}, {start_s:.3} – {end_s:.3} s", self.who, subject.suffix())
     }
 }

@@ -4,6 +4,7 @@ use super::analysis::Analysis;
 use super::error::Error;
 use crate::analysis::Who;
 use crate::analysis::explain::{self, Step};
+use crate::analysis::json::Meta;
 use crate::base::error::{ErrorKind, InputError};
 use crate::report;
 use std::fmt;
@@ -51,7 +52,7 @@ impl Question {
 #[derive(Clone, Debug)]
 pub struct Explanations {
     explained: Vec<(Who, explain::Explanation)>,
-    log: String,
+    meta: Meta,
 }
 
 impl Explanations {
@@ -75,7 +76,7 @@ impl Explanations {
         }
         match unable.filter(|_| explained.is_empty()) {
             Some(error) => Err(argument(error)),
-            None => Ok(Self { explained, log: analysis.meta().log.clone() }),
+            None => Ok(Self { explained, meta: analysis.meta().clone() }),
         }
     }
 
@@ -84,9 +85,9 @@ impl Explanations {
         self.explained.iter().map(|(track, inner)| Explanation { track: *track, inner })
     }
 
-    /// The explanations as JSON, schema `teachtree.explain/1` (docs/explain.md).
+    /// The explanations as JSON, schema `teachtree.explain/1` (docs/formats.md).
     pub fn json(&self) -> String {
-        explain::json(&self.all(), &self.log)
+        explain::json(&self.all(), &self.meta)
     }
 
     fn all(&self) -> Vec<explain::Explanation> {
@@ -131,6 +132,16 @@ impl<'a> Explanation<'a> {
     /// The primitive that the tree returns, before settling and relabeling; `separate` where the tree over both hands returns none.
     pub fn primitive(self) -> &'a str {
         &self.inner.leaf
+    }
+
+    /// The object of the segment that this frame came to be in.
+    pub fn object(self) -> Option<&'a str> {
+        self.inner.object.as_deref()
+    }
+
+    /// The body that the object is in or against.
+    pub fn partner(self) -> Option<&'a str> {
+        self.inner.partner.as_deref()
     }
 
     /// The choices of the tree that were evaluated, from the root to the leaf.

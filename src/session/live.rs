@@ -35,6 +35,10 @@ pub struct ClosedSegment {
     pub track: Who,
     /// The primitive.
     pub primitive: String,
+    /// The object that it is about, as far as the log goes.
+    pub object: Option<String>,
+    /// The body that the object is in or against.
+    pub partner: Option<String>,
     /// When it starts, s: not before the end of the one that was reported before.
     pub start_s: f64,
     /// When it ends, s.
@@ -153,6 +157,8 @@ impl Reported {
                     new.push(ClosedSegment {
                         track: track.who(),
                         primitive: segment.primitive().to_string(),
+                        object: segment.object().map(str::to_string),
+                        partner: segment.partner().map(str::to_string),
                         start_s: segment.start_s().max(*until_s),
                         end_s: segment.end_s(),
                     });

@@ -99,6 +99,21 @@ impl Log {
         self.0.request.log.display().to_string()
     }
 
+    /// The name of the file or folder, without the folders above it and without its ending.
+    pub(crate) fn short_name(&self) -> String {
+        let stem = self.0.request.log.file_stem();
+        stem.map_or_else(|| self.name(), |stem| stem.to_string_lossy().into_owned())
+    }
+
+    /// What the clock of the log shows at t = 0, s: not 0 where a binding shifts the stamps.
+    pub(crate) fn zero_stamp_s(&self) -> f64 {
+        match self.0.opened.get() {
+            Some(Ok(opened)) => opened.zero_stamp_s,
+            // Only logs without a binding are read in windows.
+            _ => 0.0,
+        }
+    }
+
     /// The path of the log, as it was given.
     pub(crate) fn path(&self) -> &Path {
         &self.0.request.log

@@ -17,6 +17,7 @@ mod observability;
 mod rules;
 mod run;
 mod streaming;
+mod table;
 
 pub use analysis::{Analysis, Segment, Task, Track};
 pub use error::{Diagnostic, Error, Position};
@@ -29,3 +30,4 @@ pub use rules::{Rules, RulesOptions};
 pub(crate) use run::Run;
 #[cfg(feature = "cli")]
 pub(crate) use run::leaves;
+pub use table::{FrameTable, FrameValues};

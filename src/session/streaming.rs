@@ -17,10 +17,11 @@ pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
     let known = flow.look_through(&channels(rules))?;
     analysis::check_rate(rules, known.rate_hz).ok()?;
     let run = Running::new(rules, lower(rules)).over(&known).ok()?;
+    let (objects, bodies) = known.names();
     let Known { time, stretches, .. } = known;
     let Running { leaves, laid, layout, issues, .. } = run;
-    let frames =
-        Frames { channels: channels(rules), len: time.len(), time, stretches, layout, issues, ..Frames::default() };
+    let (channels, len) = (channels(rules), time.len());
+    let frames = Frames { channels, len, time, stretches, layout, objects, bodies, issues, ..Frames::default() };
     let found = analysis::analyse_series(rules, &frames, &laid, &leaves);
     (!laid.failed()).then_some(found)
 }

@@ -316,6 +316,12 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     whole::write(path, |out| write_log(out, recording))
 }
 
+/// Writes the columns and labels of a recording, and nothing beside the file.
+pub(super) fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    check_lengths(recording, path)?;
+    whole::write(path, |out| write_log(out, recording))
+}
+
 /// Refuses a recording with a column that is not as long as the time.
 pub(super) fn check_lengths(recording: &Recording, path: &Path) -> Result<(), InputError> {
     let name = path.display().to_string();

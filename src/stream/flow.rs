@@ -197,6 +197,11 @@ impl Flow {
 }
 
 impl Known {
+    /// The names of the objects that `target` may be, and of all bodies.
+    pub fn names(&self) -> (Vec<String>, Vec<String>) {
+        derive::names(&self.flow.scene)
+    }
+
     /// Derives the frames, part by part in order; what was found wrong with the log.
     ///
     /// # Errors

@@ -163,6 +163,10 @@ pub struct Frames {
     pub stretches: Vec<Range<usize>>,
     /// Names of the objects that `target` may be.
     pub objects: Vec<String>,
+    /// Names of all bodies of the scene, in its order.
+    pub bodies: Vec<String>,
+    /// When each row of the log was, s, also of those that were left out; empty when each row is a frame.
+    pub row_time: Vec<f64>,
     /// What was found wrong with the log and how it was treated.
     pub issues: Vec<Issue>,
 }
@@ -176,6 +180,24 @@ impl Frames {
     /// The position of a channel by name.
     pub fn channel(&self, name: &str) -> Option<u32> {
         self.channels.iter().position(|channel| channel.name == name).and_then(|at| u32::try_from(at).ok())
+    }
+
+    /// The rows of the log that some frames of one stretch were made from. Frames that were resampled have the rows from their time on.
+    pub fn rows(&self, frames: &Range<usize>) -> Range<usize> {
+        if self.row_time.is_empty() {
+            return frames.clone();
+        }
+        let before = |time: f64| self.row_time.partition_point(|row| *row < time);
+        let time = |frame: usize| self.time.get(frame).copied();
+        let ends = self.stretches.iter().any(|stretch| stretch.end == frames.end);
+        let start = time(frames.start).map_or(self.row_time.len(), before);
+        let end = match (time(frames.end), frames.end.checked_sub(1).and_then(time)) {
+            (Some(next), _) if !ends => before(next),
+            // What follows a stretch is no part of it.
+            (_, Some(last)) => self.row_time.partition_point(|row| *row <= last),
+            _ => start,
+        };
+        start..end.max(start)
     }
 
     /// When a frame ends, s.

@@ -38,6 +38,8 @@ pub struct Opened {
     pub row_time: Vec<f64>,
     /// The hand file that the binding names: a path when it lies beside the binding.
     pub hand_file: Option<String>,
+    /// What the clock of the log shows at t = 0, s.
+    pub zero_stamp_s: f64,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
     /// Forces that count as they are, although they stay constant.
@@ -79,12 +81,15 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     };
     let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
     let csv::Read { mut recording, mut issues, row_time } = bound;
-    let Binding { hand_file, params, trust, resample, .. } = file.binding;
+    let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
     if resample.is_none() {
         issues.extend(missing::put_back(&mut recording));
     }
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
-    Ok(Opened { log, recording, issues, row_time, hand_file, params: params.into_iter().collect(), trust, slips })
+    // Zero stays zero, without a sign.
+    let zero_stamp_s = 0.0 - time_offset.0;
+    let params = params.into_iter().collect();
+    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, hand_file, params, trust, slips })
 }
 
 /// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
@@ -104,7 +109,7 @@ fn canonical(read: csv::Read, log: PathBuf) -> Opened {
     issues.extend(jumps::take_out(&mut recording));
     issues.extend(missing::put_back(&mut recording));
     let (params, trust, slips) = (vec![], vec![], vec![]);
-    Opened { log, recording, issues, row_time, hand_file: None, params, trust, slips }
+    Opened { log, recording, issues, row_time, zero_stamp_s: 0.0, hand_file: None, params, trust, slips }
 }
 
 impl Opened {
@@ -124,6 +129,7 @@ impl Opened {
         }
         let mut frames = derive::frames_trusting(&self.recording, channels, &self.trust)
             .map_err(|error| in_log(&self.log, error))?;
+        frames.row_time.clone_from(&self.row_time);
         frames.issues.splice(0..0, self.issues.iter().cloned());
         frames.issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
         Ok(frames)

@@ -24,7 +24,7 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
     assert!(!said(&output).contains('\u{1b}'), "no colour when piped");
     assert_eq!(complained(&output), "", "no progress bar when piped");
     let analysis = read(&out.join("analysis.json"));
-    assert_eq!(analysis["schema"], "teachtree.analysis/1");
+    assert_eq!(analysis["schema"], "teachtree.analysis/2");
     let track = &analysis["tracks"][0];
     assert_eq!(
         names(&track["segments"]),

@@ -205,7 +205,7 @@ fn commands_that_are_none_are_refused_at_their_line() {
     assert!(read("{").starts_with("commands.json:1:"), "{}", read("{"));
     let wrong = r#"{"schema": "teachtree.commands/1", "log": 5}"#;
     assert!(read(wrong).contains("found `5`, expected a text"), "{}", read(wrong));
-    let other = r#"{"schema": "teachtree.analysis/1", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
+    let other = r#"{"schema": "teachtree.analysis/2", "log": "", "rate_hz": 100, "scene": "", "tasks": []}"#;
     assert!(read(other).contains("expected `teachtree.commands/1`"), "{}", read(other));
     let nothing = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 0, "scene": "", "tasks": []}"#;
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));

@@ -81,7 +81,7 @@ fn tasks_and_segments_say_what_they_are() {
     let track: Track = analysis.tracks().next().unwrap();
     // Each frame of a hand has a label, before and after relabeling.
     for segments in [track.segments().collect::<Vec<_>>(), track.raw_segments().collect()] {
-        assert_eq!(segments.iter().map(|it| it.frames().len()).sum::<usize>(), analysis.frames());
+        assert_eq!(segments.iter().map(|it| it.frames().len()).sum::<usize>(), analysis.frame_count());
     }
     let changed = track.segments().find(|segment| !segment.changed_by().is_empty()).unwrap();
     assert!(!changed.was().is_empty());

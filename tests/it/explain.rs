@@ -88,8 +88,8 @@ fn an_interval_is_explained_wherever_the_choices_change() {
     let text = said(&["--at", "10.9s..11.1s"]);
     let heads: Vec<&str> = text.lines().filter(|line| line.starts_with("right at")).collect();
     assert!(heads.len() >= 2, "{heads:?}");
-    assert!(heads[0].contains(": Turn (from 10.874 s)"), "{heads:?}");
-    assert!(heads.iter().any(|head| head.contains(": Translate (from ")), "{heads:?}");
+    assert!(heads[0].contains(": Turn cube (from 10.874 s)"), "{heads:?}");
+    assert!(heads.iter().any(|head| head.contains(": Translate cube (from ")), "{heads:?}");
 }
 
 #[test]

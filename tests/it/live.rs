@@ -59,7 +59,7 @@ fn segments_are_printed_while_the_log_is_written() {
     let rest: Vec<String> = printed.iter().collect();
     let rest = rest.join("\n");
     assert!(child.wait().unwrap().success());
-    assert_eq!(rest.matches("  peg_in_hole   ").count(), 2, "{rest}");
+    assert_eq!(rest.matches("  peg_in_hole ").count(), 2, "{rest}");
 }
 
 #[test]

@@ -23,6 +23,8 @@ mod expectations;
 mod explain;
 #[cfg(feature = "cli")]
 mod fit;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod frame_table;
 mod graph;
 #[cfg(feature = "cli")]
 mod inspect;
@@ -45,8 +47,12 @@ mod report;
 #[cfg(feature = "world")]
 mod robot;
 mod scenarios;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod schemas;
 mod score;
 mod stream;
+#[cfg(feature = "world")]
+mod subjects;
 mod tidy;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod worked_example;

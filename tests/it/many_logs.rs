@@ -129,7 +129,11 @@ fn many_logs_are_told_as_one_by_one() {
     };
     let alone: Vec<(String, String)> = logs.iter().map(|log| analyze(std::slice::from_ref(log))).collect();
     let (found, wrong): (Vec<String>, Vec<String>) = alone.into_iter().unzip();
-    assert_eq!(analyze(&logs), (found.concat(), wrong.concat()));
+    let document = |text: &str| serde_json::from_str::<serde_json::Value>(text).unwrap();
+    let (lines, complaints) = analyze(&logs);
+    assert_eq!(complaints, wrong.concat());
+    let found: Vec<_> = found.iter().filter(|text| !text.is_empty()).map(|text| document(text)).collect();
+    assert_eq!(lines.lines().map(document).collect::<Vec<_>>(), found);
 }
 
 #[test]
@@ -144,7 +148,13 @@ fn a_folder_of_recordings_is_told_as_its_recordings() {
     let logs = ["people/other.parquet", "people/stamp_0001.csv", "people/stamp_0002.csv"];
     let all = run(&["analyze", "people", "--format", "json"]);
     assert_eq!(all, run(&[&["analyze", "--format", "json"], &logs[..]].concat()));
-    assert_eq!(all.0.matches("teachtree.analysis/1").count(), 3);
+    // Each line is a document.
+    let documents: Vec<serde_json::Value> = all.0.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let names: Vec<&str> = documents.iter().map(|document| document["log"]["name"].as_str().unwrap()).collect();
+    assert_eq!(names, ["other", "stamp_0001", "stamp_0002"]);
+    // On one line it is what it is on several.
+    let alone: serde_json::Value = serde_json::from_str(&run(&["analyze", logs[1], "--format", "json"]).0).unwrap();
+    assert_eq!(documents[1], alone);
     // What is named twice is told once, and by its columns a log is one, also where no scene stands beside it.
     assert_eq!(all, run(&["analyze", "people", "people/stamp_0002.csv", "--format", "json"]));
     std::fs::create_dir(folder.path().join("bare")).unwrap();
@@ -153,7 +163,7 @@ fn a_folder_of_recordings_is_told_as_its_recordings() {
     std::fs::write(folder.path().join("bare/notes.txt"), "who, when\n").unwrap();
     std::fs::write(folder.path().join("bare/A.EVENTS.CSV"), "time [s],kind,subjects\n").unwrap();
     let bare = run(&["analyze", "bare", "--scene", "people/stamp_0001.scene.yaml", "--format", "json"]);
-    assert_eq!((bare.0.matches("teachtree.analysis/1").count(), bare.1.as_str()), (2, ""));
+    assert_eq!((bare.0.matches("teachtree.analysis/2").count(), bare.1.as_str()), (2, ""));
     // A report is of one recording.
     assert!(run(&["analyze", "people", "--report", "page.html"]).1.contains("found several"));
 }

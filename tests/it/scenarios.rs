@@ -123,7 +123,7 @@ fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
         stretches: std::iter::once(0..len).collect(),
         objects: vec!["cube".into()],
-        issues: Vec::new(),
+        ..Frames::default()
     }
 }
 

@@ -82,7 +82,7 @@ pub fn change<'a>(
 
 /// How the task around a frame of a hand came to its name; `None` when the frame is in none.
 pub fn task(analysed: &Analysed, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
-    super::task::of(analysed.rules, analysed.frames, inspector.leaves(), side, frame)
+    super::task::of(analysed, inspector.leaves(), side, frame)
 }
 
 fn decided(before: &Explanation, after: &Explanation) -> Option<Decided> {

@@ -1,14 +1,14 @@
 //! Why a task has its name: each task that was tried, with its keys.
 
+use super::Analysed;
 use super::fact::{quantities, time};
 use super::reason::folded;
 use crate::analysis::measures::Measures;
 use crate::analysis::stretch::{Settling, Stretch};
-use crate::analysis::{UNKNOWN, rounds, tasks};
+use crate::analysis::{Subject, UNKNOWN, Who, rounds, tasks};
 use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{Rules, Task};
-use crate::stream::frames::Frames;
 use serde::Serialize;
 
 /// The task at a time, and how it came to its name.
@@ -16,6 +16,10 @@ use serde::Serialize;
 pub struct TaskReason {
     /// Its name.
     pub task: String,
+    /// The object that it is about.
+    pub object: Option<String>,
+    /// The body that the object is in or against.
+    pub partner: Option<String>,
     /// When it starts, s.
     pub start_s: f64,
     /// When it ends, s.
@@ -49,7 +53,8 @@ pub struct Asked {
 }
 
 /// The task of a hand around a frame; `None` when the frame is in none.
-pub(super) fn of(rules: &Rules, frames: &Frames, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
+pub(super) fn of(analysed: &Analysed, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
+    let Analysed { rules, frames, analysis, .. } = *analysed;
     let rate_hz = frames.layout.rate_hz;
     let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
     rounds::before_recognition(rules, &mut stretch, rate_hz);
@@ -65,8 +70,13 @@ pub(super) fn of(rules: &Rules, frames: &Frames, leaves: &Leaves, side: Side, fr
     let start = pieces.first().map_or(0, |piece| piece.frames.start);
     let end = pieces.last().map_or(0, |piece| piece.frames.end);
     let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
+    let spans = analysis.track(Who::Hand(side)).map_or(&[][..], |track| &track.tasks);
+    let span = spans.iter().find(|span| span.frames.contains(&frame));
+    let Subject { object, partner } = span.map(|span| span.subject.clone()).unwrap_or_default();
     Some(TaskReason {
         task: name.to_string(),
+        object,
+        partner,
         start_s: frames.time.get(start).copied().unwrap_or_default(),
         end_s: end.checked_sub(1).map_or(0.0, |last| frames.end_of(last)),
         tried: tried.collect(),

@@ -86,15 +86,17 @@ fn data(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<Value
 
 fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
     let segment = |segment: &Segment| {
-        let mut value = json!([segment.primitive, rounded(segment.start_s), rounded(segment.end_s)]);
-        if let Some(list) = value.as_array_mut().filter(|_| !segment.by.is_empty()) {
-            list.extend([json!(segment.was), json!(segment.by)]);
-        }
-        value
+        let (was, by) = match segment.by.is_empty() {
+            true => (Value::Null, Value::Null),
+            false => (json!(segment.was), json!(segment.by)),
+        };
+        let subject = segment.subject.suffix();
+        json!([segment.primitive, rounded(segment.start_s), rounded(segment.end_s), was, by, subject.trim_start()])
     };
     let tasks = track.tasks.iter().zip(tried).zip(TASKS.iter().cycle()).map(|((task, tried), color)| {
         json!({
             "task": task.task,
+            "subject": task.subject.suffix().trim_start(),
             "start": rounded(task.start_s),
             "end": rounded(task.end_s),
             "open": [task.open_start, task.open_end],

@@ -2,8 +2,8 @@
 //! channels of the log.
 
 use super::thin::{Thinning, curve, toggles};
-use crate::analysis::explain::{quantities, slots, text};
-use crate::base::channels::{Axis, Shape};
+use crate::analysis::explain::{Row, of_channel, of_expr, quantities, text};
+use crate::base::channels::{Axis, HANDLING, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::units::Dimension;
@@ -11,7 +11,7 @@ use crate::engine::inspect::Inspector;
 use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
 use crate::report::scale::{Scale, scale as scale_of};
 use crate::report::signals::{Panel, Signals, of_both};
-use crate::stream::frames::{ColumnKey, Frames, Values};
+use crate::stream::frames::Frames;
 use serde_json::{Value, json};
 
 /// Knots of all curves together, about; a knot takes three to four bytes.
@@ -211,7 +211,8 @@ fn channels(frames: &Frames) -> Vec<Wanted> {
     let mut found = Vec::new();
     for side in owners(frames) {
         for (at, channel) in (0..).zip(&frames.channels) {
-            let drawn = !matches!(channel.shape, Shape::Object | Shape::Rotation);
+            let drawn =
+                !matches!(channel.shape, Shape::Object | Shape::Rotation) && !HANDLING.contains(&channel.name.as_str());
             if drawn && channel.per_hand == side.is_some() {
                 let (thresholds, shades, note) = (Vec::new(), Vec::new(), String::new());
                 let of = Of::Channel(at);
@@ -250,10 +251,10 @@ fn evaluated<'a>(
 ) -> Result<Option<Value>, InputError> {
     let Wanted { group, title, note, side, of, thresholds, shades } = wanted;
     let (rows, ty, unit): (Rows, (Shape, Dimension), Option<&str>) = match of {
-        Of::Expr(expr) => (of_expr(&expr, side, frames, inspectors)?, (expr.ty.shape, expr.ty.dimension), None),
+        Of::Expr(expr) => (named(of_expr(&expr, side, frames, inspectors)?), (expr.ty.shape, expr.ty.dimension), None),
         Of::Channel(at) => {
             let Some(spec) = frames.channels.get(at as usize) else { return Ok(None) };
-            (of_channel(at, side, frames), (spec.shape, spec.dimension), None)
+            (named(of_channel(at, side, frames)), (spec.shape, spec.dimension), None)
         }
         Of::Panel(panel) => {
             let rows = panel.curves.unwrap_or_default().into_iter().map(|curve| (curve.name.to_string(), curve.values));
@@ -291,7 +292,7 @@ fn evaluated<'a>(
     let mut shaded = Vec::new();
     for (name, condition) in shades {
         let truth =
-            of_expr(&condition, side, frames, inspectors)?.into_iter().next().map(|(_, row)| row).unwrap_or_default();
+            of_expr(&condition, side, frames, inspectors)?.into_iter().next().map(|row| row.values).unwrap_or_default();
         shaded.push(json!([name, toggles(&truth.iter().map(|value| *value > 0.5).collect::<Vec<bool>>())]));
     }
     if !shaded.is_empty() {
@@ -321,62 +322,7 @@ fn shown_in(unit: &str, largest: f64) -> (f64, String) {
     }
 }
 
-fn of_expr<'a>(
-    expr: &Expr,
-    side: Option<Side>,
-    frames: &Frames,
-    inspectors: &mut [Inspector<'a>],
-) -> Result<Rows, InputError> {
-    let whose = |hand: Hand| hand.side(side);
-    let axis = expr.ty.axis.and_then(|(axis, hand)| Some((axis, frames.layout.hand(whose(hand)?)?)));
-    let names = axis.map_or_else(Vec::new, |(axis, hand)| match (&expr.kind, inspectors.first()) {
-        // Which fingers a signal leaves out stands where it is declared.
-        (ExprKind::Signal(id, _), Some(inspector)) => slots(&inspector.rules().signals[id.index()].expr, axis, hand),
-        _ => slots(expr, axis, hand),
-    });
-    let mut rows: Rows = Vec::new();
-    for inspector in inspectors {
-        let column = inspector.column(expr, side)?;
-        let width = column.at(0, 0).len();
-        let stretch = inspector.leaves().frames.clone();
-        for slot in 0..column.slots() {
-            for component in 0..width {
-                let at = slot * width + component;
-                if rows.len() <= at {
-                    let name = names.get(slot).map_or("", String::as_str);
-                    rows.push((component_name(name, width, component), vec![f64::NAN; frames.len]));
-                }
-                let row = rows.get_mut(at).and_then(|(_, row)| row.get_mut(stretch.clone()));
-                for (frame, value) in row.into_iter().flatten().enumerate() {
-                    *value = column.at(slot, frame).get(component).copied().unwrap_or(f64::NAN);
-                }
-            }
-        }
-    }
-    Ok(rows)
-}
-
-fn component_name(slot: &str, width: usize, component: usize) -> String {
-    let component = if width == 3 { ["x", "y", "z"].get(component).copied().unwrap_or("") } else { "" };
-    [slot, component].join(" ").trim().to_string()
-}
-
-fn of_channel(at: u32, side: Option<Side>, frames: &Frames) -> Rows {
-    let Some(spec) = frames.channels.get(at as usize) else { return Vec::new() };
-    let hand = side.and_then(|side| frames.layout.hand(side));
-    let names: Vec<String> = match (spec.axis, hand) {
-        (Some(Axis::Fingers), Some(hand)) => hand.fingers.iter().map(ToString::to_string).collect(),
-        (Some(Axis::Contacts), Some(hand)) => hand.contacts.clone(),
-        _ => vec![String::new()],
-    };
-    let width = spec.shape.components().len();
-    let mut rows = Rows::new();
-    for (slot, name) in (0..).zip(&names) {
-        for component in 0..width {
-            let key = ColumnKey { channel: at, side, slot, component: u32::try_from(component).unwrap_or(0) };
-            let values = frames.column(key).map(Values::to_vec);
-            rows.extend(values.map(|values| (component_name(name, width, component), values)));
-        }
-    }
-    rows
+/// Rows with their names, `thumb x`.
+fn named(rows: Vec<Row>) -> Rows {
+    rows.into_iter().map(|row| ([&row.slot, row.component].join(" ").trim().to_string(), row.values)).collect()
 }

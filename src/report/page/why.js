@@ -68,9 +68,9 @@ function cutHtml(number, at) {
   return both + changeHtml(change, track.who);
 }
 
-function segmentHtml([name, start, end, was, by]) {
+function segmentHtml([name, start, end, was, by, subject]) {
   const changed = by ? `<p>was ${was.map(chip).join(" ")}</p><ul>${by.map((rule) => `<li><code>${escaped(rule)}</code></li>`).join("")}</ul>` : "";
-  return `<p class="quiet">${seconds(start)} – ${seconds(end)}, ${((end - start) * 1000).toFixed(0)} ms</p>${changed}`;
+  return `<p class="quiet">${seconds(start)} – ${seconds(end)}, ${((end - start) * 1000).toFixed(0)} ms${subject ? `, ${escaped(subject)}` : ""}</p>${changed}`;
 }
 
 function explain() {
@@ -83,7 +83,7 @@ function explain() {
   if (kind === "task") {
     const asks = (asked) => asked.map(([holds, what, found]) => `<li>${verdict(holds)} <code>${escaped(what)}</code> <span class="quiet">${escaped(found)}</span></li>`).join("");
     const rows = (item.tried || []).map(([matches, name, place, asked]) => `<li>${verdict(matches)} <b>${escaped(name)}</b> <small class="quiet">${escaped(place)}</small><ul>${asks(asked)}</ul></li>`);
-    why.innerHTML = `${close}<h3>${escaped(item.task)} <small class="quiet">${escaped(track.who)}</small></h3><p class="quiet">${seconds(item.start)} – ${seconds(item.end)}${item.remarks ? `; ${escaped(item.remarks)}` : ""}</p><h4>Tasks by priority, and what they ask for</h4><ul class="tried">${rows.join("")}</ul>`;
+    why.innerHTML = `${close}<h3>${escaped(item.task)}${item.subject ? ` ${escaped(item.subject)}` : ""} <small class="quiet">${escaped(track.who)}</small></h3><p class="quiet">${seconds(item.start)} – ${seconds(item.end)}${item.remarks ? `; ${escaped(item.remarks)}` : ""}</p><h4>Tasks by priority, and what they ask for</h4><ul class="tried">${rows.join("")}</ul>`;
     return;
   }
   const [name, start] = item;

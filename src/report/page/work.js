@@ -127,11 +127,11 @@ function drawLanes() {
     return `<g class="bar${classes}" data-pick="${pick}"><title>${escaped(title)}</title><rect x="${left}" y="${top}" width="${right - left}" height="${BAR}" fill="${color}"/>${extra}${text}</g>`;
   }
 
-  function segment(track, lane, [name, start, end, was, by], number, at, top) {
+  function segment(track, lane, [name, start, end, was, by, subject], number, at, top) {
     if (!seen(start, end)) return "";
-    const changed = by !== undefined;
+    const changed = by !== null;
     const gone = lane === "raw" && track.gone[at];
-    const title = `${name}\n${seconds(start)} – ${seconds(end)}${changed ? `\nwas ${was.join(", ")}\nby ${by.join("; ")}` : ""}`;
+    const title = `${name}${subject ? ` ${subject}` : ""}\n${seconds(start)} – ${seconds(end)}${changed ? `\nwas ${was.join(", ")}\nby ${by.join("; ")}` : ""}`;
     const picked = is("segment", number, lane, at) ? " picked" : "";
     const mark = changed ? `<rect class="made" x="${x(start)}" y="${top + BAR - 3}" width="${Math.max(1, x(end) - x(start))}" height="3"/>` : "";
     return bar(start, end, top, data.colors[name], name, `segment ${number} ${lane} ${at}`, `${gone ? " gone" : ""}${picked}`, title, mark);
@@ -139,7 +139,7 @@ function drawLanes() {
 
   function task(one, number, at, top) {
     if (!seen(one.start, one.end)) return "";
-    const title = `${one.task}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}`;
+    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}`;
     const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }

@@ -7,6 +7,7 @@ mod contacts;
 mod hands;
 mod motion;
 mod orders;
+mod partner;
 mod plausible;
 mod raw;
 mod sockets;
@@ -161,7 +162,7 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
             }
         }
     }
-    frames.objects = objects.iter().filter_map(|body| body_name(measured, *body)).collect();
+    (frames.objects, frames.bodies) = names(measured.scene);
     told.read = issues;
     Ok(frames)
 }
@@ -260,6 +261,12 @@ pub fn sides<'a>(scene: &Scene, columns: impl Iterator<Item = &'a str> + Clone) 
     let seen = |side: &Side| columns.clone().any(|column| column.split('.').next() == Some(side.name()));
     let found: Vec<Side> = Side::BOTH.into_iter().filter(|side| listed(side) && seen(side)).collect();
     if found.is_empty() { scene.hands.keys().copied().collect() } else { found }
+}
+
+/// The names of the bodies that may be a target, and of all bodies.
+pub(super) fn names(scene: &Scene) -> (Vec<String>, Vec<String>) {
+    let bodies: Vec<String> = scene.bodies.keys().cloned().collect();
+    (objects(scene).into_iter().filter_map(|body| bodies.get(body).cloned()).collect(), bodies)
 }
 
 /// The bodies that may be a target, as indices in the scene.

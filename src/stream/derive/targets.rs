@@ -3,9 +3,11 @@
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
 use super::motion::{Motion, slope, steady};
+use super::partner::Partner;
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, logged, plugged, sockets};
 use super::source::Source;
+use crate::base::channels::{PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Body;
 use crate::stream::measured::{Measured, State};
@@ -14,21 +16,21 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 /// The normal of a contact that carries points at least this much up (45°).
-const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
+pub(super) const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Everything that derived channels are computed from.
 pub struct Derivation<'a> {
-    measured: &'a Measured<'a>,
+    pub(super) measured: &'a Measured<'a>,
     motions: &'a [Motion<'a>],
     objects: &'a [usize],
-    partners: &'a [usize],
-    tracks: &'a [HandTrack],
+    pub(super) partners: &'a [usize],
+    pub(super) tracks: &'a [HandTrack],
     sockets: Vec<Socket<'a>>,
     /// For each object.
-    plugged: BTreeMap<usize, Plugged>,
+    pub(super) plugged: BTreeMap<usize, Plugged>,
     /// For each body whose angle in a socket the log has: how fast it turns there, rad/s.
     angle_rates: BTreeMap<usize, Vec<f64>>,
-    contacts: Contacts<'a>,
+    pub(super) contacts: Contacts<'a>,
 }
 
 impl<'a> Derivation<'a> {
@@ -112,6 +114,13 @@ impl<'a> Derivation<'a> {
             "contacts.normal" => of_contact(&|contact, _| contact.normals()),
             "contacts.velocity" => of_contact(&|_, partner| motion(partner).map_or(Source::ZERO, Motion::velocities)),
             "contacts.handled" => self.partners.iter().map(|partner| vec![self.handled(track, *partner)]).collect(),
+            TARGET_TOUCHED => vec![vec![track.touching.iter().map(|touching| flag(*touching)).collect()]],
+            PARTNER => {
+                vec![vec![self.partners_of(track, |partner| partner.map_or(-1.0, |partner| partner.body as f64))]]
+            }
+            TARGET_INSIDE => {
+                vec![vec![self.partners_of(track, |partner| flag(partner.is_some_and(|partner| partner.inside)))]]
+            }
             "load" => {
                 let [x, y, z] = self.forces(track);
                 vec![vec![x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vector3::new(*x, *y, *z).norm()).collect()]]
@@ -140,7 +149,7 @@ impl<'a> Derivation<'a> {
     }
 
     /// The socket that something is in.
-    fn socket(&self, frame: usize, plugged: Option<&Plugged>) -> Option<&Socket<'_>> {
+    pub(super) fn socket(&self, frame: usize, plugged: Option<&Plugged>) -> Option<&Socket<'_>> {
         self.sockets.get(plugged?.socket.get(frame).copied().flatten()?)
     }
 
@@ -180,6 +189,13 @@ impl<'a> Derivation<'a> {
             let in_body = |frame| self.socket(frame, plugged).is_some_and(|socket| socket.body == body);
             flags.extend(frames.map(|frame| flag(body != partner && (touches(frame) || in_body(frame)))));
         })
+    }
+
+    /// A number of the partner of a hand's target at each frame.
+    fn partners_of(&self, track: &HandTrack, number: impl Fn(Option<Partner>) -> f64) -> Vec<f64> {
+        let mut column = Vec::with_capacity(track.target.len());
+        self.partner(track, &mut |partner| column.push(number(partner)));
+        column
     }
 
     /// The sum of the finger forces at each frame, N.

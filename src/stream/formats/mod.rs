@@ -108,6 +108,18 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     }
 }
 
+/// Writes the columns and labels of a recording as one table, without its scene and events: Parquet or CSV, by the name.
+///
+/// # Errors
+/// When the file cannot be written, or a column is not as long as the time; then it is not there.
+pub fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    match ending(path).as_str() {
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::write_table(recording, path),
+        _ => csv::write_table(recording, path),
+    }
+}
+
 /// Whether a name ends as that of a table of text.
 pub fn text_ending(path: &Path) -> bool {
     TEXT_ENDINGS.contains(&ending(path).as_str())

@@ -11,6 +11,8 @@ use teachtree::stream::frames::Issue;
 fn meta() -> Meta {
     Meta {
         log: "demo.csv".into(),
+        name: "demo".into(),
+        zero_stamp_s: -0.5,
         binding: None,
         rules: vec!["rules/contact.rules".into()],
         digest: "5a17".into(),

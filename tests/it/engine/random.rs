@@ -146,7 +146,7 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
     let time = (0..len).map(|frame| frame as f64 / 100.0).collect();
     let channels = channels.to_vec();
     let objects = vec!["one".into(), "two".into()];
-    Frames { layout, channels, columns, len, time, stretches, objects, issues: Vec::new() }
+    Frames { layout, channels, columns, len, time, stretches, objects, ..Frames::default() }
 }
 
 /// Values that stand for a while and then jump, so that every operator sees quiet and restless stretches.

@@ -70,7 +70,7 @@ fn log(rules: &Rules, len: usize, mut value: impl FnMut(Shape) -> Vec<f64>) -> F
         time: (0..len).map(|frame| frame as f64 / 100.0).collect(),
         stretches: vec![0..len / 3, len / 3..len],
         objects: vec!["cube".into()],
-        issues: Vec::new(),
+        ..Frames::default()
     }
 }
 

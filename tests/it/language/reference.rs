@@ -91,7 +91,7 @@ fn a_latch_that_looks_ahead_dates_a_rest_back_to_its_beginning() {
         time: (0..len).map(|frame| frame as f64 / 1000.0).collect(),
         stretches: std::iter::once(0..len).collect(),
         objects: vec!["cube".into()],
-        issues: Vec::new(),
+        ..Frames::default()
     };
     let leaves = evaluate(&lower(&rules), &frames).unwrap();
     let runs: Vec<(usize, usize, String)> = leaves[0].hands[&Side::Right]

@@ -20,7 +20,8 @@ pub fn segments(start_s: f64, text: &str) -> Vec<Segment> {
         if pair[0] != "-" {
             let frames = frame(start_s)..frame(end_s);
             let (was, by) = (Vec::new(), Vec::new());
-            segments.push(Segment { primitive: pair[0].into(), frames, start_s, end_s, was, by });
+            let primitive = pair[0].into();
+            segments.push(Segment { primitive, frames, start_s, end_s, was, by, ..Segment::default() });
         }
         start_s = end_s;
     }
@@ -56,9 +57,7 @@ pub fn with_tasks(text: &str, tasks: &str) -> Analysis {
         frames: span.frames,
         start_s: span.start_s,
         end_s: span.end_s,
-        secondary: Vec::new(),
-        open_start: false,
-        open_end: false,
+        ..TaskSpan::default()
     };
     analysis(all, segments(0.0, tasks).into_iter().map(task).collect())
 }
@@ -67,7 +66,7 @@ fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
     let end_s = segments.last().map_or(0.0, |last| last.end_s);
     let track = Track { who: RIGHT, relabelled: segments.clone(), segments, tasks };
     let frames = (end_s * RATE_HZ).round() as usize;
-    Analysis { frames, rate_hz: RATE_HZ, start_s: 0.0, end_s, tracks: vec![track], issues: Vec::new() }
+    Analysis { frames, rows: frames, rate_hz: RATE_HZ, start_s: 0.0, end_s, tracks: vec![track], issues: Vec::new() }
 }
 
 pub fn meta(log: &str) -> Meta {

@@ -26,14 +26,20 @@ pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     let scene = yaml::write(&recording.scene)?;
     let events = serde_json::to_string(&recording.events)
         .map_err(|error| InputError::new(path.display().to_string(), error.to_string()))?;
-    whole::write(path, |out| write_columns(out, recording, scene, events).map_err(std::io::Error::other))
+    let metadata = vec![KeyValue::new(SCENE.into(), scene), KeyValue::new(EVENTS.into(), events)];
+    whole::write(path, |out| write_columns(out, recording, metadata).map_err(std::io::Error::other))
+}
+
+/// Writes the columns and labels of a recording only.
+pub fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    check_lengths(recording, path)?;
+    whole::write(path, |out| write_columns(out, recording, vec![]).map_err(std::io::Error::other))
 }
 
 fn write_columns(
     out: &mut (dyn std::io::Write + Send),
     recording: &Recording,
-    scene: String,
-    events: String,
+    metadata: Vec<KeyValue>,
 ) -> Result<(), ParquetError> {
     let number = |title: &str| {
         Type::primitive_type_builder(title, Physical::DOUBLE)
@@ -56,7 +62,6 @@ fn write_columns(
         fields.push(text(name)?);
     }
     let schema = Type::group_type_builder("log").with_fields(fields).build()?;
-    let metadata = vec![KeyValue::new(SCENE.into(), scene), KeyValue::new(EVENTS.into(), events)];
     let properties = WriterProperties::builder()
         .set_created_by("teachtree".into())
         .set_compression(Compression::SNAPPY)

@@ -1,0 +1,140 @@
+//! What the program writes keeps to the schemas in `schemas`, and docs/formats.md describes every field of them.
+
+use crate::program::{all_said, said, teachtree, teachtree_in};
+use serde_json::Value;
+use std::collections::BTreeSet;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+fn schemas() -> Vec<(String, Value)> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("schemas");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    let read = |file: &PathBuf| serde_json::from_str::<Value>(&std::fs::read_to_string(file).unwrap()).unwrap();
+    files.iter().map(|file| (file.file_name().unwrap().to_str().unwrap().to_string(), read(file))).collect()
+}
+
+/// Validates documents by Python's `jsonschema`; false where it is not installed.
+fn validated(pairs: &[(Value, Value)]) -> bool {
+    const SCRIPT: &str = "
+import json, sys
+try:
+    import jsonschema
+except ImportError:
+    sys.exit(3)
+for schema, document in json.load(sys.stdin):
+    jsonschema.Draft202012Validator.check_schema(schema)
+    for error in jsonschema.Draft202012Validator(schema).iter_errors(document):
+        sys.exit(f\"{schema['title']} {error.json_path}: {error.message[:300]}\")
+";
+    let python = Command::new("python3").args(["-c", SCRIPT]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let Ok(mut python) = python else { return false };
+    let text = serde_json::to_string(pairs).unwrap();
+    // A Python without the library goes away before it has read.
+    let _ = python.stdin.take().unwrap().write_all(text.as_bytes());
+    let output = python.wait_with_output().unwrap();
+    assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
+    output.status.code() == Some(0)
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).unwrap_or_else(|error| panic!("{error}: {text}"))
+}
+
+#[test]
+fn the_outputs_of_all_commands_keep_to_their_schemas() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), args);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{args:?}: {}", all_said(&output));
+        said(&output)
+    };
+    run(&["teach", "hold_and_insert", "hold_and_insert", "-o", "two.csv", "--seed", "3"]);
+    run(&["teach", "push_and_trace", "push_and_trace", "-o", "one.csv"]);
+    // A task that is cut off, and issues.
+    let text = std::fs::read_to_string(folder.path().join("one.csv")).unwrap();
+    let cut: Vec<&str> = text.lines().take(4000).collect();
+    std::fs::write(folder.path().join("cut.csv"), cut.join("\n")).unwrap();
+    std::fs::copy(folder.path().join("one.scene.yaml"), folder.path().join("cut.scene.yaml")).unwrap();
+    run(&["retarget", "one.csv", "-o", "commands.json"]);
+    run(&["retarget", "two.csv", "--robot", "both_hands", "-o", "mapped.json"]);
+    std::fs::write(folder.path().join("wrong.rules"), "param a = 1 m\nparam a = 2 q\nsignal b = c\n").unwrap();
+
+    let mut documents = vec![
+        run(&["analyze", "two.csv", "--format", "json"]),
+        run(&["analyze", "cut.csv", "--format", "json"]),
+        run(&["explain", "one.csv", "--at", "2s..6s", "--why-not", "Follow", "--format", "json"]),
+        run(&["explain", "two.csv", "--at", "6s..8s", "--format", "json"]),
+        run(&["inspect", "two.csv", "--format", "json"]),
+        run(&["score", "one.csv", "two.csv", "--format", "json"]),
+        run(&["fit", "one.csv", "cut.csv", "--params", "press_on", "--anyway", "--format", "json"]),
+        run(&["check", "wrong.rules", "--format", "json"]),
+        std::fs::read_to_string(folder.path().join("commands.json")).unwrap(),
+        std::fs::read_to_string(folder.path().join("mapped.json")).unwrap(),
+    ];
+    // Several recordings are one document per line.
+    let lines = run(&["analyze", "one.csv", "two.csv", "--format", "json"]);
+    assert_eq!(lines.lines().count(), 2);
+    documents.extend(lines.lines().map(str::to_string));
+    let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";
+    let binding = "demos/robosuite/baxter_peg_in_hole.binding.yaml";
+    let foreign = ["analyze", log, "--binding", binding, "--format", "json"];
+    documents.push(said(&teachtree(&foreign)));
+    documents.push(said(&teachtree(&["inspect", log, "--format", "json"])));
+
+    let schemas = schemas();
+    let mut seen = BTreeSet::new();
+    let pair = |text: &String| {
+        let document = parsed(text);
+        let name = document["schema"].as_str().unwrap().to_string();
+        let (_, schema) = schemas.iter().find(|(_, schema)| schema["title"] == name.as_str()).unwrap();
+        seen.insert(name);
+        (schema.clone(), document)
+    };
+    let pairs: Vec<(Value, Value)> = documents.iter().map(pair).collect();
+    let all: BTreeSet<String> =
+        schemas.iter().map(|(_, schema)| schema["title"].as_str().unwrap().to_string()).collect();
+    assert_eq!(seen, all, "each schema has an output");
+    if !validated(&pairs) {
+        let _ = writeln!(std::io::stderr(), "skipped: Python with `jsonschema` is not installed");
+    }
+}
+
+/// Calls `each` with the name of every property in a schema.
+fn properties(schema: &Value, each: &mut dyn FnMut(&str)) {
+    match schema {
+        Value::Object(fields) => {
+            for (key, value) in fields {
+                if let ("properties", Some(named)) = (key.as_str(), value.as_object()) {
+                    named.keys().for_each(|name| each(name));
+                }
+                properties(value, each);
+            }
+        }
+        Value::Array(items) => items.iter().for_each(|item| properties(item, each)),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_page_of_formats_describes_every_field() {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/formats.md")).unwrap();
+    let section = |title: &str| {
+        let (_, rest) = page.split_once(&format!("\n## {title}\n")).unwrap_or_else(|| panic!("no section {title}"));
+        rest.split("\n## ").next().unwrap()
+    };
+    for (file, schema) in schemas() {
+        let title = schema["title"].as_str().unwrap();
+        assert_eq!(file, format!("{}.schema.json", title.trim_start_matches("teachtree.").replace('/', "-")));
+        let section = section(title);
+        properties(&schema, &mut |name| {
+            let named = section.contains(&format!("`{name}`")) || section.contains(&format!(".{name}`"));
+            assert!(named, "docs/formats.md does not describe `{name}` of {title}");
+        });
+    }
+    let table = section("The table of segments");
+    for column in teachtree::analysis::csv::COLUMNS {
+        assert!(table.contains(&format!("`{column}`")), "docs/formats.md does not describe the column `{column}`");
+    }
+}
