@@ -10,7 +10,9 @@
 //!   Approach             7.904 .. 8.234
 //! ```
 //!
-//! `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta` writes it, is passed over.
+//! A line that ends with `pinned` is never replaced. `#` begins a comment. Times are s in the recording. A header between two lines `---`, as `cargo insta` writes it, is passed over.
+
+mod update;
 
 use super::score::Known;
 use super::{Analysis, Who};
@@ -18,7 +20,6 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
 use crate::language::rules::Rules;
-use std::fmt::Write;
 
 /// How far a boundary may move when nothing else is said, s.
 pub const TOLERANCE_S: f64 = 0.02;
@@ -45,8 +46,10 @@ pub struct Expectation {
     pub tolerance_s: f64,
     /// What is expected, in the order of the file.
     pub lines: Vec<Line>,
-    /// The text up to the first track, to be kept when the rest is written anew.
-    pub head: String,
+    /// The text up to the first track.
+    head: String,
+    /// The whole text.
+    text: String,
 }
 
 /// A segment or task that is expected.
@@ -62,6 +65,8 @@ pub struct Line {
     pub start_s: f64,
     /// When it ends, s.
     pub end_s: f64,
+    /// Whether it stays in the file whatever is found.
+    pub pinned: bool,
     /// The line of the file, counted from 1.
     pub line: usize,
 }
@@ -82,6 +87,7 @@ impl Expectation {
             tolerance_s: TOLERANCE_S,
             lines: Vec::new(),
             head: String::new(),
+            text: text.to_string(),
         };
         let mut who: Option<Who> = None;
         // What was accepted with `cargo insta review` begins with a header between two lines `---`.
@@ -95,13 +101,10 @@ impl Expectation {
             }
             let fail = |message: String, help: &str| InputError::new(format!("{name}:{at}"), message).help(help);
             let said = line.split('#').next().unwrap_or("").trim();
-            if let Some(track) = said.strip_prefix("track ") {
-                who = Some(match track.trim() {
-                    "both" => Who::Both,
-                    side => Side::from_name(side).map(Who::Hand).ok_or_else(|| {
-                        fail(format!("there is no track `{side}`"), "tracks are left, right and both")
-                    })?,
-                });
+            if let Some(name) = said.strip_prefix("track ") {
+                who = Some(track(line).ok_or_else(|| {
+                    fail(format!("there is no track `{}`", name.trim()), "tracks are left, right and both")
+                })?);
                 continue;
             }
             let Some(who) = who else {
@@ -134,6 +137,11 @@ impl Expectation {
             return Err(InputError::new(name, "does not say which log it is about").help("begin it with `log: FILE`"));
         }
         Ok(read)
+    }
+
+    /// The text of the file.
+    pub fn text(&self) -> &str {
+        &self.text
     }
 
     /// Checks that the rules have what is expected; `name` is what the file is called in errors.
@@ -175,6 +183,14 @@ impl Expectation {
     }
 }
 
+/// The track that a line begins.
+fn track(line: &str) -> Option<Who> {
+    match line.split('#').next().unwrap_or("").trim().strip_prefix("track ")?.trim() {
+        "both" => Some(Who::Both),
+        side => Side::from_name(side).map(Who::Hand),
+    }
+}
+
 fn tolerance(text: &str) -> Option<f64> {
     let unit = text.find(|c: char| c.is_ascii_alphabetic())?;
     let (number, unit) = text.split_at_checked(unit)?;
@@ -188,6 +204,10 @@ fn expected(said: &str, who: Who, line: usize) -> Option<Line> {
         Some(rest) => (true, rest.trim()),
         None => (false, said),
     };
+    let (rest, pinned) = match rest.strip_suffix("pinned").filter(|rest| rest.ends_with(char::is_whitespace)) {
+        Some(rest) => (rest, true),
+        None => (rest, false),
+    };
     let (name, times) = rest.split_once(char::is_whitespace)?;
     let (start, end) = times.split_once("..")?;
     let (start_s, end_s): (f64, f64) = (start.trim().parse().ok()?, end.trim().parse().ok()?);
@@ -197,6 +217,7 @@ fn expected(said: &str, who: Who, line: usize) -> Option<Line> {
         name: name.to_string(),
         start_s,
         end_s,
+        pinned,
         line,
     })
 }
@@ -211,6 +232,7 @@ pub fn lines(analysis: &Analysis) -> Vec<Line> {
             name: name.to_string(),
             start_s,
             end_s,
+            pinned: false,
             line: 0,
         };
         lines.extend(track.relabelled.iter().map(|found| line(false, &found.primitive, found.start_s, found.end_s)));
@@ -219,25 +241,9 @@ pub fn lines(analysis: &Analysis) -> Vec<Line> {
     lines
 }
 
-/// The file of an expectation: its head, and what was found.
-pub fn written(head: &str, found: &[Line]) -> String {
-    let mut text = head.trim_end().to_string();
-    text.push('\n');
-    let mut who = None;
-    for line in found {
-        if who != Some(line.who) {
-            who = Some(line.who);
-            let _ = writeln!(text, "\ntrack {}", line.who);
-        }
-        let name = if line.is_task { format!("task {}", line.name) } else { line.name.clone() };
-        let _ = writeln!(text, "  {name:<26} {:.3} .. {:.3}", line.start_s, line.end_s);
-    }
-    text
-}
-
-/// The same as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it is.
+/// The file with what was found instead, as `cargo insta review --extensions expect` reads it from `NAME.expect.new`: with a header, which says of which log it is.
 pub fn pending(expectation: &Expectation, found: &[Line]) -> String {
-    let text = written(&expectation.head, found);
+    let text = expectation.updated(found, true);
     if text.starts_with(HEADER) {
         return text;
     }
@@ -252,17 +258,65 @@ pub fn compare(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usiz
     kinds.sort_unstable();
     kinds.dedup();
     for kind in kinds {
-        let of = |lines: &[Line]| -> Vec<Line> {
-            lines.iter().filter(|line| (line.who, line.is_task) == kind).cloned().collect()
-        };
-        differences.extend(compare_one(&of(expected), &of(found), tolerance_s));
+        let of = |line: &&Line| (line.who, line.is_task) == kind;
+        let (expected, found): (Vec<&Line>, Vec<&Line>) =
+            (expected.iter().filter(of).collect(), found.iter().filter(of).collect());
+        differences.extend(compare_one(&expected, &found, tolerance_s));
     }
     differences.sort_by_key(|(line, _)| *line);
     differences
 }
 
 /// Compares the segments, or the tasks, of one track: aligned by name, then held against each other at their boundaries.
-fn compare_one(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usize, String)> {
+fn compare_one(expected: &[&Line], found: &[&Line], tolerance_s: f64) -> Vec<(usize, String)> {
+    let mut differences = Vec::new();
+    let mut line = expected.first().map_or(0, |line| line.line);
+    for (wanted, got) in aligned(expected, found) {
+        let (wanted, got) = (wanted.and_then(|at| expected.get(at)), got.and_then(|at| found.get(at)));
+        line = wanted.map_or(line, |wanted| wanted.line);
+        match (wanted, got) {
+            (Some(wanted), Some(got)) => {
+                for (word, wanted_s, got_s) in
+                    [("begins", wanted.start_s, got.start_s), ("ends", wanted.end_s, got.end_s)]
+                {
+                    let late = got_s - wanted_s;
+                    if beyond(late, tolerance_s) {
+                        let (off, early_or_late) = (late.abs() * 1e3, if late > 0.0 { "late" } else { "early" });
+                        let told = format!(
+                            "{} {word} at {got_s:.3} s, expected {wanted_s:.3} s: {off:.0} ms {early_or_late}, tolerance {:.0} ms",
+                            named(wanted),
+                            tolerance_s * 1e3
+                        );
+                        differences.push((line, told));
+                    }
+                }
+            }
+            (Some(wanted), None) => {
+                let told = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
+                differences.push((line, told));
+            }
+            (None, Some(got)) => {
+                let told = format!("{} from {:.3} to {:.3} s was not expected", named(got), got.start_s, got.end_s);
+                differences.push((line, told));
+            }
+            (None, None) => {}
+        }
+    }
+    differences
+}
+
+/// Whether a boundary moved too far; what is written has three decimals.
+fn beyond(late_s: f64, tolerance_s: f64) -> bool {
+    late_s.abs() > tolerance_s + 5e-4
+}
+
+/// Whether a line says what was found.
+fn is_met(wanted: &Line, got: &Line, tolerance_s: f64) -> bool {
+    !beyond(got.start_s - wanted.start_s, tolerance_s) && !beyond(got.end_s - wanted.end_s, tolerance_s)
+}
+
+/// The lines of one track by their places, those of the same name side by side, as many as there can be in their order.
+fn aligned(expected: &[&Line], found: &[&Line]) -> Vec<(Option<usize>, Option<usize>)> {
     // common[at][other]: how many names the rests have in common, in order.
     let mut common = vec![vec![0_usize; found.len() + 1]; expected.len() + 1];
     for at in (0..expected.len()).rev() {
@@ -274,43 +328,24 @@ fn compare_one(expected: &[Line], found: &[Line], tolerance_s: f64) -> Vec<(usiz
             };
         }
     }
-    let mut differences = Vec::new();
+    let mut pairs = Vec::new();
     let (mut at, mut other) = (0, 0);
-    let mut line = expected.first().map_or(0, |line| line.line);
     loop {
         match (expected.get(at), found.get(other)) {
             (Some(wanted), Some(got)) if wanted.name == got.name => {
-                line = wanted.line;
-                for (word, wanted_s, got_s) in
-                    [("begins", wanted.start_s, got.start_s), ("ends", wanted.end_s, got.end_s)]
-                {
-                    let late = got_s - wanted_s;
-                    // What is written has three decimals.
-                    if late.abs() > tolerance_s + 5e-4 {
-                        let (off, early_or_late) = (late.abs() * 1e3, if late > 0.0 { "late" } else { "early" });
-                        let told = format!(
-                            "{} {word} at {got_s:.3} s, expected {wanted_s:.3} s: {off:.0} ms {early_or_late}, tolerance {:.0} ms",
-                            named(wanted),
-                            tolerance_s * 1e3
-                        );
-                        differences.push((line, told));
-                    }
-                }
+                pairs.push((Some(at), Some(other)));
                 at += 1;
                 other += 1;
             }
-            (Some(wanted), got) if got.is_none() || common[at + 1][other] >= common[at][other + 1] => {
-                line = wanted.line;
-                let told = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
-                differences.push((line, told));
+            (Some(_), got) if got.is_none() || common[at + 1][other] >= common[at][other + 1] => {
+                pairs.push((Some(at), None));
                 at += 1;
             }
-            (_, Some(got)) => {
-                let told = format!("{} from {:.3} to {:.3} s was not expected", named(got), got.start_s, got.end_s);
-                differences.push((line, told));
+            (_, Some(_)) => {
+                pairs.push((None, Some(other)));
                 other += 1;
             }
-            (_, None) => return differences,
+            (_, None) => return pairs,
         }
     }
 }

@@ -25,15 +25,18 @@ const ENDING: &str = "expect";
 /// Options of `test`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               accept what is found, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update    accept one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
+    after_help = "Examples:\n  teachtree test                              all expectations in this folder and below\n  teachtree test logs/ --update               add what is missing, and write expectations for logs that have none\n  teachtree test logs/lift.expect --update --replace  accept what is found in one of them\n  teachtree test logs/ --pending              write what was found beside, for `cargo insta review -e expect`\n  teachtree test logs/ --coverage --min-coverage 80\n  teachtree test logs/ --mutate"
 )]
 pub struct Args {
     /// Folders with expectations, or expectation files; this folder when left out
     #[arg(value_name = "PATH", default_value = ".")]
     paths: Vec<PathBuf>,
-    /// Accept what is found; logs in the named folders that have no expectation get one, with the rules and binding given here
+    /// Add what no line expects; logs in the named folders that have no expectation get one, with the rules and binding given here
     #[arg(long)]
     update: bool,
+    /// With `--update`: accept what is found instead of lines that are not met, unless they are `pinned`
+    #[arg(long, requires = "update")]
+    replace: bool,
     /// Write what was found instead as `NAME.expect.new`, to be reviewed with `cargo insta review --workspace-root . --extensions expect`
     #[arg(long, conflicts_with = "update")]
     pending: bool,
@@ -89,7 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     expectations.sort();
     let mut unmet = 0;
     for path in expectations {
-        let case = match read(&path) {
+        let mut case = match read(&path) {
             Ok(case) => case,
             // The other expectations are worth knowing all the same.
             Err(failure) => {
@@ -105,7 +108,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             let _ = writeln!(said, "new      {}", path.display());
         }
         let found = expect::lines(case.analysis.found());
-        let differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
+        let mut differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         let shown = path.display();
         let pending = path.with_extension(format!("{ENDING}.new"));
         if args.pending && !differences.is_empty() {
@@ -114,14 +117,23 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             // What was found before is no longer.
             let _ = std::fs::remove_file(&pending);
         }
-        if differences.is_empty() {
-            let _ = writeln!(said, "ok       {shown}");
-        } else if args.update {
-            output::write(&path, &expect::written(&case.expectation.head, &found), &[])?;
-            if !new.contains(&path) {
-                let _ = writeln!(said, "accepted {shown}");
+        let met = differences.is_empty();
+        if args.update && !met {
+            let text = case.expectation.updated(&found, args.replace);
+            if text != case.expectation.text() {
+                output::write(&path, &text, &[])?;
+                if !new.contains(&path) {
+                    let word = if args.replace { "accepted" } else { "added to" };
+                    let _ = writeln!(said, "{word} {shown}");
+                }
             }
-        } else {
+            case.expectation = Expectation::read(&text, &shown.to_string())?;
+            differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
+        }
+        if met {
+            let _ = writeln!(said, "ok       {shown}");
+        }
+        if !differences.is_empty() {
             unmet += 1;
             let _ = writeln!(said, "FAILED   {shown}");
             for (line, difference) in differences {
@@ -133,8 +145,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let plural = if cases.len() == 1 { "" } else { "s" };
     let _ = writeln!(said, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    if args.update && unmet > 0 {
+        let left = if args.replace {
+            "pinned lines are not replaced"
+        } else {
+            "`--update --replace` accepts what was found, except for lines marked `pinned`"
+        };
+        let _ = writeln!(said, "{left}");
+    }
     if args.pending && unmet > 0 {
-        said.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update`\n");
+        said.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
     }
     let mut enough = true;
     if args.coverage || args.min_coverage.is_some() {
@@ -194,7 +214,7 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
             let name = |path: &Path| path.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mut head = format!("log: {}\n", name(&log));
             let mut setting = |key: &str, path: &Path| {
-                let _ = writeln!(head, "{key}: {}", beside(path, folder));
+                let _ = writeln!(head, "{key}: {}", beside(path, log.parent().unwrap_or(Path::new("."))));
             };
             args.source.binding.iter().for_each(|path| setting("binding", path));
             args.source.scene.iter().for_each(|path| setting("scene", path));
@@ -211,13 +231,21 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
     Ok(written)
 }
 
-/// A path as it is found from a folder: the bare name of what lies in it, the whole path of what lies elsewhere, and names of shipped
-/// files as they are.
+/// The relative path to a file from a folder, with `/` on all systems; names of shipped files as they are. Only where there is no relative path, as from one
+/// drive to another, it is absolute.
 fn beside(path: &Path, folder: &Path) -> String {
+    // The folder of a bare name is the current one.
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let (Ok(whole), Ok(folder)) = (std::fs::canonicalize(path), std::fs::canonicalize(folder)) else {
         return path.display().to_string();
     };
-    whole.strip_prefix(folder).map_or_else(|_| whole.display().to_string(), |inner| inner.display().to_string())
+    let common = whole.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return whole.display().to_string();
+    }
+    let up = folder.components().skip(common).map(|_| "..".into());
+    let down = whole.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<String>>().join("/")
 }
 
 /// The largest expectation that is read, bytes.

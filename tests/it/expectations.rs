@@ -43,9 +43,87 @@ fn a_difference_is_told_with_line_and_time() {
         .unwrap();
     assert_eq!(teachtree_in(folder.path(), &["test", EXPECT]).status.code(), Some(0));
     std::fs::write(&path, format!("# why it is here\n{moved}")).unwrap();
-    let accepted = teachtree_in(folder.path(), &["test", EXPECT, "--update"]);
+    let accepted = teachtree_in(folder.path(), &["test", EXPECT, "--update", "--replace"]);
     assert!(accepted.status.success(), "{}", all_said(&accepted));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("# why it is here\n{text}"));
+}
+
+/// What a person corrected stays: `--update` adds what no line expects, `--replace` replaces lines that are not pinned.
+#[test]
+fn what_a_person_wrote_is_not_replaced_unasked() {
+    let folder = folder();
+    let path = folder.path().join(EXPECT);
+    let text = std::fs::read_to_string(&path).unwrap();
+    let run = |args: &[&str]| teachtree_in(folder.path(), &[&["test", EXPECT][..], args].concat());
+    // One line is missing, one was corrected and has a comment, and there is a comment of its own.
+    let grasp = text.lines().find(|line| line.trim_start().starts_with("Grasp ")).unwrap();
+    let corrected = text
+        .replace("10.984 .. 11.684", "10.934 .. 11.684  # seen in the video")
+        .replace(&format!("{grasp}\n"), "  # the fingers close here\n");
+    std::fs::write(&path, &corrected).unwrap();
+    let added = run(&["--update"]);
+    assert_eq!(added.status.code(), Some(1), "{}", all_said(&added));
+    let told = all_said(&added);
+    assert!(told.contains("added to ") && told.contains("expected 10.934 s") && told.contains("--replace"), "{told}");
+    let now = std::fs::read_to_string(&path).unwrap();
+    let mut lines: Vec<&str> = now.lines().collect();
+    lines.retain(|line| *line != grasp);
+    assert_eq!(lines, corrected.lines().collect::<Vec<_>>(), "nothing but the missing line is new");
+    assert!(now.contains(grasp));
+    // Once more there is nothing to add.
+    assert_eq!(run(&["--update"]).status.code(), Some(1));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), now);
+    // Pinned, it stays whatever is asked for; without the mark it is replaced, and comments stay.
+    let pinned = now.replace("10.934 .. 11.684  #", "10.934 .. 11.684  pinned  #");
+    std::fs::write(&path, &pinned).unwrap();
+    let output = run(&["--update", "--replace"]);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    assert!(all_said(&output).contains("pinned lines are not replaced"), "{}", all_said(&output));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), pinned);
+    std::fs::write(&path, &now).unwrap();
+    let output = run(&["--update", "--replace"]);
+    assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
+    let accepted = std::fs::read_to_string(&path).unwrap();
+    assert!(accepted.contains("10.984 .. 11.684\n") && accepted.contains("  # the fingers close here\n"), "{accepted}");
+    assert_eq!(run(&[]).status.code(), Some(0));
+    // A track that nobody expected is added as a whole.
+    let (head, _) = text.split_once("\ntrack").unwrap();
+    std::fs::write(&path, head).unwrap();
+    assert_eq!(run(&["--update"]).status.code(), Some(0));
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+}
+
+/// A folder of recordings can be moved, and checked out elsewhere: no path of this machine is written.
+#[test]
+fn expectations_name_files_relative_to_themselves() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(path("rules")).unwrap();
+    std::fs::create_dir_all(path("logs/monday")).unwrap();
+    let shipped = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules");
+    for name in ["contact.rules", "single_hand.rules", "hand_force.rules", "stream.rules"] {
+        std::fs::copy(shipped.join(name), path("rules").join(name)).unwrap();
+    }
+    std::fs::rename(path("SawyerLift_demo_1.csv"), path("logs/monday/SawyerLift_demo_1.csv")).unwrap();
+    std::fs::remove_file(path(EXPECT)).unwrap();
+    let rules = path("rules/single_hand.rules");
+    let args =
+        ["test", "logs", "--update", "--binding", "sawyer_lift.binding.yaml", "--rules", rules.to_str().unwrap()];
+    let update = teachtree_in(folder.path(), &args);
+    assert!(update.status.success(), "{}", all_said(&update));
+    let text = std::fs::read_to_string(path("logs/monday").join(EXPECT)).unwrap();
+    assert!(text.contains("\nbinding: ../../sawyer_lift.binding.yaml\n"), "{text}");
+    assert!(text.contains("\nrules: ../../rules/single_hand.rules\n"), "{text}");
+    // All of it moves, and is met from any folder.
+    let moved = folder.path().join("elsewhere");
+    std::fs::create_dir(&moved).unwrap();
+    for name in ["logs", "rules", "sawyer_lift.binding.yaml"] {
+        std::fs::rename(path(name), moved.join(name)).unwrap();
+    }
+    for at in [folder.path(), &moved, &moved.join("logs")] {
+        let output = teachtree_in(at, &["test"]);
+        assert!(output.status.success(), "{}", all_said(&output));
+    }
 }
 
 /// `NAME.expect.new` is read, and accepted, by the code that `cargo insta review` runs.
@@ -77,7 +155,7 @@ fn what_was_found_instead_can_be_reviewed_with_cargo_insta() {
     let told = all_said(&teachtree_in(folder.path(), &["test"]));
     let line = 1 + accepted.lines().position(|line| line.contains("10.984 .. 11.684")).unwrap();
     assert!(told.contains(&format!("{EXPECT}:{line}: ")), "{told}");
-    assert!(teachtree_in(folder.path(), &["test", "--update"]).status.success());
+    assert!(teachtree_in(folder.path(), &["test", "--update", "--replace"]).status.success());
     assert_eq!(std::fs::read_to_string(&path).unwrap(), accepted);
 }
 

@@ -37,49 +37,76 @@ function timeOf(frame) {
 
 const lines = new WeakMap();
 
-/** The gap-free pieces of a curve, each with times and values, and the least and greatest value. */
+/**
+ * The gap-free pieces of a curve, each with times and values, and the least and greatest value. Between a point with a number in `low` and the next point
+ * lies a band: only its least and greatest values are known, `low` and `high`.
+ */
 function lineOf(curve) {
   let line = lines.get(curve);
   if (line) return line;
   const pieces = [];
   if (curve.k === undefined) {
-    for (const [start, end] of data.stretches) pieces.push({ t: [timeOf(start), timeOf(end - 1)], v: [curve.v, curve.v] });
+    for (const [start, end] of data.stretches) pieces.push({ t: [timeOf(start), timeOf(end - 1)], v: [curve.v, curve.v], low: [NaN, NaN], high: [NaN, NaN] });
   } else {
     const numbers = numbersOf(curve.k);
-    let frame = 0, level = 0;
-    for (let at = 0; at < numbers.length;) {
-      const count = numbers[at++];
-      const piece = { t: new Float64Array(count), v: new Float64Array(count) };
-      for (let knot = 0; knot < count; knot++) {
-        frame += numbers[at++];
-        const change = numbers[at++];
-        level += change % 2 ? -(change + 1) / 2 : change / 2;
-        piece.t[knot] = timeOf(frame);
-        piece.v[knot] = curve.a + level * curve.s;
+    let frame = 0, level = 0, at = 0;
+    const change = () => {
+      const number = numbers[at++];
+      return number % 2 ? -(number + 1) / 2 : number / 2;
+    };
+    while (at < numbers.length) {
+      const piece = { t: [], v: [], low: [], high: [] };
+      const add = (low, high) => {
+        piece.t.push(timeOf(frame));
+        piece.v.push(curve.a + level * curve.s);
+        piece.low.push(low);
+        piece.high.push(high);
+      };
+      for (let left = numbers[at++]; left > 0; left--) {
+        const head = numbers[at++];
+        frame += Math.floor(head / 2);
+        level += change();
+        if (head % 2) {
+          const frames = numbers[at++], last = level + change();
+          const low = Math.min(level, last) - numbers[at++], high = Math.max(level, last) + numbers[at++];
+          add(curve.a + low * curve.s, curve.a + high * curve.s);
+          frame += frames;
+          level = last;
+        }
+        add(NaN, NaN);
       }
       pieces.push(piece);
     }
   }
   let least = Infinity, greatest = -Infinity;
-  for (const { v } of pieces) for (const value of v) { least = Math.min(least, value); greatest = Math.max(greatest, value); }
+  for (const piece of pieces) for (const values of [piece.v, piece.low, piece.high]) for (const value of values) {
+    if (value < least) least = value;
+    if (value > greatest) greatest = value;
+  }
   line = { pieces, least, greatest };
   lines.set(curve, line);
   return line;
 }
 
-/** The value of a curve at a time; not a number in a gap. */
-function valueAt(curve, time) {
-  if (curve.k === undefined) return curve.v;
+/** The least and the greatest value that a curve may have at a time: the same but in a band; not numbers in a gap. */
+function boundsAt(curve, time) {
+  if (curve.k === undefined) return [curve.v, curve.v];
   const { pieces } = lineOf(curve);
-  const piece = pieces[lastNotAfter(pieces, time, (one) => one.t[0])];
-  if (!piece) return NaN;
-  const at = lastNotAfter(piece.t, time), last = piece.t.length - 1;
+  const piece = pieces[lastNotAfter(pieces, time + step * 1e-3, (one) => one.t[0])];
+  if (!piece) return [NaN, NaN];
+  const { t, v, low, high } = piece, at = Math.max(0, lastNotAfter(t, time)), last = t.length - 1;
   if (at < last) {
-    const share = (time - piece.t[at]) / (piece.t[at + 1] - piece.t[at]);
-    return piece.v[at] + share * (piece.v[at + 1] - piece.v[at]);
+    const on = [at, at + 1].find((point) => Math.abs(t[point] - time) < step * 1e-3);
+    if (on !== undefined) return [v[on], v[on]];
+    if (!Number.isNaN(low[at])) return [low[at], high[at]];
+    const share = (time - t[at]) / (t[at + 1] - t[at]), value = v[at] + share * (v[at + 1] - v[at]);
+    return [value, value];
   }
-  return time < piece.t[last] + 1.5 * step ? piece.v[last] : NaN;
+  return time < t[last] + 1.5 * step ? [v[last], v[last]] : [NaN, NaN];
 }
+
+/** The value of a curve without bands at a time; not a number in a gap. */
+const valueAt = (curve, time) => boundsAt(curve, time)[0];
 
 const truths = new Map();
 
@@ -97,7 +124,7 @@ function spansOf(text) {
     }
     from = -1;
   };
-  for (const change of numbersOf(text)) {
+  for (const change of numbersOf(text.slice(text.indexOf("~") + 1))) {
     frame += change;
     if (from < 0) from = frame; else close(frame);
   }
@@ -105,6 +132,9 @@ function spansOf(text) {
   truths.set(text, spans);
   return spans;
 }
+
+/** How long the pauses are that the intervals leave out, s. */
+const pauseOf = (text) => text.includes("~") ? parseInt(text, 10) * step : 0;
 
 function isSo(text, time) {
   const spans = spansOf(text);

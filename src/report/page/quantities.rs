@@ -1,7 +1,7 @@
 //! What can be drawn over time: the curves of the figures, whatever the rules compare with a threshold, their signals and latches, and the
 //! channels of the log.
 
-use super::thin::{Thinning, curve, toggles};
+use super::thin::{Keep, Thinned, Thinning, curve, toggles};
 use crate::analysis::explain::{Row, of_channel, of_expr, quantities, text};
 use crate::base::channels::{Axis, HANDLING, Shape};
 use crate::base::error::InputError;
@@ -14,10 +14,16 @@ use crate::report::signals::{Panel, Signals, of_both};
 use crate::stream::frames::Frames;
 use serde_json::{Value, json};
 
-/// Knots of all curves together, about; a knot takes three to four bytes.
+/// Knots of all curves together, about, for each [`FRAMES`] of the recording; a knot takes three to four bytes.
 const KNOTS: usize = 200_000;
-/// Knots of one curve: more are not seen, with fewer it is no curve.
-const KNOTS_OF_ONE: std::ops::RangeInclusive<usize> = 150..=3000;
+/// Frames for which there are that many knots.
+const FRAMES: usize = 20_000;
+/// How many times that many knots a page holds at most.
+const TIMES: usize = 8;
+/// With fewer knots it is no curve.
+const KNOTS_OF_ONE: usize = 600;
+/// The quantities that are shown first get this many times as many knots.
+const FIRST: usize = 2;
 /// Conditions whose truth is shaded behind a curve.
 const MAX_SHADES: usize = 3;
 
@@ -66,13 +72,32 @@ pub(super) fn all<'a>(
     wanted.extend(compared(rules, frames));
     wanted.extend(declared(rules, frames));
     wanted.extend(channels(frames));
-    let curves: usize = wanted.iter().map(|wanted| curves_of(wanted, frames)).sum();
-    let most = (KNOTS / curves.max(1)).clamp(*KNOTS_OF_ONE.start(), *KNOTS_OF_ONE.end());
+    let curves = wanted.iter().map(|wanted| curves_of(wanted, frames)).sum();
+    let mut room = Room { knots: KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES), curves };
     let mut entries = Vec::new();
     for wanted in wanted {
-        entries.extend(evaluated(wanted, frames, inspectors, most)?);
+        entries.extend(evaluated(wanted, frames, inspectors, &mut room)?);
     }
     Ok(entries)
+}
+
+/// What is left for the curves that are left: a curve that takes few knots leaves more to the others.
+struct Room {
+    knots: usize,
+    curves: usize,
+}
+
+impl Room {
+    fn most(&self, group: usize) -> usize {
+        let share = self.knots / self.curves.max(1);
+        (if group < 2 { FIRST * share } else { share }).max(KNOTS_OF_ONE)
+    }
+
+    fn take(&mut self, thinned: Thinned) -> Value {
+        self.knots = self.knots.saturating_sub(thinned.knots);
+        self.curves = self.curves.saturating_sub(1);
+        thinned.json
+    }
 }
 
 /// The hands of the log, then nobody.
@@ -247,7 +272,7 @@ fn evaluated<'a>(
     wanted: Wanted,
     frames: &Frames,
     inspectors: &mut [Inspector<'a>],
-    most: usize,
+    room: &mut Room,
 ) -> Result<Option<Value>, InputError> {
     let Wanted { group, title, note, side, of, thresholds, shades } = wanted;
     let (rows, ty, unit): (Rows, (Shape, Dimension), Option<&str>) = match of {
@@ -307,7 +332,8 @@ fn evaluated<'a>(
     }
     let drawn = rows.into_iter().map(|(name, mut row)| {
         row.iter_mut().for_each(|value| *value *= scale);
-        json!([name, curve(&row, &frames.stretches, Thinning { within: 0.0, drawn: seen, most })])
+        let keep = Keep::Knots(room.most(group));
+        json!([name, room.take(curve(&row, &frames.stretches, Thinning { within: 0.0, drawn: seen, keep }))])
     });
     fields.insert("curves".into(), drawn.collect());
     Ok(Some(entry))

@@ -1,12 +1,13 @@
 //! What the replay moves: bodies with their shapes and poses, fingertips with their forces, what touches the targets. Lengths in metres, forces in
 //! newtons, reference frame.
 
-use super::thin::{Thinning, curve, rounded, toggles};
+use super::thin::{Keep, Thinning, curve, rounded, toggles};
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Part, Role, Shape};
 use crate::stream::frames::{ColumnKey, Frames, HandLayout, Values};
 use serde_json::{Value, json};
+use std::cell::Cell;
 
 /// How far what is drawn may be from where it was, m; less is not seen.
 const WITHIN_M: f64 = 3e-4;
@@ -14,8 +15,14 @@ const WITHIN_M: f64 = 3e-4;
 const WITHIN_TURN: f64 = 2e-3;
 /// The same for a component of a force, N.
 const WITHIN_N: f64 = 5e-3;
-/// Knots of all curves together, about.
-const KNOTS: usize = 60_000;
+/// The same for a component of a normal.
+const WITHIN_NORMAL: f64 = 0.05;
+/// Knots of all curves together, about, for each [`FRAMES`] of the recording.
+const KNOTS: usize = 120_000;
+/// Frames for which there are that many knots.
+const FRAMES: usize = 20_000;
+/// How many times that many knots a page holds at most.
+const TIMES: usize = 8;
 /// Less than this is no force, N: what never has more is not drawn.
 const LEAST_FORCE: f64 = 1e-3;
 /// A hand that changes its target more often has none.
@@ -25,15 +32,28 @@ const TIP_RADIUS: f64 = 0.010;
 
 /// The replay; a sentence under `why` where there is nothing to move.
 pub(super) fn replay(frames: &Frames, recording: &Recording) -> Value {
-    let moved = Moved { frames, recording, rows: rows(frames, recording), most: most(frames, recording) };
-    let bodies: Vec<Value> = recording.scene.bodies.iter().filter_map(|(name, body)| moved.body(name, body)).collect();
-    let hands: Vec<Value> = frames.layout.hands.iter().filter_map(|hand| moved.hand(hand)).collect();
+    let room = KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES);
+    let mut moved =
+        Moved { frames, recording, rows: rows(frames, recording), keep: Keep::Line, room, taken: Taken::default() };
+    let mut drawn = moved.all();
+    if moved.taken.knots.get() > room {
+        // Bodies and hands stay whole only if all are known on the same frames.
+        let step = (moved.taken.curves.get() * frames.len).div_ceil(room).max(2);
+        moved = Moved { keep: Keep::Every(step), taken: Taken::default(), ..moved };
+        drawn = moved.all();
+    }
+    let (bodies, hands) = drawn;
     let moves = |name: &str| recording.columns.contains_key(&format!("{name}.position.x"));
     if hands.is_empty() && !recording.scene.bodies.keys().any(|name| moves(name)) {
         let lacking = if recording.scene.bodies.is_empty() { "scene" } else { "poses of objects" };
         return json!({ "why": format!("There is no replay: the recording has no positions of fingertips and no {lacking}.") });
     }
-    json!({ "bodies": bodies, "hands": hands, "objects": frames.objects })
+    let mut replay = json!({ "bodies": bodies, "hands": hands, "objects": frames.objects });
+    if let (Keep::Every(step), Some(fields)) = (moved.keep, replay.as_object_mut()) {
+        let Taken { off_m, off_n, .. } = &moved.taken;
+        fields.insert("every".into(), json!({ "frames": step, "m": rounded(off_m.get()), "n": rounded(off_n.get()) }));
+    }
+    replay
 }
 
 /// The row of the recording of each frame: frames are rows that could be trusted.
@@ -42,22 +62,64 @@ fn rows(frames: &Frames, recording: &Recording) -> Vec<usize> {
     frames.time.iter().map(row).collect()
 }
 
-/// Knots of one curve.
-fn most(frames: &Frames, recording: &Recording) -> usize {
-    let tips: usize = frames.layout.hands.iter().map(|hand| 6 * hand.fingers.len() + 3 * hand.contacts.len() + 7).sum();
-    (KNOTS / (7 * recording.scene.bodies.len() + tips).max(1)).clamp(100, 3000)
-}
-
 struct Moved<'a> {
     frames: &'a Frames,
     recording: &'a Recording,
     rows: Vec<usize>,
-    most: usize,
+    keep: Keep,
+    /// Knots that may be taken.
+    room: usize,
+    taken: Taken,
+}
+
+/// What the curves took so far, and how far the farthest of them are from a sample.
+#[derive(Default)]
+struct Taken {
+    knots: Cell<usize>,
+    curves: Cell<usize>,
+    off_m: Cell<f64>,
+    off_n: Cell<f64>,
+}
+
+/// What a curve is a component of.
+#[derive(Clone, Copy)]
+enum Of {
+    Position,
+    Turn,
+    Force,
+    Normal,
 }
 
 impl Moved<'_> {
-    fn curve(&self, values: &[f64], within: f64) -> Value {
-        curve(values, &self.frames.stretches, Thinning { within, drawn: None, most: self.most })
+    /// Bodies and hands.
+    fn all(&self) -> (Vec<Value>, Vec<Value>) {
+        let bodies = self.recording.scene.bodies.iter().filter_map(|(name, body)| self.body(name, body));
+        (bodies.collect(), self.frames.layout.hands.iter().filter_map(|hand| self.hand(hand)).collect())
+    }
+
+    fn curve(&self, values: &[f64], of: Of) -> Value {
+        let Taken { knots, curves, off_m, off_n } = &self.taken;
+        let within = match of {
+            Of::Position => WITHIN_M,
+            Of::Turn => WITHIN_TURN,
+            Of::Force => WITHIN_N,
+            Of::Normal => WITHIN_NORMAL,
+        };
+        if values.windows(2).any(|pair| pair.first() != pair.last()) {
+            curves.set(curves.get() + 1);
+        }
+        // There are too many already: all are made anew, with fewer.
+        if matches!(self.keep, Keep::Line) && knots.get() > self.room {
+            return Value::Null;
+        }
+        let thinned = curve(values, &self.frames.stretches, Thinning { within, drawn: None, keep: self.keep });
+        knots.set(knots.get() + thinned.knots);
+        match of {
+            Of::Position => off_m.set(off_m.get().max(thinned.off)),
+            Of::Force => off_n.set(off_n.get().max(thinned.off)),
+            Of::Turn | Of::Normal => {}
+        }
+        thinned.json
     }
 
     /// A column of the recording, by frame.
@@ -76,14 +138,14 @@ impl Moved<'_> {
     fn pose(&self, name: &str, position: Option<[f64; 3]>, rotation: Option<[f64; 4]>) -> Option<Vec<Value>> {
         let fixed = |number: f64| json!({ "v": rounded(number) });
         let mut pose: Vec<Value> = match (self.columns(&format!("{name}.position"), ["x", "y", "z"]), position) {
-            (Some(columns), _) => columns.iter().map(|column| self.curve(column, WITHIN_M)).collect(),
+            (Some(columns), _) => columns.iter().map(|column| self.curve(column, Of::Position)).collect(),
             (None, Some(position)) => position.into_iter().map(fixed).collect(),
             (None, None) => return None,
         };
         match (self.columns(&format!("{name}.rotation"), ["w", "x", "y", "z"]), rotation) {
             (Some(mut columns), _) => {
                 one_sign(&mut columns);
-                pose.extend(columns.iter().map(|column| self.curve(column, WITHIN_TURN)));
+                pose.extend(columns.iter().map(|column| self.curve(column, Of::Turn)));
             }
             (None, Some(rotation)) => pose.extend(rotation.into_iter().map(fixed)),
             (None, None) => {}
@@ -114,7 +176,7 @@ impl Moved<'_> {
         let finger = |(slot, finger): (u32, &Finger)| {
             let position = self.vector("fingers.position", side, slot)?;
             position.iter().all(|axis| axis.iter().any(|value| value.is_finite())).then_some(())?;
-            let position: Vec<Value> = position.iter().map(|axis| self.curve(&axis.to_vec(), WITHIN_M)).collect();
+            let position: Vec<Value> = position.iter().map(|axis| self.curve(&axis.to_vec(), Of::Position)).collect();
             let force = self.force(self.vector("fingers.force", side, slot));
             let touches = self.channel("fingers.contact", side, slot, 0).map(|touches| {
                 let touches: Vec<bool> = touches.iter().map(|touches| touches > 0.5).collect();
@@ -132,7 +194,7 @@ impl Moved<'_> {
                 return None;
             }
             let normal = self.vector("contacts.normal", side, slot)?;
-            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(&axis.to_vec(), 0.05)).collect();
+            let normal: Vec<Value> = normal.iter().map(|axis| self.curve(&axis.to_vec(), Of::Normal)).collect();
             Some(json!({ "name": name, "force": force, "normal": normal }))
         };
         let contacts: Vec<Value> = (0..).zip(&hand.contacts).filter_map(contact).collect();
@@ -163,7 +225,7 @@ impl Moved<'_> {
     fn force(&self, force: Option<[Values<'_>; 3]>) -> Value {
         let felt = |axis: &Values<'_>| axis.iter().any(|value| value.abs() > LEAST_FORCE);
         match force.filter(|force| force.iter().any(felt)) {
-            Some(force) => force.iter().map(|axis| self.curve(&axis.to_vec(), WITHIN_N)).collect(),
+            Some(force) => force.iter().map(|axis| self.curve(&axis.to_vec(), Of::Force)).collect(),
             None => Value::Null,
         }
     }

@@ -47,7 +47,7 @@ function options(chosen) {
 function addPanel(number) {
   const element = document.createElement("div");
   element.className = "panel";
-  element.innerHTML = `<header><span class="unit"></span><select aria-label="signal">${options(number)}</select><span class="values"></span><button type="button" class="scale" hidden></button><button type="button" class="remove" aria-label="remove">×</button></header><canvas></canvas>`;
+  element.innerHTML = `<header><span class="unit"></span><select aria-label="signal">${options(number)}</select><span class="values"></span><button type="button" class="scale" hidden></button><button type="button" class="remove" aria-label="remove">×</button></header><canvas></canvas><p class="detail" hidden></p>`;
   const panel = { element, number, canvas: element.querySelector("canvas"), values: element.querySelector(".values") };
   element.querySelector("select").addEventListener("change", (event) => { panel.number = Number(event.target.value); drawPanel(panel); readOut(panel); });
   element.querySelector(".scale").addEventListener("click", () => {
@@ -87,7 +87,8 @@ function rangeOf(entry) {
 function numeral(entry, value) {
   if (!Number.isFinite(value)) return "–";
   const [least, greatest] = rangeOf(entry);
-  const digits = Math.min(6, Math.max(0, 3 - Math.floor(Math.log10(Math.max(1e-9, greatest - least)))));
+  // A line is within a two-thousandth of the range.
+  const digits = Math.min(6, Math.max(0, Math.floor(3 - Math.log10(Math.max(1e-9, greatest - least)) + 1e-9)));
   return value.toFixed(digits).replace(/^-(0\.?0*)$/, "$1");
 }
 
@@ -116,7 +117,7 @@ function heights(entry, x, y, width) {
       columns.top[at] = Math.min(columns.top[at], height);
       columns.bottom[at] = Math.max(columns.bottom[at], height);
     };
-    for (const { t, v } of lineOf(curve).pieces) {
+    for (const { t, v, low, high } of lineOf(curve).pieces) {
       const first = Math.max(0, lastNotAfter(t, state.from)), last = Math.min(t.length - 1, lastNotAfter(t, state.to) + 1);
       for (let at = first; at < last; at++) {
         const [a, b, from, to] = [x(t[at]), x(t[at + 1]), y(v[at]), y(v[at + 1])];
@@ -124,6 +125,7 @@ function heights(entry, x, y, width) {
           const share = (near) => Math.min(1, Math.max(0, b > a ? (near - a) / (b - a) : 0));
           take(column, from + share(column) * (to - from));
           take(column, from + share(column + 1) * (to - from));
+          if (!Number.isNaN(low[at])) [low[at], high[at]].forEach((value) => take(column, y(value)));
         }
         take(Math.round(b), from);
         take(Math.round(b), to);
@@ -161,10 +163,12 @@ function markBeyond(context, entry, x, { width, height, taken }) {
   for (const [sign, limit] of [[1, greatest], [-1, -least]]) {
     const marks = new Map();
     let farthest;
-    for (const [, curve] of drawn(entry)) for (const { t, v } of lineOf(curve).pieces) for (let at = 0; at < t.length; at++) {
-      if (!(sign * v[at] > limit) || t[at] < state.from || t[at] > state.to) continue;
-      marks.set(Math.round(x(t[at]) / 8), x(t[at]));
-      if (!farthest || sign * v[at] > sign * farthest.value) farthest = { at: x(t[at]), value: v[at] };
+    for (const [, curve] of drawn(entry)) for (const { t, v, low, high } of lineOf(curve).pieces) for (let at = 0; at < t.length; at++) {
+      const band = sign > 0 ? high[at] : low[at], value = Number.isNaN(band) ? v[at] : band;
+      const time = Number.isNaN(band) ? t[at] : (t[at] + t[at + 1]) / 2;
+      if (!(sign * value > limit) || time < state.from || time > state.to) continue;
+      marks.set(Math.round(x(time) / 8), x(time));
+      if (!farthest || sign * value > sign * farthest.value) farthest = { at: x(time), value };
     }
     if (!farthest) continue;
     const edge = sign > 0 ? 4 : height - 1;
@@ -194,6 +198,9 @@ function drawPanel(panel) {
   panel.element.querySelector(".unit").textContent = entry.unit || "";
   panel.element.querySelector("select").title = nameOf(entry);
   panel.element.querySelector(".scale").hidden = true;
+  const pause = Math.max(0, ...[...(entry.truths || []), ...(entry.shades || []).slice(0, 1)].map(([, truth]) => pauseOf(truth)));
+  const lacking = pause ? [`Pauses shorter than ${brief({ unit: "s" }, pause)} are not drawn.`] : [];
+  tellDetail(panel, lacking);
   canvas.setAttribute("role", "img");
   canvas.setAttribute("aria-label", nameOf(entry));
   const context = canvas.getContext("2d");
@@ -242,6 +249,7 @@ function drawPanel(panel) {
   tellScale(panel, entry);
   const y = (value) => height - 5 - (value - least) / (greatest - least) * (height - 13);
   const levels = ticks(least, greatest, 4);
+  let longest = 0;
   context.textAlign = "right";
   for (const value of levels.list) {
     context.strokeStyle = paint(Math.abs(value) < 1e-12 ? "--zero" : "--line");
@@ -258,11 +266,20 @@ function drawPanel(panel) {
     context.setLineDash(at >= CURVES ? [5, 2] : []);
     context.lineWidth = 1.4;
     context.lineJoin = "round";
+    const bands = [];
     context.beginPath();
-    for (const piece of lineOf(curve).pieces) trace(context, piece, x, y, width);
+    for (const piece of lineOf(curve).pieces) trace(context, piece, x, y, bands);
     context.stroke();
+    context.fillStyle = context.strokeStyle;
+    context.globalAlpha = 0.35;
+    for (const { left, right, top, bottom, time } of bands) {
+      context.fillRect(left, top, right - left, Math.max(1, bottom - top));
+      longest = Math.max(longest, time);
+    }
+    context.globalAlpha = 1;
   });
   context.restore();
+  if (longest > 0) tellDetail(panel, [...lacking, `This page holds no more detail here: a band reaches from the least to the greatest value of up to ${brief({ unit: "s" }, longest)}.`]);
   clip();
   context.lineWidth = 1;
   context.strokeStyle = paint("--threshold");
@@ -296,22 +313,58 @@ function drawPanel(panel) {
   context.restore();
 }
 
-/** A piece of a line; where many knots share a column, its least and greatest. */
-function trace(context, { t, v }, x, y, width) {
+/** Tells below a plot what the page does not hold; nothing, where it holds all that is drawn. */
+function tellDetail(panel, sentences) {
+  const place = panel.element.querySelector(".detail");
+  place.textContent = sentences.join(" ");
+  place.hidden = !sentences.length;
+}
+
+/**
+ * A piece of a line. Of many points in a column of pixels the first, the least, the greatest and the last are drawn, as they would be one by one. A band that
+ * is wider than a column is no line: it is added to `bands`.
+ */
+function trace(context, { t, v, low, high }, x, y, bands) {
   const first = Math.max(0, lastNotAfter(t, state.from)), last = Math.min(t.length - 1, lastNotAfter(t, state.to) + 1);
-  if (last - first < 2 * width) {
-    for (let at = first; at <= last; at++) if (at === first) context.moveTo(x(t[at]), y(v[at])); else context.lineTo(x(t[at]), y(v[at]));
-    if (first === last) context.lineTo(x(t[first] + step), y(v[first]));
-    return;
+  let open, lifted = true;
+  const end = () => {
+    if (!open) return;
+    if (open.count > 1) {
+      context.lineTo(open.left, y(open.least));
+      context.lineTo(open.left, y(open.greatest));
+      context.lineTo(open.right, y(open.last));
+    }
+    open = undefined;
+  };
+  const take = (at, value, least, greatest) => {
+    const column = Math.floor(at);
+    if (open && open.column === column) {
+      Object.assign(open, { right: at, last: value, least: Math.min(open.least, least), greatest: Math.max(open.greatest, greatest), count: open.count + 1 });
+      return;
+    }
+    end();
+    if (lifted) context.moveTo(at, y(value)); else context.lineTo(at, y(value));
+    lifted = false;
+    open = { column, left: at, right: at, last: value, least, greatest, count: least < greatest ? 2 : 1 };
+  };
+  for (let at = first; at <= last; at++) {
+    const left = x(t[at]);
+    if (Number.isNaN(low[at])) {
+      take(left, v[at], v[at], v[at]);
+      continue;
+    }
+    const right = x(t[at + 1]);
+    if (right - left <= 1) {
+      take(left, v[at], low[at], high[at]);
+    } else {
+      take(left, v[at], v[at], v[at]);
+      end();
+      lifted = true;
+      bands.push({ left, right, top: y(high[at]), bottom: y(low[at]), time: t[at + 1] - t[at] + step });
+    }
   }
-  for (let at = first; at <= last;) {
-    const column = Math.floor(x(t[at]));
-    let least = v[at], greatest = v[at];
-    if (at === first) context.moveTo(column, y(v[at])); else context.lineTo(column, y(v[at]));
-    for (; at <= last && Math.floor(x(t[at])) === column; at++) { least = Math.min(least, v[at]); greatest = Math.max(greatest, v[at]); }
-    context.lineTo(column, y(least));
-    context.lineTo(column, y(greatest));
-  }
+  end();
+  if (first === last) context.lineTo(x(t[first] + step), y(v[first]));
 }
 
 /** The values of a panel at the cursor. */
@@ -319,7 +372,10 @@ function readOut(panel) {
   const entry = data.signals[panel.number];
   const rows = entry.truths
     ? entry.truths.map(([name, truth]) => [name, isSo(truth, state.cursor) ? "yes" : "no", 0])
-    : drawn(entry).map(([name, curve], at) => [name, `${numeral(entry, valueAt(curve, state.cursor))}${entry.unit ? ` ${entry.unit}` : ""}`, at]);
+    : drawn(entry).map(([name, curve], at) => {
+      const told = [...new Set(boundsAt(curve, state.cursor).map((value) => numeral(entry, value)))].join(" … ");
+      return [name, `${told}${entry.unit ? ` ${entry.unit}` : ""}`, at];
+    });
   const shown = rows.map(([name, value, at]) => `<span class="value" style="color:${hueOf(at)}">${escaped(name)} <b>${escaped(value)}</b></span>`);
   const shade = (entry.shades || [])[0];
   if (shade) shown.push(`<span class="value shade">${escaped(shade[0].length > 40 ? "the condition" : shade[0])} <b>${isSo(shade[1], state.cursor) ? "yes" : "no"}</b></span>`);

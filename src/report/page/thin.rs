@@ -1,11 +1,12 @@
 //! Curves small enough for a page: a value per frame in, a broken line as text out.
 //!
-//! The line goes through samples and is nowhere farther from a sample than a bound, so that a peak is as high and an edge as steep as it was
-//! measured, and what is level or straight costs nothing. Where the bound would have to be coarse to be small, as with plain noise, the least
-//! and the greatest sample of even steps are taken instead.
+//! The line passes through samples and is nowhere farther from a sample than a bound, so a peak is as high and an edge as steep as it was measured, and
+//! what is level or straight costs nothing. Where the line would take too many points, as with noise, a *band* takes the place of each even part: its
+//! first, least, greatest and last sample. A page draws no line within a band, since none is known there.
 //!
-//! As text: for each gap-free piece the number of its knots, then for each knot the frames since the last one and the change of the value in
-//! steps, as numbers of seven bits a byte (the changes in zigzag), all in base64. `curves.js` reads it.
+//! As text: for each gap-free piece the number of its items. An item begins with the frames since the last one, doubled, and 1 more for a band; then the
+//! change of the value in steps. A band goes on with the frames to its last one, the change to the last value, and how far its least and its greatest value
+//! lie beyond the first and the last one. Numbers are written with seven bits a byte (changes in zigzag), all in base64. `curves.js` reads it.
 
 use serde_json::{Value, json};
 use std::ops::Range;
@@ -13,11 +14,12 @@ use std::ops::Range;
 /// The steps in the range of a curve that is drawn, and how many times as large the whole range counts at most: numbers stay short.
 const LEVELS: f64 = 20_000.0;
 const TIMES: f64 = 10_000.0;
-/// Changes between true and false that are told of one curve.
-const MAX_TOGGLES: usize = 4000;
-/// The bound that is tried first, and the coarsest, as shares of the range.
-const FINEST: f64 = 1.0 / 2000.0;
-const COARSEST: f64 = 1.0 / 125.0;
+/// Changes between true and false that are stored of one condition.
+const MAX_TOGGLES: usize = 16_000;
+/// The bound, as a share of the range. `curves.js` shows as many digits as it permits.
+const BOUND: f64 = 1.0 / 2000.0;
+/// How many knots a band is worth.
+const BAND: usize = 4;
 
 /// How much may be lost, and how much may be kept.
 #[derive(Clone, Copy, Debug)]
@@ -26,31 +28,70 @@ pub(super) struct Thinning {
     pub within: f64,
     /// The range of the values that is drawn, where that is less than all of it: shares are of this one.
     pub drawn: Option<f64>,
-    /// How many knots there may be, about.
-    pub most: usize,
+    /// What is kept.
+    pub keep: Keep,
+}
+
+/// What is kept of a curve.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Keep {
+    /// A line within the bound where it fits into about so many knots, else bands.
+    Knots(usize),
+    /// A line within the bound, however long.
+    Line,
+    /// The samples of the frames that are divisible by a number, and of the first and the last frame of each gap-free piece.
+    Every(usize),
+}
+
+/// A curve that has been thinned.
+pub(super) struct Thinned {
+    /// `{"v":number}` when it is the same everywhere, else `{"a":value of step 0,"s":size of a step,"k":items}`.
+    pub json: Value,
+    /// How many knots it took; a band counts as several.
+    pub knots: usize,
+    /// How far the line is from a sample at most; bands count for nothing.
+    pub off: f64,
 }
 
 /// A point of the line: a frame and its value.
 type Knot = (usize, f64);
 
-/// The curve as JSON: `{"v":number}` when it is the same everywhere, else `{"a":value of step 0,"s":size of a step,"k":knots}`.
-pub(super) fn curve(values: &[f64], stretches: &[Range<usize>], thinning: Thinning) -> Value {
+/// What a curve is made of.
+#[derive(Clone, Copy, Debug)]
+enum Item {
+    Knot(Knot),
+    /// Frames of which only these are known.
+    Band {
+        first: Knot,
+        last: Knot,
+        least: f64,
+        greatest: f64,
+    },
+}
+
+/// Thins a curve.
+pub(super) fn curve(values: &[f64], stretches: &[Range<usize>], thinning: Thinning) -> Thinned {
     let pieces: Vec<Range<usize>> = stretches.iter().flat_map(|stretch| finite(values, stretch)).collect();
     let samples = || pieces.iter().filter_map(|piece| values.get(piece.clone())).flatten().copied();
     let (least, greatest) = samples().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
     let whole = pieces.iter().map(Range::len).sum::<usize>() == stretches.iter().map(Range::len).sum::<usize>();
     if whole && least >= greatest && !pieces.is_empty() {
-        return json!({ "v": least + 0.0 });
+        return Thinned { json: json!({ "v": least + 0.0 }), knots: 0, off: 0.0 };
     }
     let range = if greatest > least { (greatest - least).min(f64::MAX) } else { 1.0 };
     let drawn = thinning.drawn.map_or(range, |drawn| drawn.clamp(range / TIMES, range));
-    let lines: Vec<Vec<Knot>> = thin(values, &pieces, drawn, thinning);
+    let lines = thin(values, &pieces, thinning.within.max(drawn * BOUND), thinning.keep);
     let (base, step) = (if least.is_finite() { least } else { 0.0 }, drawn / LEVELS);
-    json!({ "a": base, "s": step, "k": base64(&packed(&lines, base, step)) })
+    let knots = lines.iter().flatten().map(|item| if matches!(item, Item::Knot(_)) { 1 } else { BAND }).sum();
+    let off = match thinning.keep {
+        Keep::Every(_) => lines.iter().map(|line| farthest(values, line)).fold(0.0, f64::max),
+        Keep::Knots(_) | Keep::Line => 0.0,
+    };
+    Thinned { json: json!({ "a": base, "s": step, "k": base64(&packed(&lines, base, step)) }), knots, off }
 }
 
-/// When something is so, as the frames at which it changes: seven bits a byte, the first from 0, in base64. What flickers without end is
-/// taken to be so in between.
+/// When a condition holds, as the frames at which it changes: seven bits a byte, the first from 0, in base64. Where it changes too often, pauses up to a
+/// number of frames are filled, and the text begins with that number and `~`.
 pub(super) fn toggles(holds: &[bool]) -> String {
     let before = [false].into_iter().chain(holds.iter().copied());
     let changes = before.zip(holds).enumerate().filter(|(_, (before, now))| before != *now).map(|(frame, _)| frame);
@@ -74,7 +115,7 @@ pub(super) fn toggles(holds: &[bool]) -> String {
         number(&mut bytes, change - last);
         last = change;
     }
-    base64(&bytes)
+    if pause > 1 { format!("{pause}~{}", base64(&bytes)) } else { base64(&bytes) }
 }
 
 /// A number to a millionth, as it is written.
@@ -97,20 +138,71 @@ fn finite(values: &[f64], stretch: &Range<usize>) -> Vec<Range<usize>> {
     pieces
 }
 
-fn thin(values: &[f64], pieces: &[Range<usize>], range: f64, thinning: Thinning) -> Vec<Vec<Knot>> {
-    let mut within = thinning.within.max(range * FINEST);
-    loop {
-        let lines: Vec<Vec<Knot>> = pieces.iter().map(|piece| line(values, piece, within)).collect();
-        if lines.iter().map(Vec::len).sum::<usize>() <= thinning.most.max(2 * pieces.len()) {
-            return lines;
-        }
-        within *= 2.0;
-        if within > (range * COARSEST).max(thinning.within) {
-            let frames: usize = pieces.iter().map(Range::len).sum();
-            let step = (2 * frames).div_ceil(thinning.most.max(2));
-            return pieces.iter().map(|piece| extremes(values, piece, step)).collect();
+fn thin(values: &[f64], pieces: &[Range<usize>], within: f64, keep: Keep) -> Vec<Vec<Item>> {
+    let knots = |knots: Vec<Knot>| knots.into_iter().map(Item::Knot).collect::<Vec<Item>>();
+    let most = match keep {
+        Keep::Every(step) => return pieces.iter().map(|piece| knots(sampled(values, piece, step))).collect(),
+        Keep::Line => usize::MAX,
+        Keep::Knots(most) => most.max(2 * pieces.len()),
+    };
+    let lines: Vec<Vec<Knot>> = pieces.iter().map(|piece| line(values, piece, within)).collect();
+    if lines.iter().map(Vec::len).sum::<usize>() <= most {
+        return lines.into_iter().map(knots).collect();
+    }
+    let frames: usize = pieces.iter().map(Range::len).sum();
+    let step = (BAND * frames).div_ceil(most.max(1));
+    pieces.iter().zip(lines).map(|(piece, line)| banded(values, piece, &line, within, step)).collect()
+}
+
+/// A line where it takes no more knots than bands of `step` frames would, and such bands elsewhere.
+fn banded(values: &[f64], piece: &Range<usize>, knots: &[Knot], within: f64, step: usize) -> Vec<Item> {
+    let parts = piece.clone().step_by(step.max(1)).map(|start| start..(start + step.max(1)).min(piece.end));
+    let mut knots = knots.iter().peekable();
+    let rough: Vec<(Range<usize>, bool)> = parts
+        .map(|part| {
+            let mut count = 0;
+            while knots.next_if(|knot| knot.0 < part.end).is_some() {
+                count += 1;
+            }
+            (part, count > BAND)
+        })
+        .collect();
+    let mut items = Vec::new();
+    for run in rough.chunk_by(|a, b| !a.1 && !b.1) {
+        let (Some((first, rough)), Some((last, _))) = (run.first(), run.last()) else { continue };
+        match band(values, first).filter(|_| *rough) {
+            Some(band) => items.push(band),
+            None => items.extend(line(values, &(first.start..last.end), within).into_iter().map(Item::Knot)),
         }
     }
+    items
+}
+
+fn band(values: &[f64], part: &Range<usize>) -> Option<Item> {
+    let of = values.get(part.clone())?;
+    let (first, last) = ((part.start, *of.first()?), (part.end - 1, *of.last()?));
+    let (least, greatest) = of.iter().fold((first.1, first.1), |(a, b), value| (a.min(*value), b.max(*value)));
+    Some(Item::Band { first, last, least, greatest })
+}
+
+/// The samples of a piece at the frames divisible by `step`, and at its ends.
+fn sampled(values: &[f64], piece: &Range<usize>, step: usize) -> Vec<Knot> {
+    let ends = [piece.start, piece.end.saturating_sub(1)];
+    let kept = piece.clone().filter(|frame| frame % step.max(1) == 0 || ends.contains(frame));
+    kept.filter_map(|frame| Some((frame, *values.get(frame)?))).collect()
+}
+
+/// How far a line of knots is from the samples between them at most.
+fn farthest(values: &[f64], items: &[Item]) -> f64 {
+    let mut off: f64 = 0.0;
+    for pair in items.windows(2) {
+        let [Item::Knot(from), Item::Knot(to)] = pair else { continue };
+        for (frame, value) in (from.0..to.0).zip(values.get(from.0..to.0).unwrap_or(&[])) {
+            let share = (frame - from.0) as f64 / (to.0 - from.0) as f64;
+            off = off.max((from.1 + share * (to.1 - from.1) - value).abs());
+        }
+    }
+    off
 }
 
 /// A line through samples that passes every sample `within` a bound. From each knot on, the slopes that do so are a fan, which each sample
@@ -139,35 +231,30 @@ fn line(values: &[f64], piece: &Range<usize>, within: f64) -> Vec<Knot> {
     knots
 }
 
-/// The least and the greatest sample of each `step` frames, as they come.
-fn extremes(values: &[f64], piece: &Range<usize>, step: usize) -> Vec<Knot> {
-    let mut knots: Vec<Knot> = Vec::new();
-    let samples: Vec<Knot> = piece.clone().zip(values.get(piece.clone()).unwrap_or(&[]).iter().copied()).collect();
-    for part in samples.chunks(step.max(1)) {
-        let by_value = |a: &&Knot, b: &&Knot| a.1.total_cmp(&b.1);
-        let least = part.iter().min_by(by_value).copied();
-        let greatest = part.iter().max_by(by_value).copied();
-        let mut ends: Vec<Knot> = least.into_iter().chain(greatest).collect();
-        ends.sort_by_key(|knot| knot.0);
-        ends.dedup_by_key(|knot| knot.0);
-        knots.extend(ends);
-    }
-    // The line ends where the piece does.
-    knots.extend(samples.last().filter(|last| knots.last().is_some_and(|knot| knot.0 < last.0)));
-    knots
-}
-
-fn packed(lines: &[Vec<Knot>], base: f64, step: f64) -> Vec<u8> {
+fn packed(lines: &[Vec<Item>], base: f64, step: f64) -> Vec<u8> {
+    let level_of = |value: f64| ((value - base) / step).round().clamp(0.0, TIMES * LEVELS) as i64;
+    let zigzag = |change: i64| ((change << 1) ^ (change >> 63)).unsigned_abs() as usize;
     let mut bytes = Vec::new();
     let (mut frame, mut level) = (0, 0);
     for line in lines {
         number(&mut bytes, line.len());
-        for (at, value) in line {
-            let now = ((value - base) / step).round().clamp(0.0, TIMES * LEVELS) as i64;
-            let change = now - level;
-            number(&mut bytes, at - frame);
-            number(&mut bytes, ((change << 1) ^ (change >> 63)).unsigned_abs() as usize);
-            (frame, level) = (*at, now);
+        for item in line {
+            let (is_band, (at, value)) = match item {
+                Item::Knot(knot) => (0, *knot),
+                Item::Band { first, .. } => (1, *first),
+            };
+            let now = level_of(value);
+            number(&mut bytes, (at - frame) << 1 | is_band);
+            number(&mut bytes, zigzag(now - level));
+            (frame, level) = (at, now);
+            if let Item::Band { last, least, greatest, .. } = item {
+                let end = level_of(last.1);
+                number(&mut bytes, last.0 - frame);
+                number(&mut bytes, zigzag(end - level));
+                number(&mut bytes, (level.min(end) - level_of(*least)).unsigned_abs() as usize);
+                number(&mut bytes, (level_of(*greatest) - level.max(end)).unsigned_abs() as usize);
+                (frame, level) = (last.0, end);
+            }
         }
     }
     bytes

@@ -384,7 +384,9 @@ if (data.replay.why) {
   const figure = byId("replay"), caption = figure.querySelector("figcaption");
   replay = new Replay(figure.querySelector("canvas"), caption, data.replay, data.tracks);
   const forces = replay.strong > 0 ? ` Arrows: <span class="force">forces of fingertips</span>, <span class="contact">forces on what they hold</span>; the bar is their scale.` : "";
-  caption.innerHTML = `Hands are in the colours of their primitives; a thick ring is a touch.${forces}`;
+  const { every } = data.replay;
+  const coarse = every ? ` <span class="detail">This page holds the poses and forces of every ${every.frames}th frame (${(every.frames * step).toPrecision(2)} s) and interpolates between them: up to ${(every.m * 1000).toPrecision(2)} mm${every.n > 0 ? ` and ${every.n.toPrecision(2)} N` : ""} beside the log.</span>` : "";
+  caption.innerHTML = `Hands are in the colours of their primitives; a thick ring is a touch.${forces}${coarse}`;
 }
 if (data.signals.length) {
   usual().forEach(addPanel);

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::path::{Path, PathBuf};
 
 /// A page in a folder of its own, opened.
-fn opened(write: impl FnOnce(&Path) -> PathBuf) -> Option<(Browser, PathBuf, tempfile::TempDir)> {
+pub(super) fn opened(write: impl FnOnce(&Path) -> PathBuf) -> Option<(Browser, PathBuf, tempfile::TempDir)> {
     let mut browser = Browser::start()?;
     let folder = tempfile::tempdir().unwrap();
     let page = write(folder.path());
@@ -15,7 +15,7 @@ fn opened(write: impl FnOnce(&Path) -> PathBuf) -> Option<(Browser, PathBuf, tem
 }
 
 /// What an operator does in a scene of the same name, as `demo` shows it: `log.csv`, `log.json` and `log.html`.
-fn taught(scene: &str, seed: &str) -> Option<(Browser, PathBuf, tempfile::TempDir)> {
+pub(super) fn taught(scene: &str, seed: &str) -> Option<(Browser, PathBuf, tempfile::TempDir)> {
     opened(|folder| {
         let [log, json, page] = ["log.csv", "log.json", "log.html"].map(|name| folder.join(name));
         let [log, json, shown] = [&log, &json, &page].map(|path| path.to_str().unwrap());
@@ -30,7 +30,7 @@ fn taught(scene: &str, seed: &str) -> Option<(Browser, PathBuf, tempfile::TempDi
     })
 }
 
-fn no_complaints(browser: &Browser) {
+pub(super) fn no_complaints(browser: &Browser) {
     assert!(browser.complaints.is_empty(), "{:#?}", browser.complaints);
 }
 
@@ -42,7 +42,7 @@ fn shown(browser: &mut Browser) -> (f64, f64) {
 }
 
 /// Waits until a drawing that was asked for is there.
-fn drawn(browser: &mut Browser) {
+pub(super) fn drawn(browser: &mut Browser) {
     browser.eval(
         "window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn = true; }))",
     );
