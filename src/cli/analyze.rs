@@ -9,6 +9,7 @@ use crate::report::Style;
 use crate::session::files::recordings;
 use crate::session::{Analysis, ClosedSegment, Error};
 use crate::stream::formats;
+use crate::stream::whole::Files;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -73,13 +74,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let mut out = String::new();
     let mut failures = Vec::new();
+    let mut pages = Vec::new();
     // All cores share the recordings; what is found comes in the order in which they were named.
-    let found: Vec<Result<Told, Failure>> =
-        logs.par_iter().map(|log| one(args, log, &inputs, logs.len() == 1)).collect();
+    let found: Vec<Result<Told, Failure>> = logs.par_iter().map(|log| one(args, log, logs.len() == 1)).collect();
     for found in found {
         match found {
             // A table has one header.
-            Ok(Told { text, warning }) => {
+            Ok(Told { text, warning, page }) => {
+                pages.extend(page);
                 let header = if args.format == Format::Csv && !out.is_empty() {
                     text.find('\n').map_or(0, |at| at + 1)
                 } else {
@@ -94,10 +96,19 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(failure) => failures.push(failure),
         }
     }
+    // The page and the text are of one analysis: both are written or neither.
+    let mut written = Files::default();
+    for (path, page) in args.report.iter().zip(&pages) {
+        output::add(&mut written, path, page, &inputs)?;
+    }
+    if let Some(path) = args.out.as_ref().filter(|_| !out.is_empty()) {
+        output::add(&mut written, path, &out, &inputs)?;
+    }
+    written.commit()?;
     match &args.out {
-        Some(_) if out.is_empty() => {}
-        Some(path) => output::write(path, &out, &inputs)?,
+        Some(_) => {}
         None if args.format == Format::Text => output::print(&out)?,
+        None if args.format == Format::Json => output::print_json(&out)?,
         None => output::print_data(&out)?,
     }
     Failure::all(failures)
@@ -107,10 +118,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 struct Told {
     text: String,
     warning: Option<String>,
+    page: Option<String>,
 }
 
 /// Analyzes a recording, the only one or one of several: what is to be said about it.
-fn one(args: &Args, log: &Path, inputs: &[&Path], alone: bool) -> Result<Told, Failure> {
+fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
     let analysis = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
         live(args)?
     } else {
@@ -120,9 +132,7 @@ fn one(args: &Args, log: &Path, inputs: &[&Path], alone: bool) -> Result<Told, F
         }
         args.rules.load(&log)?.analyze(&log)?
     };
-    if let Some(path) = &args.report {
-        output::write(path, &analysis.html()?, inputs)?;
-    }
+    let page = args.report.as_ref().map(|_| analysis.html()).transpose()?;
     if let Some(path) = &args.frames {
         analysis.frames(&args.signals)?.write(path)?;
     }
@@ -133,7 +143,7 @@ fn one(args: &Args, log: &Path, inputs: &[&Path], alone: bool) -> Result<Told, F
         Format::Csv => analysis.csv()?,
     };
     let untold = args.format == Format::Csv && !analysis.issues().is_empty();
-    Ok(Told { text, warning: untold.then(|| issues(&analysis)) })
+    Ok(Told { text, warning: untold.then(|| issues(&analysis)), page })
 }
 
 /// Reads a recording from standard input and prints its segments as they close.

@@ -77,7 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     match args.format {
         Format::Text => {}
         Format::Json => {
-            output::print_data(&format!("{:#}\n", json!({ "schema": "teachtree.check/1", "findings": findings })))?
+            output::print_json(&format!("{:#}\n", json!({ "schema": "teachtree.check/1", "findings": findings })))?
         }
         Format::Github => output::print(&findings.iter().filter_map(Value::as_str).collect::<String>())?,
     }

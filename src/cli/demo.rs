@@ -6,12 +6,14 @@ use super::retarget::{open_robot, summary, touch_forces};
 use super::simulate::{perform, told, told_nearest};
 use super::teach::record;
 use super::{Failure, output};
+use crate::base::recording::Recording;
 use crate::command;
 use crate::report;
 use crate::robot;
 use crate::robot::simulation::Performance;
 use crate::session::{Analysis, Log, Rules, Track};
-use crate::stream::csv;
+use crate::stream::whole::Files;
+use crate::stream::{OpenRequest, csv};
 use std::path::{Path, PathBuf};
 
 /// The chapter's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.
@@ -39,26 +41,33 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::make_folder(folder)?;
     let log = folder.join("demonstration.csv");
     let shown = if args.both_hands { BOTH_HANDS } else { ONE_HAND };
-    csv::write(&record(shown, shown, args.seed)?, &log)?;
-    // The log is opened as anybody would open it: what is analysed is what was written.
-    let opened = Log::open(&log)?;
-    opened.read()?;
+    // All files of the folder belong together, and are put there together.
+    let mut files = Files::default();
+    let opened = add(&mut files, &record(shown, shown, args.seed)?, &log)?;
     let analysis = Rules::for_log(&opened)?.analyze(&opened)?;
     let document = folder.join("analysis.json");
-    output::write(&document, &analysis.json(), &[])?;
+    output::add(&mut files, &document, &analysis.json(), &[])?;
     let report = folder.join("report.html");
-    output::write(&report, &analysis.html()?, &[])?;
+    output::add(&mut files, &report, &analysis.html()?, &[])?;
     output::print(&timeline(&analysis, true))?;
 
-    let mut files = vec![log, document, report];
-    files.extend(carry_out(folder, &analysis)?);
-    let files: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
-    output::print(&format!("\nwritten: {}\n", files.join(", ")))?;
+    let mut written = vec![log, document, report];
+    written.extend(carry_out(&mut files, folder, &analysis)?);
+    files.commit()?;
+    let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
+    output::print(&format!("\nwritten: {}\n", written.join(", ")))?;
     Ok(())
 }
 
+/// Adds a recording to the files, and opens it as its log will be read.
+fn add(files: &mut Files, recording: &Recording, log: &Path) -> Result<Log, Failure> {
+    csv::add(files, recording, log)?;
+    let request = OpenRequest { log: log.to_path_buf(), ..OpenRequest::default() };
+    Ok(Log::open_source(csv::source(recording, log)?, &request)?)
+}
+
 /// From what was done to a robot that does it; the files that were written.
-fn carry_out(folder: &Path, analysis: &Analysis) -> Result<[PathBuf; 3], Failure> {
+fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[PathBuf; 3], Failure> {
     let (robot, _) = open_robot(ROBOT)?;
     let opened = analysis.log().opened()?;
     let scene = &opened.recording.scene;
@@ -66,15 +75,15 @@ fn carry_out(folder: &Path, analysis: &Analysis) -> Result<[PathBuf; 3], Failure
     let mut commands = command::commands(&opened.trusted()?, analysis.found(), touch, &analysis.log().name())?;
     robot::map(&mut commands, &robot, scene)?;
     let commanded = folder.join("commands.json");
-    output::write(&commanded, &commands.json()?, &[])?;
+    output::add(files, &commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
     let Performance { recording, outcomes, nearest, trace } = perform(&commands, &robot, scene)?;
     let performed = folder.join("robot.csv");
-    csv::write(&recording, &performed)?;
+    let performed_log = add(files, &recording, &performed)?;
     let page = folder.join("robot.html");
-    output::write(&page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
+    output::add(files, &page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
     output::print(&format!("\nthe robot\n{}{}", told(&outcomes), told_nearest(nearest.as_ref())))?;
-    let again = analysis.rules().analyze(&Log::open(&performed)?)?;
+    let again = analysis.rules().analyze(&performed_log)?;
     let tasks = |analysis: &Analysis| -> Vec<String> {
         analysis.tracks().flat_map(Track::tasks).map(|task| task.name().to_string()).collect()
     };

@@ -71,7 +71,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let explained = analysis.explain(&question)?;
     match args.format {
         Format::Text => output::print(&explained.to_string())?,
-        Format::Json => output::print_data(&explained.json())?,
+        Format::Json => output::print_json(&explained.json())?,
     }
     Ok(())
 }

@@ -256,7 +256,7 @@ fn tell(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Optio
     }
     let diff = found.map(|found| found.diff.as_str());
     if args.format == Format::Json {
-        return output::print_data(&fit::json(fitted, &files, diff));
+        return output::print_json(&fit::json(fitted, &files, diff));
     }
     let mut said = report::fit(fitted, &files);
     if let Some(found) = found {

@@ -78,7 +78,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.skeleton {
         let files = read_by(&args.source, &args.rules);
         let inputs: Vec<&Path> = files.iter().chain([&args.log]).map(PathBuf::as_path).collect();
-        output::write(path, &skeleton(&log), &inputs)?;
+        let skeleton = skeleton(&log);
+        output::refuse_inputs(path, &inputs)?;
+        refuse_filled_in(path, &skeleton)?;
+        output::write(path, &skeleton, &inputs)?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args)? } else { Recognition::foreign() };
     let json = match args.format {
@@ -89,7 +92,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n"
         }
     };
-    Ok(output::print_data(&json)?)
+    Ok(output::print_json(&json)?)
+}
+
+/// Refuses a place for a skeleton where there is a file with another text, such as a binding that was filled in.
+fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
+    let there = std::fs::read(path).unwrap_or_default();
+    if !path.is_file() || there.is_empty() || there == skeleton.as_bytes() {
+        return Ok(());
+    }
+    let message = "is there already, expected a new file: a binding that was filled in would be lost";
+    Err(InputError::new(path.display().to_string(), message).help("name another file, or delete this one first"))
 }
 
 /// What the rules could tell of the log.

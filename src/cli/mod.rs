@@ -33,6 +33,7 @@ mod truth;
 
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
+use crate::stream::whole;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -149,12 +150,38 @@ fn command() -> clap::Command {
     help::grouped(Cli::command())
 }
 
+/// On Ctrl-C, temporary files are removed before the program ends.
+fn interruptible() {
+    // Where it cannot be, the next run removes them.
+    let _ = ctrlc::set_handler(|| {
+        let _nothing_is_written = whole::give_up();
+        std::process::exit(INTERRUPTED);
+    });
+}
+
+/// What shells expect of a program that was interrupted.
+const INTERRUPTED: i32 = 130;
+
+/// Prints help, the version, or what is wrong with the command line.
+fn usage(error: &clap::Error) -> ExitCode {
+    let color = if error.use_stderr() { output::color_on_stderr() } else { output::color() };
+    let text = if color { error.render().ansi().to_string() } else { error.render().to_string() };
+    if error.use_stderr() {
+        output::complain(text.trim_end());
+    } else if let Err(error) = output::print(&text) {
+        output::complain(&format!("error: {error}"));
+        return ExitCode::from(2);
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+}
+
 /// Runs the command line.
 pub fn main() -> ExitCode {
-    let matches = command().get_matches();
-    let cli = match Cli::from_arg_matches(&matches) {
+    interruptible();
+    let read = command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let cli = match read {
         Ok(cli) => cli,
-        Err(error) => error.exit(),
+        Err(error) => return usage(&error),
     };
     let outcome = match &cli.command {
         #[cfg(feature = "world")]

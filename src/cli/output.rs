@@ -3,8 +3,9 @@
 use crate::base::error::InputError;
 use crate::stream::csv::beside;
 use crate::stream::formats;
-use crate::stream::whole;
+use crate::stream::whole::Files;
 use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
@@ -16,8 +17,18 @@ const USUAL_WIDTH: usize = 100;
 /// # Errors
 /// When the place cannot be written, or is one of `inputs` or beside one of them.
 pub fn write(path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
+    let mut files = Files::default();
+    add(&mut files, path, text, inputs)?;
+    files.commit()
+}
+
+/// Adds a file to others that belong to it: all of them are written or none.
+///
+/// # Errors
+/// As [`write`].
+pub fn add(files: &mut Files, path: &Path, text: &str, inputs: &[&Path]) -> Result<(), InputError> {
     refuse_inputs(path, inputs)?;
-    whole::write(path, |out| out.write_all(text.as_bytes()))
+    files.add(path, |out| out.write_all(text.as_bytes()))
 }
 
 /// Refuses a place for a recording where it, or what stands beside it, would replace a file that the command reads: a scene, commands, a robot, no log.
@@ -102,9 +113,13 @@ pub fn make_folder(path: &Path) -> Result<(), InputError> {
         .map_err(|error| InputError::new(path.display().to_string(), format!("the folder cannot be made: {error}")))
 }
 
+/// Whether a letter would steer a terminal, or reorder text.
+fn steers(letter: char) -> bool {
+    letter.is_control() && !matches!(letter, '\n' | '\t') || REORDERS.contains(&letter)
+}
+
 /// A text that may quote anything, for a terminal: control characters and marks that reorder text are shown as escapes. Colors pass where there are any.
 pub fn printable(text: &str, color: bool) -> Cow<'_, str> {
-    let steers = |letter: char| letter.is_control() && !matches!(letter, '\n' | '\t') || REORDERS.contains(&letter);
     if !text.contains(steers) {
         return Cow::Borrowed(text);
     }
@@ -141,19 +156,65 @@ fn color_code(text: &str) -> usize {
 /// # Errors
 /// When it cannot be written, as on a full disk.
 pub fn print(text: &str) -> Result<(), InputError> {
-    print_data(&printable(text, color()))
+    put(&shortened(&printable(text, color())))
 }
 
-/// Prints a text on standard error, without what would steer a terminal.
+/// Prints a text on standard error, without what would steer a terminal. Where it cannot be printed nobody can be told.
 pub fn complain(text: &str) {
-    eprintln!("{}", printable(text, color_on_stderr()));
+    let _ = writeln!(std::io::stderr(), "{}", shortened(&printable(text, color_on_stderr())));
 }
 
-/// Prints what other programs read, byte for byte: JSON, tables, patches, scripts. Otherwise as [`print`].
+/// Prints what other programs read: tables, patches, scripts. Byte for byte, but on a terminal as [`print`].
 ///
 /// # Errors
 /// As [`print`].
 pub fn print_data(text: &str) -> Result<(), InputError> {
+    if std::io::stdout().is_terminal() { put(&printable(text, false)) } else { put(text) }
+}
+
+/// Prints JSON. What would steer a terminal stands in strings only, and is written by its number there, which is the same JSON.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json(text: &str) -> Result<(), InputError> {
+    if !text.contains(steers) {
+        return put(text);
+    }
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        if steers(letter) {
+            // All of them have one number of 16 bits.
+            let _ = write!(safe, "\\u{:04x}", u32::from(letter));
+        } else {
+            safe.push(letter);
+        }
+    }
+    put(&safe)
+}
+
+/// Characters of a line that are printed; of a longer one its beginning and its end.
+const LONGEST: usize = 2000;
+/// Characters of its end.
+const END: usize = 400;
+
+/// Lines as long as people read; a log may have a name of half a megabyte.
+fn shortened(text: &str) -> Cow<'_, str> {
+    if text.len() <= LONGEST || text.lines().all(|line| line.len() <= LONGEST) {
+        return Cow::Borrowed(text);
+    }
+    let short = |line: &str| {
+        let count = line.chars().count();
+        if count <= LONGEST {
+            return line.to_string();
+        }
+        let head: String = line.chars().take(LONGEST - END).collect();
+        let tail: String = line.chars().skip(count - END).collect();
+        format!("{head} … {} characters … {tail}", count - LONGEST)
+    };
+    Cow::Owned(text.split('\n').map(short).collect::<Vec<_>>().join("\n"))
+}
+
+fn put(text: &str) -> Result<(), InputError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
@@ -165,12 +226,17 @@ pub fn print_data(text: &str) -> Result<(), InputError> {
 
 /// Whether standard output wants colour.
 pub fn color() -> bool {
-    std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+    std::io::stdout().is_terminal() && wanted()
 }
 
 /// Whether standard error wants colour.
 pub fn color_on_stderr() -> bool {
-    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none()
+    std::io::stderr().is_terminal() && wanted()
+}
+
+/// Whether the user and the terminal want color.
+fn wanted() -> bool {
+    std::env::var_os("NO_COLOR").is_none() && std::env::var_os("TERM").is_none_or(|term| term != "dumb")
 }
 
 /// How many characters a line may have.

@@ -12,6 +12,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
 use crate::session::files::all_logs;
+use crate::stream::whole::Files;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -138,17 +139,22 @@ fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result
     let named = [&args.truth.labels, &args.sequences].into_iter().flatten();
     let map = args.truth.map.as_deref().map(Path::new);
     let inputs: Vec<&Path> = logs.iter().chain(named).chain(&files).map(PathBuf::as_path).chain(map).collect();
+    let mut files = Files::default();
     if let (Some(path), Some(score)) = (&args.picture, scores.first()) {
-        output::write(path, &report::score::picture(score, meta), &inputs)?;
+        output::add(&mut files, path, &report::score::picture(score, meta), &inputs)?;
     }
     let text = match args.format {
         Format::Text => report::score::text(scores, meta),
         Format::Json => score::json(scores, meta),
     };
+    if let Some(path) = &args.out {
+        output::add(&mut files, path, &text, &inputs)?;
+    }
+    files.commit()?;
     match &args.out {
-        Some(path) => output::write(path, &text, &inputs),
+        Some(_) => Ok(()),
         None if args.format == Format::Text => output::print(&text),
-        None => output::print_data(&text),
+        None => output::print_json(&text),
     }
 }
 

@@ -16,6 +16,7 @@ use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
 use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::stream::formats;
 use crate::stream::text;
+use crate::stream::whole::Files;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -76,14 +77,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let joints = joints.map_err(in_its_file)?;
     let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
     let Performance { recording, outcomes, nearest, trace } = performed;
-    formats::write(&recording, &args.out)?;
+    let mut files = Files::default();
+    let mut said = String::new();
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
-        output::write(place, &made.json()?, &inputs)?;
-        output::print(&summary(place, made))?;
+        output::add(&mut files, place, &made.json()?, &inputs)?;
+        said = summary(place, made);
     }
     if let Some(page) = &args.report {
-        output::write(page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
+        output::add(&mut files, page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
     }
+    formats::add(&mut files, &recording, &args.out)?;
+    files.commit()?;
+    output::print(&said)?;
     output::print(&(told(&outcomes) + &told_nearest(nearest.as_ref())))?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;

@@ -6,7 +6,7 @@ use super::formats::{self, delimited::unreadable};
 use super::frames::Issue;
 use super::names;
 use super::table::{Source, Want};
-use super::whole;
+use super::whole::{self, Files};
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
@@ -298,22 +298,42 @@ const EVENT_COLUMNS: [&str; 3] = ["time [s]", "kind", "subjects"];
 /// # Errors
 /// When a file cannot be written, or a column is not as long as the time; then the log is not there.
 pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    let mut files = Files::default();
+    add(&mut files, recording, path)?;
+    files.commit()
+}
+
+/// Adds the files of a recording, as [`write`] writes them, to others.
+///
+/// # Errors
+/// As [`write`].
+pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
     let [scene, _] = beside(path, "scene.yaml");
     let [events, _] = beside(path, "events.csv");
-    // The log last: where it is, the others are too.
     let text = yaml::write(&recording.scene)?;
-    whole::write(&scene, |out| out.write_all(text.as_bytes()))?;
+    files.add(&scene, |out| out.write_all(text.as_bytes()))?;
     if recording.events.is_empty() {
         // Events of an earlier recording of the same name would be taken for this one's.
-        if events.is_file() {
-            std::fs::remove_file(&events)
-                .map_err(|error| InputError::new(events.display().to_string(), error.to_string()))?;
-        }
+        files.remove(&events);
     } else {
-        whole::write(&events, |out| write_events(out, &recording.events))?;
+        files.add(&events, |out| write_events(out, &recording.events))?;
     }
-    whole::write(path, |out| write_log(out, recording))
+    files.add_log(path, |out| write_log(out, recording))
+}
+
+/// A recording as its log is read, without any file; `name` is what the log is called in messages.
+///
+/// # Errors
+/// When a column is not as long as the time, or the log could not be read.
+pub fn source(recording: &Recording, name: &Path) -> Result<Source, InputError> {
+    check_lengths(recording, name)?;
+    let shown = name.display().to_string();
+    let mut bytes = Vec::new();
+    write_log(&mut bytes, recording).map_err(|error| InputError::new(&shown, error.to_string()))?;
+    let source = formats::delimited::source(Box::new(std::io::Cursor::new(bytes)), &shown)?;
+    let scene = parse_scene(&yaml::write(&recording.scene)?, &shown)?;
+    Ok(Source { scene: Some(scene), events: recording.events.clone(), ..source })
 }
 
 /// Writes the columns and labels of a recording, and nothing beside the file.

@@ -1,11 +1,40 @@
-//! Writing files whole or not at all.
+//! Writing files whole or not at all, one or several that belong together.
+//!
+//! A file is written beside its place under a temporary name, synchronized with the disk, and then renamed. Files that belong together, such as a log and its
+//! scene, are all written before the first one is renamed, so neither an error nor a full disk leaves some of them. Between two renames a kill of the program
+//! or a loss of power can still do so: a *marker* beside the log says so from before the first rename until after the last one, and logs with a marker are
+//! refused ([`refuse_unfinished`]).
+//!
+//! A temporary file is locked while its program lives. The next program that writes to a folder removes those that nobody holds.
 
 use crate::base::error::InputError;
-use std::io::{BufWriter, Error, Result, Write};
-use std::path::Path;
+use std::collections::BTreeSet;
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{BufWriter, Error, ErrorKind, Result, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
 
-/// Fills a file: beside its place first, then renamed, so that it is there whole or not at all. A link is followed; what is no file,
-/// such as a pipe or a device, is written into.
+/// How the names of temporary files and markers begin.
+const PREFIX: &str = ".teachtree-";
+/// How the names of markers end.
+const MARKER: &str = ".replacing";
+/// Links that are followed, one to the next.
+const LINKS: usize = 40;
+
+/// Temporary files that exist, and the folders that were cleared. While it is held nothing is renamed.
+static STATE: Mutex<State> = Mutex::new(State { temporary: BTreeSet::new(), cleared: BTreeSet::new() });
+
+struct State {
+    temporary: BTreeSet<PathBuf>,
+    cleared: BTreeSet<PathBuf>,
+}
+
+fn state() -> MutexGuard<'static, State> {
+    STATE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Fills a file, so that it is there whole or not at all. A link is followed; what is no file, such as a pipe or a device, is written into.
 ///
 /// # Errors
 /// When the place cannot be written.
@@ -13,44 +42,283 @@ pub fn write(
     path: &Path,
     fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
 ) -> std::result::Result<(), InputError> {
-    put(path, fill).map_err(|error| {
-        let why = match error.kind() {
-            std::io::ErrorKind::NotFound => "there is no such folder".into(),
-            std::io::ErrorKind::PermissionDenied => "the folder cannot be written".into(),
-            _ => error.to_string(),
-        };
-        InputError::new(path.display().to_string(), format!("cannot be written: {why}"))
-    })
+    let mut files = Files::default();
+    files.add(path, fill)?;
+    files.commit()
 }
 
-fn put(path: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>) -> Result<()> {
-    let target = std::fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-    if target.is_dir() {
-        return Err(Error::other("it is a folder"));
+/// Refuses a log of which a program was replacing the files when it was killed: what is there may belong to two recordings.
+///
+/// # Errors
+/// When its marker is there and no running program holds it.
+pub fn refuse_unfinished(log: &Path) -> std::result::Result<(), InputError> {
+    let Some(marker) = marker_of(&destination(log)) else { return Ok(()) };
+    let Ok(file) = File::open(&marker) else { return Ok(()) };
+    // A program that is at it needs a moment.
+    let waited = file.lock_shared();
+    drop(file);
+    if waited.is_err() || !marker.exists() {
+        return Ok(());
     }
-    if target.exists() && !target.is_file() {
-        let mut out = BufWriter::new(std::fs::OpenOptions::new().write(true).open(&target)?);
+    let message = "was being replaced when the program was killed: it and the files beside it may be of two recordings";
+    let help = format!("record it again, or delete {} to read what is there", marker.display());
+    Err(InputError::new(log.display().to_string(), message).help(help))
+}
+
+/// Removes all temporary files of this program, which is about to end; nothing can be written from then on.
+pub fn give_up() -> impl Sized {
+    let state = state();
+    for file in &state.temporary {
+        // It is removed by the next run where it cannot be now.
+        let _ = std::fs::remove_file(file);
+    }
+    state
+}
+
+/// Files that belong together: all are written, then all are put in their places.
+#[derive(Default)]
+pub struct Files {
+    parts: Vec<Part>,
+}
+
+struct Part {
+    /// The path as it was given.
+    shown: PathBuf,
+    target: PathBuf,
+    content: Content,
+}
+
+enum Content {
+    /// A file that is written and synchronized.
+    New(Temporary),
+    /// As `New`, and what is beside it belongs to it.
+    NewLog(Temporary),
+    /// The file is to be gone.
+    Gone,
+}
+
+impl Files {
+    /// Writes a file, which is put in its place by [`commit`](Self::commit). What is no file, such as a pipe, is written into at once.
+    ///
+    /// # Errors
+    /// When the place cannot be written.
+    pub fn add(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
+    ) -> std::result::Result<(), InputError> {
+        self.put(path, fill, Content::New).map_err(|error| cannot(path, &error))
+    }
+
+    /// Writes a log, to which files added before belong: it is put in its place after them.
+    ///
+    /// # Errors
+    /// When the place cannot be written.
+    pub fn add_log(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
+    ) -> std::result::Result<(), InputError> {
+        self.put(path, fill, Content::NewLog).map_err(|error| cannot(path, &error))
+    }
+
+    /// A file that does not belong to the others any more: it is removed.
+    pub fn remove(&mut self, path: &Path) {
+        let target = destination(path);
+        if target.is_file() {
+            self.parts.push(Part { shown: path.to_path_buf(), target, content: Content::Gone });
+        }
+    }
+
+    fn put(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
+        content: fn(Temporary) -> Content,
+    ) -> Result<()> {
+        let target = destination(path);
+        if target.is_dir() {
+            return Err(Error::other("it is a folder"));
+        }
+        if target.exists() && !target.is_file() {
+            let mut out = BufWriter::new(OpenOptions::new().write(true).open(&target)?);
+            fill(&mut out)?;
+            return out.flush();
+        }
+        let mut file = Temporary::beside(&target)?;
+        let mut out = BufWriter::new(&mut file.0);
         fill(&mut out)?;
-        return out.flush();
+        out.flush()?;
+        drop(out);
+        if let Ok(old) = std::fs::metadata(&target) {
+            std::fs::set_permissions(file.0.path(), old.permissions())?;
+        }
+        file.0.as_file().sync_all()?;
+        self.parts.push(Part { shown: path.to_path_buf(), target, content: content(file) });
+        Ok(())
     }
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = temporary().tempfile_in(folder)?;
-    let mut out = BufWriter::new(&mut file);
-    fill(&mut out)?;
-    out.flush()?;
-    drop(out);
-    file.persist(&target).map_err(|error| error.error)?;
-    Ok(())
+
+    /// Puts all files in their places, in the order in which they were added.
+    ///
+    /// # Errors
+    /// When one cannot be put there. Markers stay where some of the files of a log were replaced already.
+    pub fn commit(self) -> std::result::Result<(), InputError> {
+        // Whoever wants to end the program waits for this.
+        let mut state = state();
+        let mut markers = Vec::new();
+        if self.parts.len() > 1 {
+            for part in self.parts.iter().filter(|part| matches!(part.content, Content::NewLog(_))) {
+                markers.extend(Marker::set(&part.target).map_err(|error| cannot(&part.shown, &error))?);
+            }
+        }
+        let mut folders = BTreeSet::new();
+        for Part { shown, target, content } in self.parts {
+            folders.insert(folder_of(&target).to_path_buf());
+            match content {
+                Content::New(file) | Content::NewLog(file) => file.persist(&target, &mut state),
+                Content::Gone => std::fs::remove_file(&target),
+            }
+            .map_err(|error| cannot(&shown, &error))?;
+        }
+        folders.iter().for_each(|folder| sync(folder));
+        markers.into_iter().for_each(Marker::clear);
+        Ok(())
+    }
 }
 
-/// Temporary files are private; what is written is an ordinary file, as the umask has it.
-fn temporary() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".teachtree-");
+fn cannot(path: &Path, error: &Error) -> InputError {
+    let why = match error.kind() {
+        ErrorKind::NotFound => "there is no such folder".into(),
+        ErrorKind::PermissionDenied => "the folder cannot be written".into(),
+        _ => error.to_string(),
+    };
+    InputError::new(path.display().to_string(), format!("cannot be written: {why}"))
+}
+
+/// The file that a path leads to, which need not be there: links are followed.
+fn destination(path: &Path) -> PathBuf {
+    let mut place = path.to_path_buf();
+    for _ in 0..LINKS {
+        if let Ok(place) = std::fs::canonicalize(&place) {
+            return place;
+        }
+        // A link to nothing stays: the file is made where it leads.
+        let Ok(next) = std::fs::read_link(&place) else { break };
+        place = folder_of(&place).join(next);
+    }
+    place
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Makes renames in a folder last; where a system cannot, they last a little later.
+fn sync(folder: &Path) {
+    if let Ok(folder) = File::open(folder) {
+        let _ = folder.sync_all();
+    }
+}
+
+/// A temporary file, which is locked.
+struct Temporary(NamedTempFile);
+
+impl Temporary {
+    fn beside(target: &Path) -> Result<Self> {
+        let folder = folder_of(target);
+        let mut state = state();
+        if state.cleared.insert(folder.to_path_buf()) {
+            clear(folder);
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(PREFIX);
+        // Temporary files are private; what is written is an ordinary file, as the umask has it.
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt as _;
+            builder.permissions(std::fs::Permissions::from_mode(0o666));
+        }
+        loop {
+            let file = builder.tempfile_in(folder)?;
+            // Some file systems have no locks. Where there are, another program may have taken the file for one that nobody holds.
+            let taken = matches!(file.as_file().try_lock(), Err(TryLockError::WouldBlock));
+            if !taken && file.path().exists() {
+                state.temporary.insert(file.path().to_path_buf());
+                return Ok(Self(file));
+            }
+        }
+    }
+
+    fn persist(self, target: &Path, state: &mut State) -> Result<()> {
+        state.temporary.remove(self.0.path());
+        // The path in `state` belongs to the file of this name, which is gone from here on.
+        self.0.persist(target).map(|_| ()).map_err(|error| error.error)
+    }
+}
+
+/// Removes the temporary files of programs that are gone.
+fn clear(folder: &Path) {
+    let Ok(entries) = std::fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let name = name.to_string_lossy();
+        let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
+        if is_file && name.starts_with(PREFIX) && !name.ends_with(MARKER) {
+            let abandoned = File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
+            if abandoned {
+                let _ = std::fs::remove_file(entry.path());
+            }
+        }
+    }
+}
+
+/// A file beside a log that is there while its files are being replaced.
+struct Marker {
+    path: PathBuf,
+    _locked: File,
+}
+
+fn marker_of(log: &Path) -> Option<PathBuf> {
+    let name = log.file_name()?.to_str()?;
+    Some(folder_of(log).join(format!("{PREFIX}{name}{MARKER}")))
+}
+
+impl Marker {
+    /// `None` for a name that no marker can have.
+    fn set(log: &Path) -> Result<Option<Self>> {
+        let Some(path) = marker_of(log) else { return Ok(None) };
+        loop {
+            let mut file = OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
+            // Two programs that write the same log do so one after the other.
+            let _ = file.lock();
+            if !is_at(&file, &path) {
+                // The one before has removed it in the meantime.
+                continue;
+            }
+            file.write_all(b"The files of this log are being replaced.\n")?;
+            file.sync_all()?;
+            sync(folder_of(log));
+            return Ok(Some(Self { path, _locked: file }));
+        }
+    }
+
+    fn clear(self) {
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+/// Whether an open file still has a name.
+fn is_at(file: &File, path: &Path) -> bool {
     #[cfg(unix)]
     {
-        use std::os::unix::fs::PermissionsExt as _;
-        builder.permissions(std::fs::Permissions::from_mode(0o666));
+        use std::os::unix::fs::MetadataExt as _;
+        let id = |of: std::fs::Metadata| (of.dev(), of.ino());
+        let (Ok(open), Ok(named)) = (file.metadata(), std::fs::metadata(path)) else { return false };
+        id(open) == id(named)
     }
-    builder
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        path.exists()
+    }
 }

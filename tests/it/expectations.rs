@@ -107,8 +107,15 @@ fn expectations_name_files_relative_to_themselves() {
     std::fs::rename(path("SawyerLift_demo_1.csv"), path("logs/monday/SawyerLift_demo_1.csv")).unwrap();
     std::fs::remove_file(path(EXPECT)).unwrap();
     let rules = path("rules/single_hand.rules");
-    let args =
-        ["test", "logs", "--update", "--binding", "sawyer_lift.binding.yaml", "--rules", rules.to_str().unwrap()];
+    let args = [
+        "test",
+        "logs/monday",
+        "--update",
+        "--binding",
+        "sawyer_lift.binding.yaml",
+        "--rules",
+        rules.to_str().unwrap(),
+    ];
     let update = teachtree_in(folder.path(), &args);
     assert!(update.status.success(), "{}", all_said(&update));
     let text = std::fs::read_to_string(path("logs/monday").join(EXPECT)).unwrap();

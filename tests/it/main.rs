@@ -21,11 +21,15 @@ mod engine;
 mod expectations;
 #[cfg(feature = "cli")]
 mod explain;
+#[cfg(all(feature = "world", feature = "cli", feature = "parquet", unix))]
+mod faults;
 #[cfg(feature = "cli")]
 mod fit;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod frame_table;
 mod graph;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod hostile;
 #[cfg(feature = "cli")]
 mod inspect;
 mod language;

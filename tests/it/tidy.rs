@@ -33,6 +33,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("parquet", &["src/stream/formats/"]),
     ("hdf5_pure", &["src/stream/formats/hdf5.rs"]),
     ("clap", &["src/cli/"]),
+    ("ctrlc", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/", "src/session/fitting.rs"]),
     ("similar", &["src/cli/fit/"]),

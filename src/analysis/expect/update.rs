@@ -20,8 +20,8 @@ enum Row {
 }
 
 impl Expectation {
-    /// The text of the file with what was found. Segments and tasks that no line of their track overlaps are added. With `replace`, lines that are not met are
-    /// replaced by what was found; pinned lines, and what they overlap, stay in any case, as do comments.
+    /// The text of the file with what was found. Segments and tasks are added whose middle no line of their track holds. With `replace`, lines that are not met are
+    /// replaced by what was found; pinned lines stay in any case, as do comments.
     pub fn updated(&self, found: &[Line], replace: bool) -> String {
         let stays: Vec<bool> = self.lines.iter().map(|line| !replace || line.pinned).collect();
         let (stays, added) = self.merged(found, stays, replace);
@@ -80,9 +80,8 @@ impl Expectation {
             let hold = |line: &&&Line| if replace { line.pinned } else { true };
             let held: Vec<&&Line> = expected.iter().filter(hold).collect();
             let free = |one: &Line| {
-                held.iter().all(|line| {
-                    one.end_s <= line.start_s + self.tolerance_s || one.start_s >= line.end_s - self.tolerance_s
-                })
+                let middle = (one.start_s + one.end_s) / 2.0;
+                !held.iter().any(|line| (line.start_s..line.end_s).contains(&middle))
             };
             let new = got.into_iter().zip(met).filter(|(one, met)| !met && free(one));
             added.extend(new.map(|(one, _)| one));

@@ -26,6 +26,7 @@ mod topics;
 use super::csv;
 use super::frames::Issue;
 use super::table::Source;
+use super::whole::{self, Files};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use std::fs::File;
@@ -51,6 +52,7 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     if path.is_dir() {
         return folder::open(&path, recording);
     }
+    whole::refuse_unfinished(&path)?;
     let mut bytes = File::open(&path).map_err(failed)?;
     let mut magic = vec![];
     bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
@@ -101,10 +103,20 @@ pub fn check_name(path: &Path) -> Result<(), InputError> {
 /// # Errors
 /// When a file cannot be written, or a column is not as long as the time; then the log is not there.
 pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    let mut files = Files::default();
+    add(&mut files, recording, path)?;
+    files.commit()
+}
+
+/// Adds a recording, as [`write`] writes it, to files that belong to it.
+///
+/// # Errors
+/// As [`write`].
+pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     match ending(path).as_str() {
         #[cfg(feature = "parquet")]
-        "parquet" => parquet::write(recording, path),
-        _ => csv::write(recording, path),
+        "parquet" => parquet::add(files, recording, path),
+        _ => csv::add(files, recording, path),
     }
 }
 

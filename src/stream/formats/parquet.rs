@@ -8,7 +8,7 @@ mod flat;
 mod walk;
 mod write;
 
-pub use write::{write, write_table};
+pub use write::{add, write_table};
 
 use super::super::csv::check_scene;
 use super::super::sheet::{Cells, Memory, titled};

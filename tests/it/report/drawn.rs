@@ -70,7 +70,7 @@ fn compare(browser: &mut Browser, values: &[f64], rate_hz: f64, what: &str) {
     assert!(columns.len() > 150, "{} columns of {what}", columns.len());
     let time = |column: f64| from + (to - from) * column / columns.len() as f64;
     // Half of a line, and what smoothing adds; the range in the address is rounded to a millisecond.
-    let thick = 2.0;
+    let thick = 2.3;
     let slack = 1.6 + 0.001 / (to - from) * columns.len() as f64;
     for (at, column) in columns.iter().enumerate() {
         let at = at as f64;

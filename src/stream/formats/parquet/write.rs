@@ -2,7 +2,7 @@
 
 use super::super::super::csv::check_lengths;
 use super::super::super::sheet::titled;
-use super::super::super::whole;
+use super::super::super::whole::{self, Files};
 use super::{EVENTS, SCENE};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -17,17 +17,17 @@ use ::parquet::schema::types::Type;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Writes a canonical log, whole or not at all.
+/// Adds a canonical log to files that belong together.
 ///
 /// # Errors
 /// When a column is not as long as the time, or the file cannot be written.
-pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
     let scene = yaml::write(&recording.scene)?;
     let events = serde_json::to_string(&recording.events)
         .map_err(|error| InputError::new(path.display().to_string(), error.to_string()))?;
     let metadata = vec![KeyValue::new(SCENE.into(), scene), KeyValue::new(EVENTS.into(), events)];
-    whole::write(path, |out| write_columns(out, recording, metadata).map_err(std::io::Error::other))
+    files.add_log(path, |out| write_columns(out, recording, metadata).map_err(std::io::Error::other))
 }
 
 /// Writes the columns and labels of a recording only.
