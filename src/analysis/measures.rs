@@ -14,8 +14,11 @@ use std::ops::Range;
 pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
     let mut channels = rules.channels.clone();
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    let asked =
-        [(TARGET, true), (POSITION, keys().any(|key| asks(key, POSITION))), (SPIN, keys().any(|key| asks(key, SPIN)))];
+    let asked = [
+        (TARGET, true),
+        (POSITION, keys().any(|key| asks(key, POSITION)) || bounds_a_way(rules)),
+        (SPIN, keys().any(|key| asks(key, SPIN))),
+    ];
     for (name, _) in asked.into_iter().filter(|(_, asked)| *asked) {
         if !channels.iter().any(|channel| channel.name == name) {
             channels.extend(derived(name).map(Derived::spec));
@@ -44,7 +47,13 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
 /// Whether a channel is read after the trees have run: for the objects of segments, or by the keys of the tasks.
 pub fn reads_later(rules: &Rules, channel: &str) -> bool {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    channel == TARGET || HANDLING.contains(&channel) || keys().any(|key| asks(key, channel))
+    let bounded = channel == POSITION && bounds_a_way(rules);
+    channel == TARGET || HANDLING.contains(&channel) || bounded || keys().any(|key| asks(key, channel))
+}
+
+/// Whether a relabelling rule asks how far the target goes.
+fn bounds_a_way(rules: &Rules) -> bool {
+    rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
 }
 
 /// How many frames are looked at together.
@@ -103,18 +112,18 @@ impl<'a> Measures<'a> {
         let asked = pieces.iter().filter(|piece| {
             key.label.covers(piece.label)
                 && key.lasting.as_ref().is_none_or(|least| piece.frames.len() >= samples(least.value, self.rate_hz))
-                && key.travelling.as_ref().is_none_or(|least| self.travelled(piece) >= least.value)
+                && key.travelling.as_ref().is_none_or(|least| self.travelled(&piece.frames) >= least.value)
         });
         let pieces: Vec<&Piece> = asked.collect();
         !pieces.is_empty() && key.turning.as_ref().is_none_or(|least| self.turned(&pieces) >= least.value)
     }
 
-    /// The greatest distance of the target from where it was when the piece began, m.
-    pub fn travelled(&self, piece: &Piece) -> f64 {
+    /// The greatest distance of the target within frames from where it was at the first of them, m.
+    pub fn travelled(&self, frames: &Range<usize>) -> f64 {
         let Some(axes) = self.position else { return 0.0 };
         let mut origin = None;
         let mut farthest = 0.0_f64;
-        for frames in together(&piece.frames) {
+        for frames in together(frames) {
             let parts = axes.map(|axis| self.series.part(axis, frames.clone()));
             let at = |frame: usize| parts.each_ref().map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
             for frame in 0..frames.len() {

@@ -210,13 +210,13 @@ pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     let settling = Settling::new(rules, rate_hz);
     for leaves in leaves {
         let mut stretch = Stretch::new(leaves, settling);
-        let mut undone = rounds::before_recognition(rules, &mut stretch, rate_hz);
+        let mut undone = rounds::before_recognition(rules, &mut stretch, &measures);
         let mut named: BTreeMap<Side, Vec<Named>> = BTreeMap::new();
         for (side, measures) in &measures {
             let lane = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
             named.insert(*side, tasks::recognise(rules, lane, measures));
         }
-        undone.extend(rounds::of_tasks(rules, &mut named, rate_hz));
+        undone.extend(rounds::of_tasks(rules, &mut named, &measures));
         issues.extend(show.undone(&undone, &stretch.frames()));
 
         for (side, track) in &mut hands {

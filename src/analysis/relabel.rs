@@ -4,16 +4,16 @@
 //! a rule reads the lane as it was before the rule, and its matches do not overlap.
 
 use super::lane::{Piece, add, append};
+use super::measures::{Measures, POSITION};
 use super::stretch::samples;
-use crate::language::rules::{Constant, Label, Relabel, RelabelKind, Repeat};
+use crate::language::rules::{Label, Relabel, RelabelKind, Repeat};
 use std::ops::Range;
 
 /// Applies a rule on one lane; `None` when it changes nothing. Rules over both hands change nothing here.
-pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, rate_hz: f64) -> Option<Vec<Piece>> {
+pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, measures: &Measures) -> Option<Vec<Piece>> {
     let (matches, becomes) = match &rule.kind {
-        RelabelKind::Between { what, run, shorter, between, becomes } => {
-            let what =
-                What { labels: what, run: *run, shorter: shorter.as_ref().map(|limit| frames_of(limit, rate_hz)) };
+        RelabelKind::Between { what, run, between, becomes, .. } => {
+            let what = What { labels: what, run: *run, rule, measures };
             (what.between(lane, between), *becomes)
         }
         RelabelKind::Become { what, becomes } => {
@@ -27,18 +27,57 @@ pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, rate_hz: f64) -
 }
 
 /// Applies a rule over the lanes of both hands; `None` when it changes nothing.
-///
-/// Which hand is the one and which the other is tried both ways; the two matches must share time.
-pub(super) fn in_hands(lanes: [&[Piece]; 2], at: usize, rule: &Relabel, rate_hz: f64) -> Option<[Vec<Piece>; 2]> {
-    let RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } = &rule.kind else {
+pub(super) fn in_hands(
+    lanes: [&[Piece]; 2],
+    at: usize,
+    rule: &Relabel,
+    measures: [&Measures; 2],
+) -> Option<[Vec<Piece>; 2]> {
+    let RelabelKind::BetweenInHands { becomes: Some(becomes), .. } = &rule.kind else {
         return None;
     };
-    let what = What { labels: what, run: *run, shorter: shorter.as_ref().map(|limit| frames_of(limit, rate_hz)) };
     let [left, right] = lanes;
+    let matches = matches_in_hands(lanes, rule, measures);
+    let rewritten = [rewrite(left, &matches[0], *becomes, at), rewrite(right, &matches[1], *becomes, at)];
+    match rewritten {
+        [None, None] => None,
+        [of_left, of_right] => {
+            Some([of_left.unwrap_or_else(|| left.to_vec()), of_right.unwrap_or_else(|| right.to_vec())])
+        }
+    }
+}
+
+/// The frames that a rule over both hands gives back to them (`becomes separate`), in order, apart.
+pub(super) fn separated_in_hands(lanes: [&[Piece]; 2], rule: &Relabel, measures: [&Measures; 2]) -> Vec<Range<usize>> {
+    let RelabelKind::BetweenInHands { becomes: None, .. } = &rule.kind else {
+        return Vec::new();
+    };
+    let found = matches_in_hands(lanes, rule, measures);
+    let mut frames: Vec<Range<usize>> =
+        lanes.iter().zip(&found).flat_map(|(lane, found)| found.iter().map(|range| span(lane, range))).collect();
+    frames.sort_by_key(|range| range.start);
+    let mut apart: Vec<Range<usize>> = Vec::new();
+    for range in frames {
+        match apart.last_mut().filter(|last| range.start <= last.end) {
+            Some(last) => last.end = last.end.max(range.end),
+            None => apart.push(range),
+        }
+    }
+    apart
+}
+
+/// Where a rule over both hands fits, in each lane. Which hand is the one and which the other is tried both ways; the two matches must share time.
+fn matches_in_hands(lanes: [&[Piece]; 2], rule: &Relabel, measures: [&Measures; 2]) -> [Vec<Range<usize>>; 2] {
     let mut matches = [Vec::new(), Vec::new()];
+    let RelabelKind::BetweenInHands { what, run, one, other, .. } = &rule.kind else {
+        return matches;
+    };
+    let ([left, right], [of_left, of_right]) = (lanes, measures);
+    let what_left = What { labels: what, run: *run, rule, measures: of_left };
+    let what_right = What { labels: what, run: *run, rule, measures: of_right };
     for (ours, theirs) in [(one, other), (other, one)] {
-        let of_right = what.between(right, theirs);
-        for of_left in what.between(left, ours) {
+        let of_right = what_right.between(right, theirs);
+        for of_left in what_left.between(left, ours) {
             let time = span(left, &of_left);
             let partner = of_right.partition_point(|range| span(right, range).end <= time.start);
             if let Some(partner) = of_right.get(partner).filter(|range| span(right, range).start < time.end) {
@@ -51,17 +90,7 @@ pub(super) fn in_hands(lanes: [&[Piece]; 2], at: usize, rule: &Relabel, rate_hz:
         found.sort_by_key(|range| range.start);
         found.dedup();
     }
-    let rewritten = [rewrite(left, &matches[0], *becomes, at), rewrite(right, &matches[1], *becomes, at)];
-    match rewritten {
-        [None, None] => None,
-        [of_left, of_right] => {
-            Some([of_left.unwrap_or_else(|| left.to_vec()), of_right.unwrap_or_else(|| right.to_vec())])
-        }
-    }
-}
-
-fn frames_of(limit: &Constant, rate_hz: f64) -> usize {
-    samples(limit.value, rate_hz)
+    matches
 }
 
 fn stands(labels: &[Label], label: Label) -> bool {
@@ -73,14 +102,25 @@ fn span(lane: &[Piece], range: &Range<usize>) -> Range<usize> {
     pieces.first().map_or(0, |piece| piece.frames.start)..pieces.last().map_or(0, |piece| piece.frames.end)
 }
 
-/// `X`, or `(P or Q)+`, with `shorter than d` in frames.
+/// `X`, or `(P or Q)+`, with the bound of its rule.
 struct What<'a> {
     labels: &'a [Label],
     run: bool,
-    shorter: Option<usize>,
+    rule: &'a Relabel,
+    measures: &'a Measures<'a>,
 }
 
 impl What<'_> {
+    /// Whether frames are shorter than the rule says, in time or by the way of the target.
+    fn is_short(&self, frames: &Range<usize>) -> bool {
+        let kind = &self.rule.kind;
+        kind.shorter_time().is_none_or(|limit| frames.len() < samples(limit.value, self.measures.rate_hz()))
+            && kind.shorter_way().is_none_or(|limit| {
+                // What the log cannot tell does not hold.
+                self.measures.has(POSITION) && self.measures.travelled(frames) < limit.value
+            })
+    }
+
     /// Where this stands between two neighbours. A run is as long as it can be: a neighbour that is itself one of the
     /// labels ends the run only when there is none farther out.
     fn between(&self, lane: &[Piece], (before, after): &(Vec<Label>, Vec<Label>)) -> Vec<Range<usize>> {
@@ -102,7 +142,7 @@ impl What<'_> {
             let stop = (at + 1..=end).rev().find(|stop| is(Some(*stop), after));
             if let (Some(start), Some(stop)) = (start, stop)
                 && start < stop
-                && self.shorter.is_none_or(|limit| span(lane, &(start..stop)).len() < limit)
+                && self.is_short(&span(lane, &(start..stop)))
             {
                 found.push(start..stop);
             }

@@ -2,7 +2,8 @@
 //! In each round the rules are applied in order, until a round changes nothing.
 
 use super::lane::Piece;
-use super::relabel::{in_hands, in_lane};
+use super::measures::Measures;
+use super::relabel::{in_hands, in_lane, separated_in_hands};
 use super::stretch::Stretch;
 use super::tasks::Named;
 use crate::base::hands::Side;
@@ -28,7 +29,11 @@ fn to_fixpoint(mut round: impl FnMut() -> Vec<usize>) -> Vec<usize> {
 }
 
 /// Applies the rules that are for no task. Returns the rules that could not be finished.
-pub(super) fn before_recognition(rules: &Rules, stretch: &mut Stretch, rate_hz: f64) -> Vec<usize> {
+pub(super) fn before_recognition(
+    rules: &Rules,
+    stretch: &mut Stretch,
+    measures: &BTreeMap<Side, Measures>,
+) -> Vec<usize> {
     to_fixpoint(|| {
         let mut changing = Vec::new();
         for (at, rule) in of_task(rules, None) {
@@ -39,10 +44,19 @@ pub(super) fn before_recognition(rules: &Rules, stretch: &mut Stretch, rate_hz: 
                 }
                 continue;
             }
-            let mut changed = apply_in_lanes(stretch.hands.values_mut(), at, rule, rate_hz);
-            let mut hands = stretch.hands.values_mut();
-            if let (Some(left), Some(right)) = (hands.next(), hands.next()) {
-                changed |= apply_in_hands([left, right], at, rule, rate_hz);
+            let mut changed = false;
+            for (side, lane) in &mut stretch.hands {
+                changed |= measures.get(side).is_some_and(|measures| apply_in_lane(lane, at, rule, measures));
+            }
+            if let Some(of_hands) = both(measures) {
+                let mut hands = stretch.hands.values_mut();
+                if let (Some(left), Some(right)) = (hands.next(), hands.next()) {
+                    let frames = separated_in_hands([left, right], rule, of_hands);
+                    changed |= apply_in_hands([left, right], at, rule, of_hands);
+                    if stretch.give_back(at, &frames) {
+                        return vec![at];
+                    }
+                }
             }
             changing.extend(changed.then_some(at));
         }
@@ -52,18 +66,28 @@ pub(super) fn before_recognition(rules: &Rules, stretch: &mut Stretch, rate_hz: 
 
 /// Applies the rules of the named tasks, each within the spans of its task. A rule over both hands looks at tasks of the
 /// same name that share time. Returns the rules that could not be finished.
-pub(super) fn of_tasks(rules: &Rules, named: &mut BTreeMap<Side, Vec<Named>>, rate_hz: f64) -> Vec<usize> {
+pub(super) fn of_tasks(
+    rules: &Rules,
+    named: &mut BTreeMap<Side, Vec<Named>>,
+    measures: &BTreeMap<Side, Measures>,
+) -> Vec<usize> {
     to_fixpoint(|| {
         let mut changing = Vec::new();
         for (at, rule) in rules.relabels.iter().enumerate().filter(|(_, rule)| rule.task.is_some()) {
-            let changed = if matches!(rule.kind, RelabelKind::BetweenInHands { .. }) {
+            let changed = if let (RelabelKind::BetweenInHands { .. }, Some(of_hands)) = (&rule.kind, both(measures)) {
                 let mut hands =
                     named.values_mut().map(|spans| spans.iter_mut().filter(|named| named.task == rule.task));
                 let (left, right) = (hands.next().into_iter().flatten(), hands.next().into_iter().flatten());
-                apply_in_tasks(left.collect(), right.collect(), at, rule, rate_hz)
+                apply_in_tasks(left.collect(), right.collect(), at, rule, of_hands)
             } else {
-                let spans = named.values_mut().flatten().filter(|named| named.task == rule.task);
-                apply_in_lanes(spans.map(|named| &mut named.pieces), at, rule, rate_hz)
+                let mut changed = false;
+                for (side, spans) in named.iter_mut() {
+                    let Some(measures) = measures.get(side) else { continue };
+                    for span in spans.iter_mut().filter(|named| named.task == rule.task) {
+                        changed |= apply_in_lane(&mut span.pieces, at, rule, measures);
+                    }
+                }
+                changed
             };
             changing.extend(changed.then_some(at));
         }
@@ -75,18 +99,16 @@ fn of_task(rules: &Rules, task: Option<TaskId>) -> impl Iterator<Item = (usize, 
     rules.relabels.iter().enumerate().filter(move |(_, rule)| rule.task == task)
 }
 
-fn apply_in_lanes<'a>(
-    lanes: impl Iterator<Item = &'a mut Vec<Piece>>,
-    at: usize,
-    rule: &Relabel,
-    rate_hz: f64,
-) -> bool {
-    let mut changed = false;
-    for lane in lanes {
-        if let Some(rewritten) = in_lane(lane, at, rule, rate_hz) {
-            *lane = rewritten;
-            changed = true;
-        }
+/// What is known of both hands, left first.
+fn both<'a, 'm>(measures: &'m BTreeMap<Side, Measures<'a>>) -> Option<[&'m Measures<'a>; 2]> {
+    Some([measures.get(&Side::Left)?, measures.get(&Side::Right)?])
+}
+
+fn apply_in_lane(lane: &mut Vec<Piece>, at: usize, rule: &Relabel, measures: &Measures) -> bool {
+    let rewritten = in_lane(lane, at, rule, measures);
+    let changed = rewritten.is_some();
+    if let Some(rewritten) = rewritten {
+        *lane = rewritten;
     }
     changed
 }
@@ -97,19 +119,19 @@ fn apply_in_tasks(
     mut right: Vec<&mut Named>,
     at: usize,
     rule: &Relabel,
-    rate_hz: f64,
+    measures: [&Measures; 2],
 ) -> bool {
     let mut changed = false;
     for one in &mut left {
         for other in &mut right {
-            changed |= apply_in_hands([&mut one.pieces, &mut other.pieces], at, rule, rate_hz);
+            changed |= apply_in_hands([&mut one.pieces, &mut other.pieces], at, rule, measures);
         }
     }
     changed
 }
 
-fn apply_in_hands([left, right]: [&mut Vec<Piece>; 2], at: usize, rule: &Relabel, rate_hz: f64) -> bool {
-    let Some([new_left, new_right]) = in_hands([left, right], at, rule, rate_hz) else {
+fn apply_in_hands([left, right]: [&mut Vec<Piece>; 2], at: usize, rule: &Relabel, measures: [&Measures; 2]) -> bool {
+    let Some([new_left, new_right]) = in_hands([left, right], at, rule, measures) else {
         return false;
     };
     *left = new_left;

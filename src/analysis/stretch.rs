@@ -113,10 +113,19 @@ impl<'a> Stretch<'a> {
             .filter(|piece| what.covers(piece.label))
             .map(|piece| piece.frames.clone())
             .collect();
-        if given_back.is_empty() {
+        self.give_back(rule, &given_back)
+    }
+
+    /// Gives the coordination of intervals (in order, apart) back to the hands' own trees; false when there is none.
+    pub fn give_back(&mut self, rule: usize, intervals: &[Range<usize>]) -> bool {
+        if intervals.is_empty() {
             return false;
         }
-        self.both = without_label(&self.both, &given_back);
+        let kept = without_label(&self.both, intervals);
+        if kept == self.both {
+            return false;
+        }
+        self.both = kept;
         add(&mut self.separated_by, &[rule]);
         self.hands = settled_hands(self.leaves, &self.both, self.settling.hand).collect();
         for (side, lane) in &mut self.hands {

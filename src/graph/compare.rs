@@ -350,7 +350,7 @@ fn is_idle(rule: &Relabel, base: &Rules, extended: &Rules, is_new: &dyn Fn(Label
                     };
                     let longer = match (shorter, s) {
                         (_, None) => true,
-                        (Some(ours), Some(theirs)) => ours.value <= theirs.value,
+                        (Some(ours), Some(theirs)) => ours.dimension == theirs.dimension && ours.value <= theirs.value,
                         (None, Some(_)) => false,
                     };
                     let same_task = other.task.is_none() || task_of(other, base) == task_of(rule, extended);

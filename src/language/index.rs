@@ -367,7 +367,7 @@ fn walk_relabel<'a>(rule: &'a RelabelKind, meet: &mut dyn FnMut(Met<'a>)) {
                 labels(before);
                 labels(behind);
             }
-            labels(std::slice::from_ref(becomes));
+            labels(becomes.as_slice());
             shorter.iter().for_each(|shorter| walk_expr(shorter, meet));
         }
         RelabelKind::Become { what, becomes } => {

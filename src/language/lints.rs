@@ -14,7 +14,7 @@ pub mod tasks;
 use super::codes;
 use super::ops::Temporal;
 use super::resolve::{Resolver, What};
-use super::rules::{Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, RelabelKind, Rules, Then, TreeScope};
+use super::rules::{Branch, Constant, Expr, ExprKind, Hand, Label, PrimitiveId, Rules, Then, TreeScope};
 use crate::base::diagnostic::{Diagnostic, Severity};
 use std::collections::BTreeSet;
 
@@ -71,13 +71,7 @@ impl Resolver {
             leaves(&tree.root, &mut given);
         }
         for rule in &self.rules.relabels {
-            given.extend(match &rule.kind {
-                RelabelKind::Between { becomes, .. }
-                | RelabelKind::BetweenInHands { becomes, .. }
-                | RelabelKind::Become { becomes, .. }
-                | RelabelKind::Sequence { becomes, .. } => Some(becomes.primitive.index()),
-                RelabelKind::Separate { .. } => None,
-            });
+            given.extend(rule.kind.becomes().map(|becomes| becomes.primitive.index()));
         }
         let unused: Vec<Diagnostic> = self
             .rules

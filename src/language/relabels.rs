@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::resolve::Resolver;
-use super::rules::{Relabel, RelabelKind, TaskId};
+use super::rules::{Constant, Relabel, RelabelKind, TaskId};
 use super::syntax::{self, RelabelBlock};
 use super::types::Scope;
 use crate::base::diagnostic::{Diagnostic, Span};
@@ -25,7 +25,11 @@ impl Resolver {
                 },
             };
             for rule in &block.rules {
-                if let (Some(name), syntax::RelabelKind::Separate { .. }) = (&block.task, &rule.kind) {
+                let separates = matches!(
+                    &rule.kind,
+                    syntax::RelabelKind::Separate { .. } | syntax::RelabelKind::Between { becomes: None, .. }
+                );
+                if let (Some(name), true) = (&block.task, separates) {
                     self.report(
                         Diagnostic::error(codes::SEPARATE_TASK, "a rule for one task makes its segments `separate`")
                             .at(rule.span, "this labels both hands")
@@ -46,22 +50,26 @@ impl Resolver {
         Some(match kind {
             syntax::RelabelKind::Between { what, run, shorter, between, other, becomes } => {
                 let what = self.labels(what);
-                let shorter =
-                    shorter.as_ref().map(|shorter| self.constant(shorter, Some(Dimension::TIME), Scope::NOBODY));
+                let shorter = shorter.as_ref().map(|shorter| self.bound(shorter));
                 let between = self.pair(between);
                 let other = other.as_ref().map(|other| self.pair(other));
-                let becomes = self.label(becomes, true);
+                let becomes = becomes.as_ref().map(|becomes| self.label(becomes, true));
+                let becomes = match becomes {
+                    Some(None) => return None,
+                    Some(becomes) => becomes,
+                    None => None,
+                };
                 let shorter = match shorter {
                     Some(None) => return None,
                     Some(shorter) => shorter,
                     None => None,
                 };
-                let (what, run, becomes) = (what?, *run, becomes?);
+                let (what, run) = (what?, *run);
                 match other {
                     Some(other) => {
                         RelabelKind::BetweenInHands { what, run, shorter, one: between?, other: other?, becomes }
                     }
-                    None => RelabelKind::Between { what, run, shorter, between: between?, becomes },
+                    None => RelabelKind::Between { what, run, shorter, between: between?, becomes: becomes? },
                 }
             }
             syntax::RelabelKind::Become { what, becomes } => {
@@ -79,6 +87,15 @@ impl Resolver {
                 RelabelKind::Separate { what: what?, without: without? }
             }
         })
+    }
+
+    /// What something is shorter than: a time, or a way of the target.
+    fn bound(&mut self, limit: &syntax::Expr) -> Option<Constant> {
+        let read = self.constant(limit, None, Scope::NOBODY)?;
+        if read.dimension == Dimension::LENGTH {
+            return Some(read);
+        }
+        self.constant(limit, Some(Dimension::TIME), Scope::NOBODY)
     }
 
     fn pair(

@@ -294,7 +294,7 @@ pub enum RelabelKind {
         what: Labels,
         /// Whether X is a run.
         run: bool,
-        /// Only when all of X together is shorter than this.
+        /// Only when all of X together is shorter than this time, or takes the target less far than this length.
         shorter: Option<Constant>,
         /// A and B.
         between: (Labels, Labels),
@@ -307,14 +307,14 @@ pub enum RelabelKind {
         what: Labels,
         /// Whether X is a run.
         run: bool,
-        /// Only when all of X together is shorter than this.
+        /// Only when all of X together is shorter than this time, or takes the target less far than this length.
         shorter: Option<Constant>,
         /// A and B in one hand.
         one: (Labels, Labels),
         /// C and D in the other.
         other: (Labels, Labels),
-        /// E, in both hands.
-        becomes: Label,
+        /// E, in both hands; `None` gives the time back to the hands' own trees (`separate`).
+        becomes: Option<Label>,
     },
     /// `X, Y become Z`.
     Become {
@@ -338,6 +338,37 @@ pub enum RelabelKind {
         /// K, L.
         without: Labels,
     },
+}
+
+impl RelabelKind {
+    /// The bound on what is rewritten: a time, or a way of the target.
+    pub const fn shorter(&self) -> Option<&Constant> {
+        match self {
+            Self::Between { shorter, .. } | Self::BetweenInHands { shorter, .. } => shorter.as_ref(),
+            Self::Become { .. } | Self::Sequence { .. } | Self::Separate { .. } => None,
+        }
+    }
+
+    /// That bound, if it is a time.
+    pub fn shorter_time(&self) -> Option<&Constant> {
+        self.shorter().filter(|limit| limit.dimension == Dimension::TIME)
+    }
+
+    /// That bound, if it is a way of the target.
+    pub fn shorter_way(&self) -> Option<&Constant> {
+        self.shorter().filter(|limit| limit.dimension == Dimension::LENGTH)
+    }
+
+    /// The label that it gives; `None` where it gives coordination back to the hands.
+    pub const fn becomes(&self) -> Option<Label> {
+        match self {
+            Self::Between { becomes, .. } | Self::Become { becomes, .. } | Self::Sequence { becomes, .. } => {
+                Some(*becomes)
+            }
+            Self::BetweenInHands { becomes, .. } => *becomes,
+            Self::Separate { .. } => None,
+        }
+    }
 }
 
 /// How often an element of a sequence stands.

@@ -319,7 +319,7 @@ pub type Labels = Vec<Label>;
 /// What a relabelling rule says.
 #[derive(Clone, Debug)]
 pub enum RelabelKind {
-    /// `X shorter than d between A and B becomes C`, also looking at both hands.
+    /// `X shorter than d between A and B becomes C`, also looking at both hands, where C may be `separate`.
     Between {
         /// X.
         what: Labels,
@@ -331,8 +331,8 @@ pub enum RelabelKind {
         between: (Labels, Labels),
         /// What stands between which in the other hand.
         other: Option<(Labels, Labels)>,
-        /// C.
-        becomes: Label,
+        /// C; `None` for `separate`.
+        becomes: Option<Label>,
     },
     /// `X, Y become Z`
     Become {

@@ -32,14 +32,14 @@ fn a_difference_is_told_with_line_and_time() {
     let folder = folder();
     let path = folder.path().join(EXPECT);
     let text = std::fs::read_to_string(&path).unwrap();
-    let moved = text.replace("10.984 .. 11.684", "10.934 .. 11.684").replace("  Push ", "  Trace ");
+    let moved = text.replace("10.984 .. 11.684", "10.934 .. 11.684").replace("  Grasp ", "  Trace ");
     assert_ne!(moved, text);
     std::fs::write(&path, &moved).unwrap();
     let output = teachtree_in(folder.path(), &["test", "."]);
     assert_eq!(output.status.code(), Some(1));
     insta::assert_snapshot!(all_said(&output));
     // Wider tolerances, and acceptance.
-    std::fs::write(&path, moved.replace("  Trace ", "  Push ").replace("tolerance: 20 ms", "tolerance: 60 ms"))
+    std::fs::write(&path, moved.replace("  Trace ", "  Grasp ").replace("tolerance: 20 ms", "tolerance: 60 ms"))
         .unwrap();
     assert_eq!(teachtree_in(folder.path(), &["test", EXPECT]).status.code(), Some(0));
     std::fs::write(&path, format!("# why it is here\n{moved}")).unwrap();
@@ -228,7 +228,7 @@ fn names_in_expectations_are_those_of_the_rules() {
     let path = folder.path().join(EXPECT);
     let text = std::fs::read_to_string(&path).unwrap();
     for (from, to, wanted) in [
-        ("  Push ", "  Psuh ", "there is no primitive"),
+        ("  Grasp ", "  Grsap ", "there is no primitive"),
         ("task pick_and_place", "task pick_and_plaec", "there is no task"),
         ("tolerance: 20 ms", "tolerance: 20 ms\nset: nope = 3 mm", "what it names cannot be used"),
     ] {
@@ -240,8 +240,8 @@ fn names_in_expectations_are_those_of_the_rules() {
         let wanted = wanted.replace("there is", "the rules have");
         assert!(all_said(&output).contains(&wanted) && all_said(&output).contains(EXPECT), "{}", all_said(&output));
     }
-    std::fs::write(&path, text.replace("  Push ", "  Psuh ")).unwrap();
-    assert!(all_said(&teachtree_in(folder.path(), &["test"])).contains("did you mean `Push`?"));
+    std::fs::write(&path, text.replace("  Grasp ", "  Grsap ")).unwrap();
+    assert!(all_said(&teachtree_in(folder.path(), &["test"])).contains("did you mean `Grasp`?"));
 }
 
 #[test]

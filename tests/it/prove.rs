@@ -76,7 +76,7 @@ fn diff_tells_cases_and_intervals() {
     ];
     let told = all_said(&teachtree_in(root, &args));
     assert!(told.contains("becomes Follow   rules/contact.rules:"), "{told}");
-    assert!(told.contains("  right 9.694 – 10.234 s: Release becomes Push\n"), "{told}");
+    assert!(told.contains("  right 10.854 – 10.874 s: Approach becomes Grasp\n"), "{told}");
     let same = all_said(&teachtree_in(root, &["diff", "contact.rules", "contact.rules"]));
     assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
 }

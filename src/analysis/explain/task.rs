@@ -10,6 +10,7 @@ use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{Rules, Task};
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 /// The task at a time, and how it came to its name.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -57,16 +58,17 @@ pub(super) fn of(analysed: &Analysed, leaves: &Leaves, side: Side, frame: usize)
     let Analysed { rules, frames, analysis, .. } = *analysed;
     let rate_hz = frames.layout.rate_hz;
     let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
-    rounds::before_recognition(rules, &mut stretch, rate_hz);
-    let lane = stretch.hands.get(&side)?;
-    let measures = Measures::new(frames, frames, side);
-    let named = tasks::recognise(rules, lane, &measures);
+    let measures: BTreeMap<Side, Measures> =
+        stretch.hands.keys().map(|side| (*side, Measures::new(frames, frames, *side))).collect();
+    rounds::before_recognition(rules, &mut stretch, &measures);
+    let (lane, measures) = stretch.hands.get(&side).zip(measures.get(&side))?;
+    let named = tasks::recognise(rules, lane, measures);
     let named = named.into_iter().find(|named| {
         let (first, last) = (named.pieces.first(), named.pieces.last());
         first.zip(last).is_some_and(|(first, last)| (first.frames.start..last.frames.end).contains(&frame))
     })?;
     let pieces = named.pieces.as_slice();
-    let tried = rules.tasks.iter().map(|task| tried(rules, task, &measures, pieces));
+    let tried = rules.tasks.iter().map(|task| tried(rules, task, measures, pieces));
     let start = pieces.first().map_or(0, |piece| piece.frames.start);
     let end = pieces.last().map_or(0, |piece| piece.frames.end);
     let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
@@ -97,7 +99,7 @@ fn tried(rules: &Rules, task: &Task, measures: &Measures, pieces: &[crate::analy
                 words.push(format!("the longest lasts {}", time(longest as f64 / measures.rate_hz())));
             }
             if key.travelling.is_some() {
-                let farthest = own.iter().map(|piece| measures.travelled(piece)).fold(0.0, f64::max);
+                let farthest = own.iter().map(|piece| measures.travelled(&piece.frames)).fold(0.0, f64::max);
                 let [distance] = quantities([farthest], "m");
                 words.push(format!("the farthest travels {distance}"));
             }

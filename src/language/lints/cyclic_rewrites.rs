@@ -81,8 +81,8 @@ pub fn cyclic_rewrites(rules: &Rules, named: &BTreeSet<u32>) -> Vec<CyclicRewrit
 
 fn single(rule: &Relabel) -> Option<Rule<'_>> {
     match &rule.kind {
-        RelabelKind::Between { what, shorter, between, becomes, .. } => {
-            let shorter_s = shorter.as_ref().map_or(f64::INFINITY, |limit| limit.value);
+        RelabelKind::Between { what, between, becomes, .. } => {
+            let shorter_s = rule.kind.shorter_time().map_or(f64::INFINITY, |limit| limit.value);
             Some(Rule { what, between: Some(between), shorter_s, becomes: *becomes })
         }
         RelabelKind::Become { what, becomes } => {

@@ -4,7 +4,7 @@ use super::expressions;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
 use crate::language::ops::Takes;
-use crate::language::rules::{Constant, Expr, ExprKind, LEAST_SAMPLES, RelabelKind, Rules};
+use crate::language::rules::{Constant, Expr, ExprKind, LEAST_SAMPLES, Rules};
 use std::collections::BTreeSet;
 
 /// The rate at which demonstrations are usually recorded, Hz.
@@ -36,10 +36,7 @@ pub fn of_windows(rules: &Rules) -> Vec<&Constant> {
 pub fn of_segments(rules: &Rules) -> Vec<&Constant> {
     let settling = rules.trees.iter().filter_map(|tree| tree.settle.as_ref());
     let keys = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());
-    let limits = rules.relabels.iter().filter_map(|rule| match &rule.kind {
-        RelabelKind::Between { shorter, .. } | RelabelKind::BetweenInHands { shorter, .. } => shorter.as_ref(),
-        RelabelKind::Become { .. } | RelabelKind::Sequence { .. } | RelabelKind::Separate { .. } => None,
-    });
+    let limits = rules.relabels.iter().filter_map(|rule| rule.kind.shorter_time());
     settling.chain(keys.chain(limits).filter(|duration| duration.value > 0.0)).collect()
 }
 

@@ -68,7 +68,7 @@ impl<'a> Occurring<'a> {
             let before = rules.len();
             rules.retain(|rule| {
                 let acts = self.obstacle(rule, &labels).is_none();
-                labels.extend(becomes(rule).filter(|_| acts));
+                labels.extend(rule.kind.becomes().filter(|_| acts));
                 !acts
             });
             if rules.len() == before {
@@ -80,12 +80,12 @@ impl<'a> Occurring<'a> {
     /// Why a rule never changes anything in tracks of these labels; `None` when it may.
     fn obstacle(&self, rule: &Relabel, labels: &BTreeSet<Label>) -> Option<Obstacle> {
         match &rule.kind {
-            RelabelKind::Between { what, run, shorter, between, becomes } => {
-                let shorter = shorter.as_ref().map(|limit| limit.value);
-                self.between((what, *run, shorter), between, *becomes, labels)
+            RelabelKind::Between { what, run, between, becomes, .. } => {
+                let shorter = rule.kind.shorter_time().map(|limit| limit.value);
+                self.between((what, *run, shorter), between, Some(*becomes), labels)
             }
-            RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } => {
-                let shorter = shorter.as_ref().map(|limit| limit.value);
+            RelabelKind::BetweenInHands { what, run, one, other, becomes, .. } => {
+                let shorter = rule.kind.shorter_time().map(|limit| limit.value);
                 let of = |between| self.between((what, *run, shorter), between, *becomes, labels);
                 // It is enough that the label of one hand changes.
                 match [of(one), of(other)] {
@@ -101,9 +101,15 @@ impl<'a> Occurring<'a> {
             RelabelKind::Separate { what, without } => {
                 // Where rules give both hands one label, that is the label of the coordination; what another rule gave back to them too.
                 let rules = || self.rules.relabels.iter().filter(|rule| rule.task.is_none());
-                let gives_back = |rule: &&Relabel| matches!(rule.kind, RelabelKind::Separate { .. });
+                let gives_back = |rule: &&Relabel| rule.kind.becomes().is_none();
                 let own = labels.iter().copied().filter(|_| rules().filter(gives_back).count() > 1);
-                let all = self.coordination.iter().copied().chain(rules().flat_map(becomes)).chain(own).collect();
+                let all = self
+                    .coordination
+                    .iter()
+                    .copied()
+                    .chain(rules().filter_map(|rule| rule.kind.becomes()))
+                    .chain(own)
+                    .collect();
                 match covered(&[*what], &all).as_slice() {
                     _ if self.coordination.is_empty() => Some(Obstacle::NotInBoth(*what)),
                     [] => Some(Obstacle::NotInBoth(*what)),
@@ -120,7 +126,7 @@ impl<'a> Occurring<'a> {
         &self,
         (what, run, shorter): (&Labels, bool, Option<f64>),
         between: &(Labels, Labels),
-        becomes: Label,
+        becomes: Option<Label>,
         labels: &BTreeSet<Label>,
     ) -> Option<Obstacle> {
         let all = [what, &between.0, &between.1];
@@ -149,25 +155,13 @@ impl<'a> Occurring<'a> {
         if found.is_empty() {
             return Some(Obstacle::SameNeighbours);
         }
-        found.iter().all(|label| *label == becomes).then_some(Obstacle::Nothing)
+        found.iter().all(|label| Some(*label) == becomes).then_some(Obstacle::Nothing)
     }
 }
 
 /// The labels for which patterns stand.
 pub fn covered(patterns: &[Label], labels: &BTreeSet<Label>) -> Vec<Label> {
     labels.iter().filter(|label| patterns.iter().any(|pattern| pattern.covers(**label))).copied().collect()
-}
-
-/// What a rule makes of labels.
-fn becomes(rule: &Relabel) -> impl Iterator<Item = Label> + use<> {
-    let label = match &rule.kind {
-        RelabelKind::Between { becomes, .. }
-        | RelabelKind::BetweenInHands { becomes, .. }
-        | RelabelKind::Become { becomes, .. }
-        | RelabelKind::Sequence { becomes, .. } => Some(*becomes),
-        RelabelKind::Separate { .. } => None,
-    };
-    label.into_iter()
 }
 
 /// Whether labels, neighbours different, can stand in a sequence so that one of them changes.

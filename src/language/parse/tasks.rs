@@ -164,7 +164,7 @@ impl Builder<'_, '_, '_> {
     }
 
     fn between(&mut self, what: Labels, pair: P<'_>) -> Option<RelabelKind> {
-        let (mut run, mut shorter, mut becomes) = (false, None, None);
+        let (mut run, mut shorter, mut becomes, mut separate) = (false, None, None, false);
         let mut pairs = Vec::new();
         for part in pair.into_inner() {
             match part.as_rule() {
@@ -179,12 +179,16 @@ impl Builder<'_, '_, '_> {
                     pairs.push((self.labels(left)?, self.labels(right)?));
                 }
                 Rule::label => becomes = Some(self.label(part)?),
+                Rule::kw_separate => separate = true,
                 _ => {}
             }
         }
+        if becomes.is_none() && !separate {
+            return None;
+        }
         let mut pairs = pairs.into_iter();
         let (between, other) = (pairs.next()?, pairs.next());
-        Some(RelabelKind::Between { what, run, shorter, between, other, becomes: becomes? })
+        Some(RelabelKind::Between { what, run, shorter, between, other, becomes })
     }
 }
 

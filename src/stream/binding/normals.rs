@@ -7,8 +7,11 @@ use crate::base::units::Dimension;
 use crate::stream::names;
 use nalgebra::{Isometry3, Vector3};
 
+/// Least share of a support's force that points up.
+const BEARS: f64 = 0.5;
+
 /// Gives contacts a normal where none is logged, since the direction of a force with friction says too little: upwards from a support, level from a
-/// wall, out of the face of a body whose shape is known, and along the force otherwise.
+/// wall, out of the face of a body whose shape is known, and along the force otherwise. Downward where the force of a support does not bear from below.
 pub fn normals_by_role(recording: &mut Recording) {
     let mut normals: Vec<(String, Vec<Vector3<f64>>)> = vec![];
     for name in recording.columns.keys() {
@@ -67,6 +70,9 @@ impl<'a> Placed<'a> {
     fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
         let body = self.body?;
         match body.role {
+            // A support bears from below: what comes from its side, or from above, is no part of it, such as the links of a robot that a log
+            // names like the table. With a normal that points down it neither carries nor stands beside.
+            Role::Support if force.z < BEARS * force.norm() => Some(-Vector3::z()),
             Role::Support => Some(Vector3::z()),
             Role::Wall => Vector3::new(force.x, force.y, 0.0).try_normalize(1e-9),
             Role::Object | Role::Socket => {

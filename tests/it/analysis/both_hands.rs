@@ -146,3 +146,26 @@ fn a_rule_over_both_hands_may_be_for_one_task() {
     assert_eq!(found[0], "0.00–1.10 pick_and_place: Move Approach Grasp Translate Pass Release");
     assert_eq!(found[1], "0.00–1.50 pick_and_place: Move Approach Pass Translate Place Release");
 }
+
+/// A hand that carries, and one that comes near and touches; what the trees say of both.
+const BRUSH: [(&str, &str); 3] = [
+    ("left", "Move 20 Approach 60 Move 40"),
+    ("right", "Move 5 Approach 5 Grasp 10 Translate 80 Place 10 Release 10"),
+    ("both", "- 40 MainGrasp(right) 20 - 60"),
+];
+
+#[test]
+fn a_rule_over_both_hands_gives_a_brush_back_to_them() {
+    let mut rules = chapter();
+    in_hands(&mut rules, "MainGrasp EqualGrasp", ["Translate", "Translate"], ["Approach", "Approach"], None);
+    let analysis = run(&rules, &BRUSH);
+    let of = |side| names(&analysis.track(Who::Hand(side)).unwrap().relabelled);
+    assert_eq!(of(Side::Left), "Move Approach Move");
+    assert_eq!(of(Side::Right), "Move Approach Grasp Translate Place Release");
+    assert!(both(&analysis, |track| &track.relabelled).is_empty());
+    assert_eq!(both(&analysis, |track| &track.segments), ["0.40–0.60 MainGrasp(right)"]);
+
+    // A hand that takes hold of it does help.
+    let helped = [("left", "Move 20 Approach 20 Grasp 20 Release 20 Move 40"), BRUSH[1], BRUSH[2]];
+    assert_eq!(both(&run(&rules, &helped), |track| &track.relabelled), ["0.40–0.60 MainGrasp(right)"]);
+}

@@ -142,6 +142,20 @@ pub fn sequence(rules: &mut Rules, elements: &str, becomes: &str) {
     relabel(rules, "", kind, format!("sequence {elements} becomes {becomes}"));
 }
 
+/// `(X or Y)+ between A and B in one hand and between C and D in the other becomes E`, or `separate`.
+pub fn in_hands(rules: &mut Rules, what: &str, one: [&str; 2], other: [&str; 2], becomes: Option<&str>) {
+    let pair = |[before, after]: [&str; 2]| (labels(rules, before), labels(rules, after));
+    let kind = RelabelKind::BetweenInHands {
+        what: labels(rules, what),
+        run: true,
+        shorter: None,
+        one: pair(one),
+        other: pair(other),
+        becomes: becomes.map(|becomes| label(rules, becomes)),
+    };
+    relabel(rules, "", kind, format!("{what} becomes {}", becomes.unwrap_or("separate")));
+}
+
 /// The rule of a hand-over.
 fn pass(rules: &mut Rules) {
     let kind = RelabelKind::BetweenInHands {
@@ -150,7 +164,7 @@ fn pass(rules: &mut Rules) {
         shorter: None,
         one: (labels(rules, "Grasp Translate"), labels(rules, "Release")),
         other: (labels(rules, "Approach"), labels(rules, "Translate Place")),
-        becomes: label(rules, "Pass"),
+        becomes: Some(label(rules, "Pass")),
     };
     relabel(rules, "", kind, "(MainGrasp or EqualGrasp)+ … becomes Pass".into());
 }

@@ -174,7 +174,7 @@ fn random_tasks_and_rules_are_worth_telling() {
     use proptest::test_runner::TestRunner;
     let mut runner = TestRunner::deterministic();
     let mut counts = [0; 4];
-    for _ in 0..1500 {
+    for _ in 0..2500 {
         let (rules, tasks, leaves) = (any_rules(), any_tasks(), any_leaves(0)).new_tree(&mut runner).unwrap().current();
         let [idle, missing] = hold_labels(rules.clone(), &leaves);
         let undoing = hold_undoing(rules.clone(), &leaves);

@@ -37,7 +37,7 @@ fn any_kind() -> impl Strategy<Value = RelabelKind> {
         (any_labels(), any::<bool>(), any_limit(), any_pair(), any_label()).prop_map(
             |(what, run, shorter, between, becomes)| RelabelKind::Between { what, run, shorter, between, becomes }
         ),
-        (any_labels(), any::<bool>(), any_limit(), any_pair(), any_pair(), any_label()).prop_map(
+        (any_labels(), any::<bool>(), any_limit(), any_pair(), any_pair(), prop::option::of(any_label())).prop_map(
             |(what, run, shorter, one, other, becomes)| RelabelKind::BetweenInHands {
                 what,
                 run,
@@ -124,7 +124,7 @@ fn is_ordered(segments: &[Segment]) -> bool {
 }
 
 fn check(rules: &Rules, analysis: &Analysis, frames: &Range<usize>) {
-    let separates = rules.relabels.iter().any(|rule| matches!(rule.kind, RelabelKind::Separate { .. }));
+    let separates = rules.relabels.iter().any(|rule| rule.kind.becomes().is_none());
     for track in &analysis.tracks {
         let hand = track.who != Who::Both;
         for segments in [&track.segments, &track.relabelled] {

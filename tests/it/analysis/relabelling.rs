@@ -1,8 +1,10 @@
 //! Relabelling rules one by one: patterns, durations, trails, the bound.
 
 use super::build::*;
-use teachtree::analysis::{Analysis, MAX_ROUNDS};
-use teachtree::language::rules::Rules;
+use teachtree::analysis::{Analysis, MAX_ROUNDS, Who};
+use teachtree::base::hands::Side;
+use teachtree::base::units::Dimension;
+use teachtree::language::rules::{RelabelKind, Rules};
 
 /// The relabelled segments of the right hand.
 fn after(rules: &Rules, text: &str) -> String {
@@ -125,4 +127,22 @@ fn rules_that_undo_each_other_are_stopped_and_reported() {
              `Slide become Turn`, `Turn become Slide`"
         )
     );
+}
+
+#[test]
+fn a_bound_on_the_way_asks_how_far_the_target_goes() {
+    let mut rules = bare(0.0);
+    between(&mut rules, "", "Push < 0.02", "Approach", "Release", "Approach");
+    let RelabelKind::Between { shorter: Some(limit), .. } = &mut rules.relabels[0].kind else { panic!("no bound") };
+    limit.dimension = Dimension::LENGTH;
+    // The target goes 1 mm in each frame.
+    let relabelled = |text: &str| {
+        let analysis = one_hand(&rules, text);
+        names(&analysis.track(Who::Hand(Side::Right)).unwrap().relabelled)
+    };
+    assert_eq!(relabelled("Move 5 Approach 5 Push 20 Release 5"), "Move Approach Release");
+    assert_eq!(relabelled("Move 5 Approach 5 Push 22 Release 5"), "Move Approach Push Release");
+    // A log that does not say where the target is fulfills no such bound.
+    let unknown = run(&rules, &[("right", "Move 5 Approach 5 Push 20 Release 5")]);
+    assert_eq!(names(&unknown.track(Who::Hand(Side::Right)).unwrap().relabelled), "Move Approach Push Release");
 }
