@@ -416,7 +416,7 @@ fn long_page() -> (String, Vec<f64>) {
         }
     }
     let rules = chapter();
-    let leaves = [leaves(&rules, 0, &[("left", "Move 360000"), ("right", "Move 180000 Approach 180000")])];
+    let leaves = [leaves(&rules, 0, &[("left", "Move 360000"), ("right", "Move 360000")])];
     (html(&analyse(&rules, &frames, &leaves), &frames, &leaves, &meta()), size)
 }
 
