@@ -297,16 +297,17 @@ const EVENT_COLUMNS: [&str; 3] = ["time [s]", "kind", "subjects"];
 ///
 /// # Errors
 /// When a file cannot be written, or a column is not as long as the time; then the log is not there.
+#[cfg(feature = "internals")]
 pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
     let mut files = Files::default();
     add(&mut files, recording, path)?;
     files.commit()
 }
 
-/// Adds the files of a recording, as [`write`] writes them, to others.
+/// Adds the files of a recording to others: the log at `path`, `<stem>.scene.yaml` and, when there are events, `<stem>.events.csv` beside it.
 ///
 /// # Errors
-/// As [`write`].
+/// When a file cannot be written, or a column is not as long as the time; then none is there.
 pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
     let [scene, _] = beside(path, "scene.yaml");

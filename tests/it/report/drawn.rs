@@ -34,7 +34,7 @@ fn painted(browser: &mut Browser) -> (Vec<Painted>, [f64; 2], impl Fn(f64) -> f6
              const column = [null, null, null, null];
              // The marks of the primitives are at the top.
              for (let y = 5; y < height; y++) {
-               const at = 4 * (y * width + x), blue = data[at + 2] - data[at];
+               const at = 4 * (y * width + x), blue = (data[at + 2] - data[at]) * data[at + 3] / 255;
                if (blue > 100) { column[0] ??= y; column[1] = y; }
                if (blue > 40) { column[2] ??= y; column[3] = y; }
              }
