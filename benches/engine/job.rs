@@ -39,7 +39,7 @@ pub fn section() {
         by_rules::<f32>(&graph, &frames_narrow),
     ];
     let differing: usize = others.iter().map(|runs| differing(runs, &truth)).sum();
-    figure("frames labelled otherwise than by the row loop", differing as f64, "", Wanted::AtMost(0.0));
+    figure("frames labeled otherwise than by the row loop", differing as f64, "", Wanted::AtMost(0.0));
 
     let speeds: Vec<f64> = race(
         ROUNDS,

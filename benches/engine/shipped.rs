@@ -88,8 +88,8 @@ fn against_by_hand(scene: &str, job: &Shipped) {
     figure(&told("kinds of leaves"), f64::from(kinds), "", Wanted::Nothing);
     figure(&told("runs of leaves"), by_rules.len() as f64, "", Wanted::Nothing);
     let [narrow, wide] = [narrow, wide].map(|runs| differing(&runs, &by_rules) as f64);
-    figure(&told("frames labelled otherwise by hand, f64"), wide, "", Wanted::AtMost(0.0));
-    figure(&told("frames labelled otherwise by hand, f32"), narrow, "", Wanted::AtMost(0.0));
+    figure(&told("frames labeled otherwise by hand, f64"), wide, "", Wanted::AtMost(0.0));
+    figure(&told("frames labeled otherwise by hand, f32"), narrow, "", Wanted::AtMost(0.0));
     let speeds: Vec<f64> = race(
         ROUNDS,
         &mut [

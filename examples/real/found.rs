@@ -53,7 +53,7 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
     let opened = stream::open(&request).map_err(|error| error.to_string())?;
     let two = opened.hands().len() > 1;
     let usual = if two { "bimanual.rules" } else { "contact.rules" };
-    let (analysis, known) = analyse(&opened, shipped(rules, usual))?;
+    let (analysis, known) = analyze(&opened, shipped(rules, usual))?;
     let mut found = Found { told: told(&analysis), ..Found::default() };
     match kind.set() {
         Set::OneArm => {
@@ -90,13 +90,13 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
         Set::Desk => {
             let segments = label_file(path);
             let exchanges = spans(&segments, &opened, "S1=mask,S2=mask,S3=mask,S4=mask,S5=Exchange,S6=mask,S7=mask")?;
-            let labelled = spans(&segments, &opened, SEVEN)?;
-            desk_passes(&analysis, &attempts_joined(exchanges), &labelled, &mut found);
+            let labeled = spans(&segments, &opened, SEVEN)?;
+            desk_passes(&analysis, &attempts_joined(exchanges), &labeled, &mut found);
             let surgemes = root.join("examples/desk_surgemes.rules");
             let surgemes =
                 rules.map(|folder| folder.join("desk_surgemes.rules")).filter(|own| own.is_file()).unwrap_or(surgemes);
-            let (seven, _) = analyse(&opened, surgemes)?;
-            let truth = track(Who::Both, labelled);
+            let (seven, _) = analyze(&opened, surgemes)?;
+            let truth = track(Who::Both, labeled);
             found.labels.push(("7 classes", tally(&truth, &seven)?));
             let five = track(Who::Both, spans(&segments, &opened, FIVE)?);
             found
@@ -106,7 +106,7 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
         // A sensor that is stuck measures nothing: what counts is that this is told.
         Set::Wiping if analysis.issues.iter().any(|issue| issue.kind == "stuck_sensor") => {
             let mut share = Share::default();
-            share.count(!analysis.tracks.iter().flat_map(|it| &it.relabelled).any(|it| it.primitive == "Trace"));
+            share.count(!analysis.tracks.iter().flat_map(|it| &it.relabeled).any(|it| it.primitive == "Trace"));
             found.shares.push(("a stuck sensor is told and makes no contact", share));
         }
         Set::Wiping => {
@@ -137,7 +137,7 @@ fn shipped(rules: Option<&Path>, name: &str) -> PathBuf {
 }
 
 /// Runs rules over a log, as `teachtree analyze` does.
-fn analyse(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> {
+fn analyze(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> {
     // Rules of one's own bring the hand file that lies beside them.
     let beside = |name: &String| file.parent().map(|folder| folder.join(name)).filter(|own| own.is_file());
     let hand_file = opened.hand_file.clone().map(|name| beside(&name).map_or(name, |own| own.display().to_string()));
@@ -154,7 +154,7 @@ fn analyse(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> 
     let frames = opened.frames(&report::channels(&rules)).map_err(|error| error.to_string())?;
     analysis::check_rate(&rules, frames.layout.rate_hz).map_err(|error| error.to_string())?;
     let leaves = evaluate(&lower(&rules), &frames).map_err(|error| error.to_string())?;
-    Ok((analysis::analyse(&rules, &frames, &leaves), Known::new(&rules)))
+    Ok((analysis::analyze(&rules, &frames, &leaves), Known::new(&rules)))
 }
 
 fn label_file(log: &Path) -> PathBuf {
@@ -182,7 +182,7 @@ fn track(who: Who, primitives: Vec<Span>) -> Truth {
 }
 
 fn tally(truth: &Truth, analysis: &Analysis) -> Result<Tally, String> {
-    let rows = score::score(truth, analysis, Stage::Relabelled, &Meta::default()).map_err(|error| error.to_string())?;
+    let rows = score::score(truth, analysis, Stage::Relabeled, &Meta::default()).map_err(|error| error.to_string())?;
     let mut all = Tally::default();
     rows.iter().for_each(|row| all.add(&row.tally));
     Ok(all)
@@ -192,12 +192,12 @@ fn tally(truth: &Truth, analysis: &Analysis) -> Result<Tally, String> {
 fn renamed(analysis: &Analysis, names: &[(&str, &str)]) -> Analysis {
     let mut analysis = analysis.clone();
     for track in &mut analysis.tracks {
-        for segment in &mut track.relabelled {
+        for segment in &mut track.relabeled {
             if let Some((_, other)) = names.iter().find(|(name, _)| *name == segment.primitive) {
                 segment.primitive = (*other).to_string();
             }
         }
-        joined(&mut track.relabelled);
+        joined(&mut track.relabeled);
     }
     analysis
 }
@@ -218,29 +218,29 @@ fn joined(segments: &mut Vec<Segment>) {
 
 /// The track of both hands as Contact while it says one of these, else as Apart.
 fn by_both(analysis: &Analysis, names: &[&str]) -> Analysis {
-    let both = analysis.track(Who::Both).map_or(&[][..], |track| &track.relabelled);
+    let both = analysis.track(Who::Both).map_or(&[][..], |track| &track.relabeled);
     let is_contact =
         |frame: usize| both.iter().any(|it| it.frames.contains(&frame) && names.contains(&it.primitive.as_str()));
-    peer::labelled(Who::Both, analysis.frames, analysis.rate_hz, analysis.start_s, |frame| {
+    peer::labeled(Who::Both, analysis.frames, analysis.rate_hz, analysis.start_s, |frame| {
         if is_contact(frame) { "Contact" } else { "Apart" }
     })
 }
 
-/// The relabelled segments of a track.
-fn relabelled(analysis: &Analysis, who: Who) -> &[Segment] {
-    analysis.track(who).map_or(&[][..], |track| &track.relabelled)
+/// The relabeled segments of a track.
+fn relabeled(analysis: &Analysis, who: Who) -> &[Segment] {
+    analysis.track(who).map_or(&[][..], |track| &track.relabeled)
 }
 
 fn boundaries(analysis: &Analysis, gold: &[Start], found: &mut Found) {
     for start in gold {
-        let of_name = relabelled(analysis, start.who).iter().filter(|it| start.names.contains(&it.primitive.as_str()));
+        let of_name = relabeled(analysis, start.who).iter().filter(|it| start.names.contains(&it.primitive.as_str()));
         let off = of_name.map(|it| (it.start_s - start.at_s).abs()).min_by(f64::total_cmp).filter(|off| *off <= SAME_S);
         found.boundaries.push((start.names[0], start.at_s, off));
     }
 }
 
 fn hand_overs(analysis: &Analysis, gold: &[Gold], found: &mut Found) {
-    let passes: Vec<&Segment> = relabelled(analysis, Who::Both).iter().filter(|it| it.primitive == "Pass").collect();
+    let passes: Vec<&Segment> = relabeled(analysis, Who::Both).iter().filter(|it| it.primitive == "Pass").collect();
     let is_true = |it: &Segment, gold: &Gold| {
         (it.start_s - gold.from_s).abs() <= PASS_S && (it.end_s - gold.to_s).abs() <= PASS_S
     };
@@ -264,19 +264,19 @@ fn attempts_joined(spans: Vec<Span>) -> Vec<Span> {
 }
 
 /// A hand-over is found where a Pass meets the time that people call one; it is false where all of it is called something else.
-fn desk_passes(analysis: &Analysis, exchanges: &[Span], labelled: &[Span], found: &mut Found) {
-    let passes: Vec<&Segment> = relabelled(analysis, Who::Both).iter().filter(|it| it.primitive == "Pass").collect();
+fn desk_passes(analysis: &Analysis, exchanges: &[Span], labeled: &[Span], found: &mut Found) {
+    let passes: Vec<&Segment> = relabeled(analysis, Who::Both).iter().filter(|it| it.primitive == "Pass").collect();
     let meets = |it: &Segment, span: &Span| it.start_s < span.end_s + PASS_S && span.start_s < it.end_s + PASS_S;
     exchanges.iter().for_each(|span| found.passes.count(passes.iter().any(|it| meets(it, span))));
     let elsewhere = |it: &&&Segment| {
         !exchanges.iter().any(|span| meets(it, span))
-            && labelled.iter().any(|span| span.start_s < it.end_s && it.start_s < span.end_s)
+            && labeled.iter().any(|span| span.start_s < it.end_s && it.start_s < span.end_s)
     };
     found.false_passes += passes.iter().filter(elsewhere).count();
 }
 
 fn covered(analysis: &Analysis, who: Who, names: &[&str], told: &'static str, gold: &[Gold], found: &mut Found) {
-    let segments = relabelled(analysis, who).iter().filter(|it| names.contains(&it.primitive.as_str()));
+    let segments = relabeled(analysis, who).iter().filter(|it| names.contains(&it.primitive.as_str()));
     let segments: Vec<&Segment> = segments.collect();
     let shared = |gold: &Gold| -> f64 {
         segments.iter().map(|it| (it.end_s.min(gold.to_s) - it.start_s.max(gold.from_s)).max(0.0)).sum()
@@ -289,7 +289,7 @@ fn covered(analysis: &Analysis, who: Who, names: &[&str], told: &'static str, go
 fn snap(path: &Path, opened: &Opened, analysis: &Analysis, found: &mut Found) {
     let states = std::fs::read_to_string(path.join("R_State.dat")).unwrap_or_default();
     let states: Vec<f64> = states.lines().filter_map(|line| line.trim().parse().ok()).collect();
-    let segments = relabelled(analysis, Who::Hand(Side::Right));
+    let segments = relabeled(analysis, Who::Hand(Side::Right));
     // In the sixth state file the alignment has no length: the insertion begins with the first contact.
     let success = !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ERROR"));
     if let (true, Some(contact)) = (success, states.get(1)) {
@@ -342,7 +342,7 @@ fn explained(analysis: &Analysis, unexplained: &mut Share) {
         let idle = |it: &&Segment| matches!(it.primitive.as_str(), "Move" | "Approach");
         let mut fits = 0;
         let in_task = |it: &Segment| track.tasks.iter().any(|task| task.frames.contains(&it.frames.start));
-        fits += track.relabelled.iter().filter(|it| !in_task(it)).filter(idle).count();
+        fits += track.relabeled.iter().filter(|it| !in_task(it)).filter(idle).count();
         for task in &track.tasks {
             fits += match task.task.as_str() {
                 UNKNOWN => task.segments.iter().filter(idle).count(),
@@ -355,7 +355,7 @@ fn explained(analysis: &Analysis, unexplained: &mut Share) {
 }
 
 fn outside(track: &Track) -> usize {
-    track.relabelled.iter().filter(|it| !track.tasks.iter().any(|task| task.frames.contains(&it.frames.start))).count()
+    track.relabeled.iter().filter(|it| !track.tasks.iter().any(|task| task.frames.contains(&it.frames.start))).count()
 }
 
 /// How many segments the longest part has that goes in the order of the task. The same primitive twice in a row is no order, except Move and Approach.

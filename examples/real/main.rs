@@ -75,5 +75,5 @@ fn run(args: &Args) -> Result<(), String> {
         }
     }
     println!("{}", tables::table(&all));
-    if failures > 0 { Err(format!("{failures} recordings could not be analysed")) } else { Ok(()) }
+    if failures > 0 { Err(format!("{failures} recordings could not be analyzed")) } else { Ok(()) }
 }

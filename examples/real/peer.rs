@@ -30,7 +30,7 @@ pub fn share_of_force(
     let (start_s, end_s) =
         (recording.time.first().copied().unwrap_or(0.0), recording.time.last().copied().unwrap_or(0.0));
     let rate_hz = (norms.len().max(2) - 1) as f64 / (end_s - start_s).max(1e-9);
-    labelled(who, norms.len(), rate_hz, start_s, |row| {
+    labeled(who, norms.len(), rate_hz, start_s, |row| {
         if norms.get(row).is_some_and(|norm| *norm > SHARE * most) { contact } else { apart }
     })
 }
@@ -42,7 +42,7 @@ pub fn first_above(recording: &Recording, channel: &str, least: f64) -> Option<f
 }
 
 /// A result of one track, by a name for each frame.
-pub fn labelled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl Fn(usize) -> &'static str) -> Analysis {
+pub fn labeled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl Fn(usize) -> &'static str) -> Analysis {
     let at_s = |frame: usize| start_s + frame as f64 / rate_hz;
     let mut segments: Vec<Segment> = Vec::new();
     for frame in 0..frames {
@@ -57,8 +57,8 @@ pub fn labelled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl 
             }),
         }
     }
-    let of = |who: Who| Track { who, segments: segments.clone(), relabelled: segments.clone(), tasks: Vec::new() };
-    // What was analysed is told by the track of a hand.
+    let of = |who: Who| Track { who, segments: segments.clone(), relabeled: segments.clone(), tasks: Vec::new() };
+    // What was analyzed is told by the track of a hand.
     let tracks = match who {
         Who::Both => vec![of(Who::Hand(teachtree::base::hands::Side::Right)), of(Who::Both)],
         hand => vec![of(hand)],

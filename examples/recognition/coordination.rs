@@ -28,7 +28,7 @@ impl Coordination {
         let truth = Truth::of_recording(recording, &NameMap::default())?;
         let of_truth = |who: Who| truth.tracks.iter().find(|track| track.who == who).map(spans);
         let of_analysis = |who: Who| {
-            let segments = &analysis.track(who)?.relabelled;
+            let segments = &analysis.track(who)?.relabeled;
             Some(segments.iter().map(|it| (it.primitive.clone(), it.start_s, it.end_s)).collect::<Vec<Named>>())
         };
         let (_, found) = (analysis.track(Who::Hand(Side::Left))?, of_analysis(Who::Both).unwrap_or_default());

@@ -41,7 +41,7 @@ impl RuleSet {
         let frames = teachtree::stream::frames(recording, &self.channels)?;
         analysis::check_rate(&self.rules, frames.layout.rate_hz)?;
         let leaves = evaluate(&self.graph, &frames)?;
-        let analysis = analysis::analyse(&self.rules, &frames, &leaves);
+        let analysis = analysis::analyze(&self.rules, &frames, &leaves);
         Ok(Said { frames, leaves, analysis })
     }
 

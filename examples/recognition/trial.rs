@@ -166,7 +166,7 @@ impl Seen {
         let truth = truth.retold(&rules.rules, &said.frames)?;
         let meta = Meta { log: recording.scene.name.clone(), ..Meta::default() };
         let mut seen = Self { tally: Tally::default(), negative: Share::default() };
-        let rows = score::score(&truth, &said.analysis, Stage::Relabelled, &meta)?;
+        let rows = score::score(&truth, &said.analysis, Stage::Relabeled, &meta)?;
         for (row, truth) in rows.iter().zip(&truth.tracks) {
             seen.tally.add(&row.tally);
             for interval in idle(truth) {
@@ -235,7 +235,7 @@ fn frame_for_frame(one: &Track, other: &Track) -> bool {
     };
     let tasks =
         |track: &Track| track.tasks.iter().map(|task| (task.task.clone(), task.frames.clone())).collect::<Vec<_>>();
-    equal(&one.segments, &other.segments) && equal(&one.relabelled, &other.relabelled) && tasks(one) == tasks(other)
+    equal(&one.segments, &other.segments) && equal(&one.relabeled, &other.relabeled) && tasks(one) == tasks(other)
 }
 
 fn same_tasks((one, other): (&Track, &Track)) -> bool {

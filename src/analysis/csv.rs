@@ -1,6 +1,6 @@
-//! The analysis as a table, one row for each raw segment, task and relabelled segment.
+//! The analysis as a table, one row for each raw segment, task and relabeled segment.
 //!
-//! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `relabelled`), `name`, `object`, `partner`, `start_s`, `end_s`,
+//! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
 //! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none), `was` (raw primitives, blanks
 //! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`.
 
@@ -96,9 +96,9 @@ fn rows(track: &Track) -> Vec<Row> {
             open(task).join(" "),
         ]);
     }
-    for relabelled in &track.relabelled {
-        let task = track.tasks.iter().position(|task| task.frames.contains(&relabelled.frames.start));
-        rows.push(segment("relabelled", task.map(|task| task + 1), relabelled));
+    for relabeled in &track.relabeled {
+        let task = track.tasks.iter().position(|task| task.frames.contains(&relabeled.frames.start));
+        rows.push(segment("relabeled", task.map(|task| task + 1), relabeled));
     }
     rows
 }

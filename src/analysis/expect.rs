@@ -5,7 +5,7 @@
 //! binding: lab.binding.yaml
 //! tolerance: 20 ms
 //!
-//! track right                        then, for each track, its relabelled segments and its tasks
+//! track right                        then, for each track, its relabeled segments and its tasks
 //!   task pick_and_place  7.904 .. 11.684
 //!   Approach             7.904 .. 8.234
 //! ```
@@ -235,7 +235,7 @@ pub fn lines(analysis: &Analysis) -> Vec<Line> {
             pinned: false,
             line: 0,
         };
-        lines.extend(track.relabelled.iter().map(|found| line(false, &found.primitive, found.start_s, found.end_s)));
+        lines.extend(track.relabeled.iter().map(|found| line(false, &found.primitive, found.start_s, found.end_s)));
         lines.extend(track.tasks.iter().map(|found| line(true, &found.task, found.start_s, found.end_s)));
     }
     lines
@@ -282,22 +282,22 @@ fn compare_one(expected: &[&Line], found: &[&Line], tolerance_s: f64) -> Vec<(us
                     let late = got_s - wanted_s;
                     if beyond(late, tolerance_s) {
                         let (off, early_or_late) = (late.abs() * 1e3, if late > 0.0 { "late" } else { "early" });
-                        let told = format!(
+                        let message = format!(
                             "{} {word} at {got_s:.3} s, expected {wanted_s:.3} s: {off:.0} ms {early_or_late}, tolerance {:.0} ms",
                             named(wanted),
                             tolerance_s * 1e3
                         );
-                        differences.push((line, told));
+                        differences.push((line, message));
                     }
                 }
             }
             (Some(wanted), None) => {
-                let told = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
-                differences.push((line, told));
+                let message = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
+                differences.push((line, message));
             }
             (None, Some(got)) => {
-                let told = format!("{} from {:.3} to {:.3} s was not expected", named(got), got.start_s, got.end_s);
-                differences.push((line, told));
+                let message = format!("{} from {:.3} to {:.3} s was not expected", named(got), got.start_s, got.end_s);
+                differences.push((line, message));
             }
             (None, None) => {}
         }

@@ -1,4 +1,4 @@
-//! Why a frame has its label: the way through the tree with every condition on it, what settling and relabelling made of the leaf, and how
+//! Why a frame has its label: the way through the tree with every condition on it, what settling and relabeling made of the leaf, and how
 //! its task came to its name. Nothing here is computed unless it is asked for.
 
 mod change;
@@ -66,9 +66,9 @@ pub struct Explanation {
     /// The settled segment, where it is another one than the leaf says, and why.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub settled: Option<Became>,
-    /// The segment after relabelling, where rules changed it.
+    /// The segment after relabeling, where rules changed it.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub relabelled: Option<Became>,
+    pub relabeled: Option<Became>,
     /// The task.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub task: Option<TaskReason>,
@@ -129,9 +129,9 @@ pub struct By {
     pub place: Option<String>,
 }
 
-/// A recording that was analysed.
+/// A recording that was analyzed.
 #[derive(Clone, Copy)]
-pub struct Analysed<'a> {
+pub struct Analyzed<'a> {
     /// The rules.
     pub rules: &'a Rules,
     /// What they read.
@@ -158,12 +158,12 @@ pub struct Question {
 /// # Errors
 /// When the recording does not say anything at that time, when the primitive that is asked for is unknown or given by no leaf of the
 /// tree, and when the rate cannot honour a duration of the rules.
-pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanation>, InputError> {
-    let labels = question.why_not.as_ref().map(|name| labels(analysed.rules, name)).transpose()?;
+pub fn explain(analyzed: &Analyzed, question: &Question) -> Result<Vec<Explanation>, InputError> {
+    let labels = question.why_not.as_ref().map(|name| labels(analyzed.rules, name)).transpose()?;
     let side = question.who.side();
     let mut explained: Vec<Explanation> = Vec::new();
-    for (leaves, frames) in asked(analysed, question)? {
-        let mut inspector = Inspector::new(analysed.rules, analysed.frames, leaves);
+    for (leaves, frames) in asked(analyzed, question)? {
+        let mut inspector = Inspector::new(analyzed.rules, analyzed.frames, leaves);
         if inspector.tree(side).is_none() {
             let message = format!("there is no tree that labels `{}` in this recording", question.who);
             return Err(InputError::new("--track", message).help("tracks are left, right and both"));
@@ -176,7 +176,7 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
             let name = question.why_not.as_deref().unwrap_or_default();
             let message = format!("no leaf of the tree over `{}` gives `{name}`", question.who);
             return Err(
-                InputError::new("--why-not", message).help("relabelling may bring it in: see the rules that become it")
+                InputError::new("--why-not", message).help("relabeling may bring it in: see the rules that become it")
             );
         }
         let mut before: Option<(Vec<usize>, Option<Label>)> = None;
@@ -186,13 +186,13 @@ pub fn explain(analysed: &Analysed, question: &Question) -> Result<Vec<Explanati
                 if explained.len() == MAX_BLOCKS {
                     return Ok(explained);
                 }
-                let mut block = block(analysed, &mut inspector, question.who, frame)?;
-                block.task = side.and_then(|side| task::of(analysed, leaves, side, frame));
+                let mut block = block(analyzed, &mut inspector, question.who, frame)?;
+                block.task = side.and_then(|side| task::of(analyzed, leaves, side, frame));
                 explained.push(block);
                 before = Some(now);
             }
             if let Some(last) = explained.last_mut() {
-                last.until_s = analysed.frames.end_of(frame);
+                last.until_s = analyzed.frames.end_of(frame);
             }
         }
         if let Some(first) = explained.first_mut() {
@@ -222,14 +222,14 @@ pub fn json(explained: &[Explanation], meta: &Meta) -> String {
 }
 
 /// The frames that are asked about, by stretch.
-fn asked<'a>(analysed: &Analysed<'a>, question: &Question) -> Result<Vec<(&'a Leaves, Range<usize>)>, InputError> {
-    let frames = analysed.frames;
+fn asked<'a>(analyzed: &Analyzed<'a>, question: &Question) -> Result<Vec<(&'a Leaves, Range<usize>)>, InputError> {
+    let frames = analyzed.frames;
     let (from, to) = question.time_s;
     let half = 0.5 / frames.layout.rate_hz;
     // The frame whose start is nearest; of an interval, those that start within it.
     let begin = frames.time.partition_point(|time| *time < from - half);
     let end = frames.time.partition_point(|time| *time < to - half).max(begin + 1);
-    let within = analysed.leaves.iter().filter_map(|leaves| {
+    let within = analyzed.leaves.iter().filter_map(|leaves| {
         let range = begin.max(leaves.frames.start)..end.min(leaves.frames.end);
         let near = frames.time.get(range.start).is_some_and(|time| time - from <= half || to > from);
         (range.start < range.end && near).then_some((leaves, range))
@@ -240,7 +240,7 @@ fn asked<'a>(analysed: &Analysed<'a>, question: &Question) -> Result<Vec<(&'a Le
         let end = frames.len.checked_sub(1).map_or(0.0, |last| frames.end_of(last));
         let message = format!("nothing is known at {from:.3} s: the recording goes from {start:.3} s to {end:.3} s");
         return Err(
-            InputError::new("--at", message).help("within a gap nothing is labelled either; `inspect` lists gaps")
+            InputError::new("--at", message).help("within a gap nothing is labeled either; `inspect` lists gaps")
         );
     }
     Ok(found)
@@ -264,14 +264,14 @@ fn labels(rules: &Rules, name: &str) -> Result<Vec<Label>, InputError> {
 
 /// Why a track has its label on a frame, without the task.
 fn block<'a>(
-    analysed: &Analysed<'a>,
+    analyzed: &Analyzed<'a>,
     inspector: &mut Inspector<'a>,
     who: Who,
     frame: usize,
 ) -> Result<Explanation, InputError> {
-    let rules = analysed.rules;
+    let rules = analyzed.rules;
     let side = who.side();
-    let time = |frame: usize| analysed.frames.time.get(frame).copied().unwrap_or_default();
+    let time = |frame: usize| analyzed.frames.time.get(frame).copied().unwrap_or_default();
     let taken = inspector.path(side, frame)?;
     let mut path = Vec::new();
     let mut latches: Vec<LatchState> = Vec::new();
@@ -301,11 +301,11 @@ fn block<'a>(
     }
     let run = inspector.run(side, frame);
     let leaf = run.and_then(|run| run.label).map_or("separate".to_string(), |label| rules.label_name(label));
-    let track = analysed.analysis.track(who);
+    let track = analyzed.analysis.track(who);
     let segment = |segments: &[Segment]| segments.iter().find(|segment| segment.frames.contains(&frame)).cloned();
     let raw = track.and_then(|track| segment(&track.segments));
     let settled = raw.filter(|raw| raw.primitive != leaf).map(|raw| {
-        let lasted = run.map_or(0.0, |run| (run.end - run.start) as f64 / analysed.frames.layout.rate_hz);
+        let lasted = run.map_or(0.0, |run| (run.end - run.start) as f64 / analyzed.frames.layout.rate_hz);
         let covered = side
             .and_then(|_| inspector.leaf(None, frame))
             .is_some_and(|label| rules.label_name(label) == raw.primitive);
@@ -316,9 +316,9 @@ fn block<'a>(
         };
         became(rules, raw, what)
     });
-    let relabelled = track.and_then(|track| segment(&track.relabelled));
-    let Subject { object, partner } = relabelled.as_ref().map(|segment| segment.subject.clone()).unwrap_or_default();
-    let relabelled = relabelled.filter(|segment| !segment.by.is_empty());
+    let relabeled = track.and_then(|track| segment(&track.relabeled));
+    let Subject { object, partner } = relabeled.as_ref().map(|segment| segment.subject.clone()).unwrap_or_default();
+    let relabeled = relabeled.filter(|segment| !segment.by.is_empty());
     Ok(Explanation {
         track: who.to_string(),
         time_s: time(frame),
@@ -332,7 +332,7 @@ fn block<'a>(
         path,
         latches,
         settled,
-        relabelled: relabelled.map(|segment| became(rules, segment, String::new())),
+        relabeled: relabeled.map(|segment| became(rules, segment, String::new())),
         task: None,
         why_not: None,
     })

@@ -4,13 +4,13 @@
 //! {"schema":"teachtree.analysis/2","version",
 //!  "log":{"name","path","frames","rows","rate_hz","start_s","duration_s","zero_stamp_s"},"rules":{"files":[],"digest","params":{}},
 //!  "tracks":[{"track","segments":[{"primitive",SPAN}],
-//!             "relabelled":[{"primitive",SPAN,"was":[],"by"}],
+//!             "relabeled":[{"primitive",SPAN,"was":[],"by"}],
 //!             "tasks":[{"task",SPAN,"secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}]}],
 //!  "issues":[{"kind","start_s","end_s","channel","message"}]}
 //! ```
 //!
 //! SPAN is `"object","partner","start_s","end_s","start_row","end_row"`; object and partner are null where there is none.
-//! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabelled` the same time after relabelling, of which
+//! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabeled` the same time after relabeling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
@@ -111,7 +111,7 @@ fn track(track: &Track) -> Value {
     json!({
         "track": track.who.to_string(),
         "segments": track.segments.iter().map(|segment| Value::Object(raw(segment))).collect::<Vec<_>>(),
-        "relabelled": track.relabelled.iter().map(relabelled).collect::<Vec<_>>(),
+        "relabeled": track.relabeled.iter().map(relabeled).collect::<Vec<_>>(),
         "tasks": track.tasks.iter().map(task).collect::<Vec<_>>(),
     })
 }
@@ -141,11 +141,11 @@ fn task(task: &TaskSpan) -> Value {
         value.insert("open".into(), json!(open(task)));
     }
     value.insert("secondary".into(), json!(task.secondary));
-    value.insert("segments".into(), task.segments.iter().map(relabelled).collect());
+    value.insert("segments".into(), task.segments.iter().map(relabeled).collect());
     Value::Object(value)
 }
 
-fn relabelled(segment: &Segment) -> Value {
+fn relabeled(segment: &Segment) -> Value {
     let mut value = raw(segment);
     value.insert("was".into(), json!(segment.was));
     value.insert("by".into(), json!(segment.by.join("; ")));

@@ -40,8 +40,8 @@ pub(super) fn add(trail: &mut Vec<usize>, rules: &[usize]) {
 
 /// The pieces of settled runs; a run without a label (`separate`) leaves a gap.
 pub(super) fn pieces(runs: &[Run]) -> Vec<Piece> {
-    let labelled = runs.iter().filter_map(|run| run.label.map(|label| (run, label)));
-    labelled.map(|(run, label)| Piece { frames: run.start..run.end, label, by: Vec::new() }).collect()
+    let labeled = runs.iter().filter_map(|run| run.label.map(|label| (run, label)));
+    labeled.map(|(run, label)| Piece { frames: run.start..run.end, label, by: Vec::new() }).collect()
 }
 
 /// The pieces of a lane that share a frame with an interval.

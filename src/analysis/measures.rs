@@ -51,7 +51,7 @@ pub fn reads_later(rules: &Rules, channel: &str) -> bool {
     channel == TARGET || HANDLING.contains(&channel) || bounded || keys().any(|key| asks(key, channel))
 }
 
-/// Whether a relabelling rule asks how far the target goes.
+/// Whether a relabeling rule asks how far the target goes.
 fn bounds_a_way(rules: &Rules) -> bool {
     rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
 }
@@ -107,7 +107,7 @@ impl<'a> Measures<'a> {
     }
 
     /// Whether a key is found among pieces: its primitive lasts and travels far enough in one piece,
-    /// and turns far enough over all those pieces. What the log cannot tell does not hold.
+    /// and turns far enough over all those pieces. A condition that the log cannot decide does not hold.
     pub fn found(&self, key: &Key, pieces: &[Piece]) -> bool {
         let asked = pieces.iter().filter(|piece| {
             key.label.covers(piece.label)

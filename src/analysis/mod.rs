@@ -1,4 +1,4 @@
-//! Leaves in, named tasks out: settled segments, untargeted relabelling, recognition, relabelling of the named tasks
+//! Leaves in, named tasks out: settled segments, untargeted relabeling, recognition, relabeling of the named tasks
 //! (grammar/README.md, Meaning of a run, points 4 to 6).
 //!
 //! Invariants: the segments of a hand leave no frame of a gap-free stretch out and never cross a gap; raw segments are kept as
@@ -6,7 +6,7 @@
 //! of a rewritten segment belongs to the surviving label. What comes out is plain data: writing it needs no rules.
 //!
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
-//! can be shown as they close; relabelling needs a whole stretch, because its rules look at what comes after.
+//! can be shown as they close; relabeling needs a whole stretch, because its rules look at what comes after.
 
 pub mod coverage;
 pub mod csv;
@@ -113,8 +113,8 @@ pub struct Track {
     pub who: Who,
     /// The settled labels as the trees gave them.
     pub segments: Vec<Segment>,
-    /// The same time after relabelling.
-    pub relabelled: Vec<Segment>,
+    /// The same time after relabeling.
+    pub relabeled: Vec<Segment>,
     /// The tasks, in order of time; none for both hands, whose coordination is part of each hand's task.
     pub tasks: Vec<TaskSpan>,
 }
@@ -140,7 +140,7 @@ pub struct Segment {
     pub by: Vec<String>,
 }
 
-/// A task with its relabelled segments.
+/// A task with its relabeled segments.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TaskSpan {
     /// The name; [`UNKNOWN`] when no task of the rules has its keys here.
@@ -161,11 +161,11 @@ pub struct TaskSpan {
     pub open_start: bool,
     /// Whether the end was cut off.
     pub open_end: bool,
-    /// The segments after relabelling.
+    /// The segments after relabeling.
     pub segments: Vec<Segment>,
 }
 
-/// Checks that every duration of settling, tasks and relabelling is at least one sample.
+/// Checks that every duration of settling, tasks and relabeling is at least one sample.
 ///
 /// # Errors
 /// The first one that is shorter than one sample, at its place in the rules.
@@ -189,12 +189,12 @@ fn too_short<'a>(rules: &Rules, mut durations: impl Iterator<Item = &'a Constant
 }
 
 /// Finds the segments and tasks of a recording, from the leaves of each of its gap-free stretches.
-pub fn analyse(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
-    analyse_series(rules, frames, frames, leaves)
+pub fn analyze(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
+    analyze_series(rules, frames, frames, leaves)
 }
 
 /// The same of frames whose columns are elsewhere: those of the channels that [`reads_later`] names.
-pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
+pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
     let handling = Handling::new(frames, series);
     let show = Show { rules, frames, handling: &handling };
@@ -223,15 +223,15 @@ pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             let tasks = named.remove(side).unwrap_or_default();
             stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
             let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
-            let relabelled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
+            let relabeled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
             let segment = |piece: &Piece| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
             track.segments.extend(raw.iter().map(segment));
-            track.relabelled.extend(relabelled.iter().map(segment));
+            track.relabeled.extend(relabeled.iter().map(segment));
             track.tasks.extend(tasks.iter().map(|task| show.task(*side, task, raw, &stretch.frames())));
         }
         let segment = |piece: &Piece| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
-        both.relabelled.extend(stretch.coordination().iter().map(segment));
+        both.relabeled.extend(stretch.coordination().iter().map(segment));
     }
     let mut tracks: Vec<Track> = hands.into_values().collect();
     if leaves.iter().any(|leaves| !leaves.both.is_empty()) {
@@ -243,6 +243,6 @@ pub fn analyse_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
 
 impl Track {
     fn new(who: Who) -> Self {
-        Self { who, segments: Vec::new(), relabelled: Vec::new(), tasks: Vec::new() }
+        Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new() }
     }
 }

@@ -1,4 +1,4 @@
-//! Relabelling: a lane and a rule in, a lane with the same frames out (grammar/README.md, Tasks).
+//! Relabeling: a lane and a rule in, a lane with the same frames out (grammar/README.md, Tasks).
 //!
 //! Invariants: the frames of a lane never change, only the labels and where they meet; every piece that a rule changes carries the rule;
 //! a rule reads the lane as it was before the rule, and its matches do not overlap.
@@ -116,7 +116,7 @@ impl What<'_> {
         let kind = &self.rule.kind;
         kind.shorter_time().is_none_or(|limit| frames.len() < samples(limit.value, self.measures.rate_hz()))
             && kind.shorter_way().is_none_or(|limit| {
-                // What the log cannot tell does not hold.
+                // A condition that the log cannot decide does not hold.
                 self.measures.has(POSITION) && self.measures.travelled(frames) < limit.value
             })
     }

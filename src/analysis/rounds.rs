@@ -1,4 +1,4 @@
-//! Rounds of relabelling: before recognition on whole lanes, after it within the spans of the named tasks.
+//! Rounds of relabeling: before recognition on whole lanes, after it within the spans of the named tasks.
 //! In each round the rules are applied in order, until a round changes nothing.
 
 use super::lane::Piece;

@@ -79,7 +79,7 @@ impl Show<'_> {
         }
     }
 
-    /// Keys that ask for more than the recording can tell, by hand and channel.
+    /// Keys that ask for more than the recording has, by hand and channel.
     pub fn what_keys_lack(&self, measures: &BTreeMap<Side, Measures>) -> Vec<Issue> {
         let mut issues = Vec::new();
         for (side, measures) in measures {
@@ -105,18 +105,18 @@ impl Show<'_> {
         issues
     }
 
-    /// Rules that were still changing labels when relabelling was stopped.
+    /// Rules that were still changing labels when relabeling was stopped.
     pub fn undone(&self, rules: &[usize], stretch: &Range<usize>) -> Option<Issue> {
         let texts =
             rules.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| format!("`{}`", rule.text));
         let texts: Vec<String> = texts.collect();
         (!texts.is_empty()).then(|| Issue {
-            kind: "relabelling_stopped".into(),
+            kind: "relabeling_stopped".into(),
             start_s: self.time_s(stretch.start, stretch),
             end_s: self.time_s(stretch.end, stretch),
             channel: String::new(),
             message: format!(
-                "relabelling was stopped after {MAX_ROUNDS} rounds, when these rules still changed labels: {}",
+                "relabeling was stopped after {MAX_ROUNDS} rounds, when these rules still changed labels: {}",
                 texts.join(", ")
             ),
         })

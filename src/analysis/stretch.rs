@@ -1,7 +1,7 @@
-//! One gap-free stretch on its way from leaves to relabelled lanes.
+//! One gap-free stretch on its way from leaves to relabeled lanes.
 //!
 //! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
-//! (grammar/README.md, Meaning of a run, points 4 and 5), and what is left of the coordination after relabelling.
+//! (grammar/README.md, Meaning of a run, points 4 and 5), and what is left of the coordination after relabeling.
 
 use super::lane::{self, Piece, add, append, at, pieces, within};
 use crate::base::hands::Side;
@@ -42,7 +42,7 @@ pub(super) struct Stretch<'a> {
     pub raw: BTreeMap<Side, Vec<Piece>>,
     /// The settled coordination as its tree gave it, with gaps where it is `separate`.
     pub raw_both: Vec<Piece>,
-    /// The same labels of each hand, to be relabelled.
+    /// The same labels of each hand, to be relabeled.
     pub hands: BTreeMap<Side, Vec<Piece>>,
     /// The leaves of coordination that have not been given back to the hands.
     both: Vec<Run>,
@@ -75,7 +75,7 @@ impl<'a> Stretch<'a> {
         all.into_iter().for_each(|piece| append(lane, piece));
     }
 
-    /// The coordination after relabelling: where rules gave both hands the same label, that one, else what the tree said.
+    /// The coordination after relabeling: where rules gave both hands the same label, that one, else what the tree said.
     pub fn coordination(&self) -> Vec<Piece> {
         let mut settled = pieces(&settle(&self.both, self.settling.both));
         mark(&mut settled, &self.raw_both, &self.separated_by);
@@ -102,8 +102,8 @@ impl<'a> Stretch<'a> {
         coordination
     }
 
-    /// Gives coordination labelled `what` back to the hands' own trees, wherever it is not in one go with a label of `without`;
-    /// then the hands are covered and settled again, and relabelling starts afresh. False when there is none.
+    /// Gives coordination labeled `what` back to the hands' own trees, wherever it is not in one go with a label of `without`;
+    /// then the hands are covered and settled again, and relabeling starts afresh. False when there is none.
     pub fn separate(&mut self, rule: usize, what: Label, without: &[Label]) -> bool {
         let coordination = self.coordination();
         let given_back: Vec<Range<usize>> = coordination

@@ -18,7 +18,7 @@ pub(super) struct Named {
     pub secondary: Vec<TaskId>,
     /// Where it is in its lane.
     pub span: Span,
-    /// Its pieces, to be relabelled.
+    /// Its pieces, to be relabeled.
     pub pieces: Vec<Piece>,
 }
 

@@ -237,7 +237,7 @@ pub const PARTNER: &str = "target.partner";
 /// Whether the target is in a socket of that body.
 pub const TARGET_INSIDE: &str = "target.inside";
 
-/// Derived channels that tell what a hand handles: the subjects of segments are found from them (`analysis`). Rules cannot read them.
+/// Derived channels that name what a hand handles: the subjects of segments are found from them (`analysis`). Rules cannot read them.
 pub const HANDLING: [&str; 3] = [TARGET_TOUCHED, PARTNER, TARGET_INSIDE];
 
 /// A channel of [`HANDLING`], one number a hand.

@@ -13,13 +13,13 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         return Err(InputError::new(file, "the file is empty"));
     }
     serde_json::from_str(text).map_err(|error| {
-        let told = told(&error);
-        InputError::new(place(&error, file), if error.is_syntax() { format!("no JSON here, {told}") } else { told })
+        let message = message_of(&error);
+        InputError::new(place(&error, file), if error.is_syntax() { format!("no JSON here, {message}") } else { message })
     })
 }
 
 /// Returns the message without the place.
-pub fn told(error: &serde_json::Error) -> String {
+pub fn message_of(error: &serde_json::Error) -> String {
     let message = error.to_string();
     let message = message.split(" at line ").next().unwrap_or(&message);
     if let Some(within) = message.strip_prefix("EOF while parsing ") {

@@ -47,7 +47,7 @@ pub struct Args {
 /// Forms of an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
-    /// A timeline for people
+    /// A timeline for the terminal
     Text,
     /// `teachtree.analysis/2` (docs/formats.md); a document per line when there are several recordings
     Json,
@@ -168,7 +168,7 @@ fn issues(analysis: &Analysis) -> String {
         *kinds.entry(&issue.kind).or_default() += 1;
     }
     let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
-    format!("{}: has issues that the table does not tell, `--format text` does: {}", analysis.log(), kinds.join(", "))
+    format!("{}: the table omits issues, `--format text` prints them: {}", analysis.log(), kinds.join(", "))
 }
 
 /// The timeline, in colour where the terminal wants it.

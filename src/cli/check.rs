@@ -40,7 +40,7 @@ pub struct Args {
 /// Forms of findings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// For people, with what the rules cost
+    /// Text, with what the rules cost
     Text,
     /// `teachtree.check/1`: a list of findings
     Json,
@@ -185,7 +185,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     let mut out = String::new();
     let _ = writeln!(
         out,
-        "\n{} primitives, {} signals, {} latches, {} trees, {} tasks, {} relabelling rules; {} shared values, {} tests",
+        "\n{} primitives, {} signals, {} latches, {} trees, {} tasks, {} relabeling rules; {} shared values, {} tests",
         rules.primitives.len(),
         rules.signals.len(),
         rules.latches.len(),

@@ -1,9 +1,9 @@
-//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): taught, analysed, reported, and carried out by
+//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): demonstrated, analyzed, reported, and carried out by
 //! a robot.
 
 use super::analyze::timeline;
 use super::retarget::{open_robot, summary, touch_forces};
-use super::simulate::{perform, told, told_nearest};
+use super::simulate::{format_outcomes, perform, format_clearance};
 use super::teach::record;
 use super::{Failure, output};
 use crate::base::recording::Recording;
@@ -82,13 +82,13 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let performed_log = add(files, &recording, &performed)?;
     let page = folder.join("robot.html");
     output::add(files, &page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
-    output::print(&format!("\nthe robot\n{}{}", told(&outcomes), told_nearest(nearest.as_ref())))?;
+    output::print(&format!("\nthe robot\n{}{}", format_outcomes(&outcomes), format_clearance(nearest.as_ref())))?;
     let again = analysis.rules().analyze(&performed_log)?;
     let tasks = |analysis: &Analysis| -> Vec<String> {
         analysis.tracks().flat_map(Track::tasks).map(|task| task.name().to_string()).collect()
     };
-    let (taught, found) = (tasks(analysis), tasks(&again));
-    let same = if taught == found { "the same tasks" } else { "other tasks" };
+    let (demonstrated, found) = (tasks(analysis), tasks(&again));
+    let same = if demonstrated == found { "the same tasks" } else { "other tasks" };
     output::print(&format!("its recording has {same} by the same rules: {}\n", found.join(", ")))?;
     Ok([commanded, performed, page])
 }

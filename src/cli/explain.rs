@@ -38,7 +38,7 @@ pub struct Args {
 /// Forms of an explanation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
-    /// For people
+    /// Text
     Text,
     /// `teachtree.explain/1`
     Json,

@@ -1,4 +1,4 @@
-//! `teachtree fit`: params learned from labelled recordings, held against recordings that were held out.
+//! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
 mod patch;
 
@@ -30,7 +30,7 @@ const GROUPS: usize = 8;
     after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nThe patch comes only where recordings that were held out bear it out. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
 )]
 pub struct Args {
-    /// Labelled recordings; a folder stands for all logs in it
+    /// Labeled recordings; a folder stands for all logs in it
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// The params to change; all that have a range when left out
@@ -42,7 +42,7 @@ pub struct Args {
     /// Give a patch although held-out recordings do not bear it out, or are too few
     #[arg(long)]
     anyway: bool,
-    /// Compare segments before relabelling with the truth
+    /// Compare segments before relabeling with the truth
     #[arg(long)]
     raw: bool,
     #[command(flatten)]
@@ -62,7 +62,7 @@ pub struct Args {
 /// Forms of what was fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Tables for people
+    /// Tables for the terminal
     Text,
     /// `teachtree.fit/1`
     Json,
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     } else {
         None
     };
-    tell(args, &logs, &runner.rules, &fitted, found.as_ref())?;
+    print_fit(args, &logs, &runner.rules, &fitted, found.as_ref())?;
     if found.is_some() { Ok(()) } else { Err(Failure::No) }
 }
 
@@ -158,7 +158,7 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Fai
         recordings.push(one.recording);
     }
     let params = chosen(args, &rules, &fixed)?;
-    let stage = if args.raw { Stage::Raw } else { Stage::Relabelled };
+    let stage = if args.raw { Stage::Raw } else { Stage::Relabeled };
     Ok((Runner::new(recordings, rules, request, stage), params))
 }
 
@@ -247,7 +247,7 @@ fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, worths: 
     fitted
 }
 
-fn tell(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Option<&Patch>) -> Result<(), InputError> {
+fn print_fit(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Option<&Patch>) -> Result<(), InputError> {
     let files: Vec<String> = rules.sources.files.iter().map(|file| file.name.clone()).collect();
     if let (Some(path), Some(found)) = (&args.out, found) {
         let named = [&args.truth.labels, &args.source.binding, &args.source.scene].into_iter().flatten();

@@ -174,10 +174,10 @@ fn of_recording(args: &Args, log: &Path) -> Result<String, Failure> {
 
 /// What the tree of a track took at a time.
 fn taken(found: &Analysis, who: Who, at_s: f64) -> Result<Option<(Who, Taken, Now)>, Failure> {
-    let analysed = found.explained()?;
-    let explain::Analysed { rules, frames, .. } = analysed;
+    let analyzed = found.explained()?;
+    let explain::Analyzed { rules, frames, .. } = analyzed;
     let name = |label: Option<Label>| label.map_or(SEPARATE.to_string(), |label| rules.label_name(label));
-    Ok(moment(&analysed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
+    Ok(moment(&analyzed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
         let leaf = name(leaf);
         let time_s = frames.time.get(frame).copied().unwrap_or_default();
         let said = format!("{who} at {time_s:.3} s: {leaf}");

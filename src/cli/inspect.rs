@@ -39,7 +39,7 @@ pub struct Args {
 /// Forms of an inspection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Format {
-    /// Tables for people
+    /// Tables for the terminal
     Text,
     /// `teachtree.inspection/1`
     Json,
@@ -54,10 +54,10 @@ struct Document<'a> {
     recognition: &'a Recognition,
 }
 
-/// What the rules could tell.
+/// What the rules can detect.
 #[derive(Debug, Serialize)]
 struct Recognition {
-    /// Why nothing can be told, if so.
+    /// Why nothing can be detected, if so.
     error: Option<String>,
     tracks: Vec<TrackObservability>,
     /// What was found wrong with the channels.
@@ -105,7 +105,7 @@ fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
     Err(InputError::new(path.display().to_string(), message).help("name another file, or delete this one first"))
 }
 
-/// What the rules could tell of the log.
+/// What the rules can detect in the log.
 fn recognition(args: &Args) -> Result<Recognition, Failure> {
     let log = match args.source.open(&args.log).and_then(|log| log.read().map(|()| log)) {
         Ok(log) => log,
@@ -139,25 +139,25 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
     }
     text.push_str("\nrecognition\n");
     if let Some(error) = &recognition.error {
-        let _ = writeln!(text, "  nothing can be told: {error}");
+        let _ = writeln!(text, "  nothing can be detected: {error}");
     }
     for track in &recognition.tracks {
-        let _ = writeln!(text, "  {:<6} can be told: {}", track.track, track.detectable.join(", "));
+        let _ = writeln!(text, "  {:<6} can be detected: {}", track.track, track.detectable.join(", "));
         for lack in &track.undetectable {
-            let _ = writeln!(text, "         {}: {} cannot be told", lack.reason, lack.primitives.join(", "));
+            let _ = writeln!(text, "         {}: {} cannot be detected", lack.reason, lack.primitives.join(", "));
         }
     }
     let issues: Vec<&Issue> = log.issues.iter().chain(&recognition.issues).collect();
     if !issues.is_empty() {
         text.push_str("\nissues\n");
     }
-    let mut told = BTreeSet::new();
+    let mut printed = BTreeSet::new();
     for issue in issues {
         let line = format!(
             "  {} {}, {:.3} – {:.3} s: {}",
             issue.kind, issue.channel, issue.start_s, issue.end_s, issue.message
         );
-        if told.insert(line.clone()) {
+        if printed.insert(line.clone()) {
             let _ = writeln!(text, "{}", line.replace(" , ", ", "));
         }
     }

@@ -151,7 +151,7 @@ fn color_code(text: &str) -> usize {
     if code.as_bytes().get(digits) == Some(&b'm') { digits + 3 } else { 0 }
 }
 
-/// Prints a text for people on standard output, without what would steer a terminal. A reader that goes away early is no error.
+/// Prints text on standard output, without what would steer a terminal. A reader that goes away early is no error.
 ///
 /// # Errors
 /// When it cannot be written, as on a full disk.
@@ -159,7 +159,7 @@ pub fn print(text: &str) -> Result<(), InputError> {
     put(&shortened(&printable(text, color())))
 }
 
-/// Prints a text on standard error, without what would steer a terminal. Where it cannot be printed nobody can be told.
+/// Prints a text on standard error, without what would steer a terminal. A failure to print it is ignored.
 pub fn complain(text: &str) {
     let _ = writeln!(std::io::stderr(), "{}", shortened(&printable(text, color_on_stderr())));
 }

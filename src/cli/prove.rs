@@ -73,19 +73,19 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
                 writeln!(said, "  {tree}: a new tree; where it says anything but `separate`, it speaks for the hands");
         }
         said.push_str("  params, signals, latches and settling of the base mean what they meant\n");
-        said.push_str("  new tasks and relabelling rules do nothing where no new primitive occurs\n");
+        said.push_str("  new tasks and relabeling rules do nothing where no new primitive occurs\n");
         said.push_str(
             "  this is said of each frame: after a new primitive the leaf before is another one, and `from` with it\n",
         );
     } else if proof.changed.is_empty() && proof.acts.is_empty() && proof.trees.differences.is_empty() {
         let _ = writeln!(said, "not proved: whether {extended} only adds to {base} is undecided");
-        tell(&proof.trees, &mut said);
+        write_differences(&proof.trees, &mut said);
     } else {
         let _ = writeln!(said, "not proved: {extended} does not only add to {base}");
         for what in proof.changed.iter().chain(&proof.acts) {
             let _ = writeln!(said, "  {what}");
         }
-        tell(&proof.trees, &mut said);
+        write_differences(&proof.trees, &mut said);
     }
     output::print(&said)?;
     if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
@@ -111,7 +111,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     for tree in &compared.alone {
         let _ = writeln!(said, "only one of them has the tree {tree}");
     }
-    tell(&compared, &mut said);
+    write_differences(&compared, &mut said);
     if compared.differences.is_empty() && !compared.is_cut {
         for tree in &compared.trees {
             let _ = writeln!(said, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
@@ -130,7 +130,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
 }
 
 /// The cases in which trees differ.
-fn tell(compared: &Compared, said: &mut String) {
+fn write_differences(compared: &Compared, said: &mut String) {
     for Difference { tree, conditions, before, one, other, place } in &compared.differences {
         let _ = writeln!(said, "  {tree}: {one} becomes {other}   {place}");
         if let Some(before) = before {
@@ -155,7 +155,7 @@ fn tell_log(one: &Analysis, other: &Analysis, said: &mut String) {
     tracks.dedup();
     for who in tracks {
         let (ours, theirs) = (one.track(who), other.track(who));
-        let segments = [ours, theirs].map(|track| track.map_or(&[][..], |track| &track.relabelled));
+        let segments = [ours, theirs].map(|track| track.map_or(&[][..], |track| &track.relabeled));
         for (start_s, end_s, ours, theirs) in changes(segments) {
             let _ = writeln!(said, "  {who} {start_s:.3} – {end_s:.3} s: {ours} becomes {theirs}");
         }

@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         )?;
         return Err(Failure::No);
     }
-    // Jaws are not asked for more than they give, which is told all the same.
+    // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
     robot::map(&mut commands, &robot, &opened.recording.scene)?;
     let text = match args.format {
@@ -92,7 +92,7 @@ pub fn touch_forces(rules: &Rules) -> TouchForces {
     TouchForces { on_n: value("touch_on", on_n), off_n: value("touch_off", off_n) }
 }
 
-/// Fingers of which a person's forces ask more than they give.
+/// Fingers of which the operator's forces ask more than they give.
 fn too_hard(commands: &Commands, robot: &Robot) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {
@@ -129,13 +129,13 @@ pub fn open_scene(name: &str) -> Result<Scene, InputError> {
     if is_yaml(name) { stream::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
 }
 
-/// What is commanded, for people.
+/// What is commanded.
 pub fn summary(commands: &Commands) -> String {
     let mut text = String::new();
     for task in &commands.tasks {
         let _ = writeln!(
             text,
-            "{} {} of `{}`: {} segments, {:.1} s (taught in {:.1} s)",
+            "{} {} of `{}`: {} segments, {:.1} s (demonstrated in {:.1} s)",
             task.track,
             task.task,
             task.object,
@@ -149,8 +149,8 @@ pub fn summary(commands: &Commands) -> String {
             if let Some(mapped) = &grasp.mapped {
                 let beside = match (mapped.opening, mapped.copied_measure) {
                     (Some(opening), _) => format!("jaws open by {:.1} mm", opening * 1e3),
-                    (None, Some(copied)) => format!("{copied:.3} where the palm copies the person's"),
-                    (None, None) => "out of reach where the palm copies the person's".into(),
+                    (None, Some(copied)) => format!("{copied:.3} where the palm copies the demonstrated one"),
+                    (None, None) => "out of reach where the palm copies the demonstrated one".into(),
                 };
                 let _ = writeln!(text, "  {fingers}: measure {:.3}, {beside}", mapped.measure);
             }
@@ -162,7 +162,7 @@ pub fn summary(commands: &Commands) -> String {
             .segments
             .iter()
             .fold((0.0_f64, 0.0_f64), |(a, b), it| (a.max(it.quality.jerk_before), b.max(it.quality.jerk_after)));
-        let _ = writeln!(text, "  largest jerk {before:.0} m/s^3 taught, {after:.0} m/s^3 commanded");
+        let _ = writeln!(text, "  largest jerk {before:.0} m/s^3 demonstrated, {after:.0} m/s^3 commanded");
         for left in &task.left_out {
             let _ = writeln!(
                 text,

@@ -32,13 +32,13 @@ pub struct Args {
     rules: RuleArgs,
     #[command(flatten)]
     source: SourceArgs,
-    /// Relabel the truth by the same rules before relabelled segments are compared with it
+    /// Relabel the truth by the same rules before relabeled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,
     /// The sequences that tasks should have, instead of those of the truth: YAML, `task: Move Approach …`
     #[arg(long, value_name = "FILE")]
     sequences: Option<PathBuf>,
-    /// Also score the segments before relabelling
+    /// Also score the segments before relabeling
     #[arg(long)]
     raw: bool,
     /// What to write
@@ -55,7 +55,7 @@ pub struct Args {
 /// Forms of a score.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum Format {
-    /// Tables for people
+    /// Tables for the terminal
     Text,
     /// `teachtree.score/1`
     Json,
@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         })
         .collect();
     drop(progress);
-    let mut relabelled = Vec::new();
+    let mut relabeled = Vec::new();
     let mut raw = Vec::new();
     let mut meta = None;
     let mut failures = Vec::new();
@@ -121,11 +121,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         for warning in scored.warnings {
             output::complain(&format!("warning: {warning}"));
         }
-        relabelled.extend(scored.relabelled);
+        relabeled.extend(scored.relabeled);
         raw.extend(scored.raw);
         meta.get_or_insert(scored.meta);
     }
-    let mut scores = vec![Score::new(Stage::Relabelled, relabelled)];
+    let mut scores = vec![Score::new(Stage::Relabeled, relabeled)];
     if args.raw {
         scores.push(Score::new(Stage::Raw, raw));
     }
@@ -160,7 +160,7 @@ fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result
 
 /// The score of one recording.
 struct Scored {
-    relabelled: Vec<Row>,
+    relabeled: Vec<Row>,
     raw: Vec<Row>,
     meta: Meta,
     /// What is to be said about the labels.
@@ -191,5 +191,5 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
     };
     let raw = if args.raw { rows(&truth, Stage::Raw)? } else { Vec::new() };
     let truth = if args.relabel_truth { truth.retold(rules.set(), &analysis.run()?.frames)? } else { truth };
-    Ok(Scored { relabelled: rows(&truth, Stage::Relabelled)?, raw, meta: analysis.meta().clone(), warnings })
+    Ok(Scored { relabeled: rows(&truth, Stage::Relabeled)?, raw, meta: analysis.meta().clone(), warnings })
 }

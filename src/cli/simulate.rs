@@ -31,7 +31,7 @@ pub struct Args {
     /// A shipped robot by name, or a robot file; the one that the commands were made for
     #[arg(long, value_name = "ROBOT", default_value = "both_hands")]
     robot: String,
-    /// A shipped scene by name, or a scene file; objects may stand elsewhere than they were taught
+    /// A shipped scene by name, or a scene file; objects may stand elsewhere than they were demonstrated
     #[arg(long, value_name = "SCENE")]
     scene: String,
     /// Where to write the recording, its scene beside it
@@ -45,7 +45,7 @@ pub struct Args {
     report: Option<PathBuf>,
 }
 
-/// What leans by more than this is told to, and to have fallen over from this on, rad; what moves faster than this, m/s, still moves.
+/// Objects that lean by more than the first are reported to lean, by more than the second to have fallen over, rad; objects faster than the third, m/s, still move.
 const LEANING_RAD: f64 = 0.05;
 const FALLEN_RAD: f64 = 0.8;
 const MOVING_M_S: f64 = 0.01;
@@ -53,7 +53,7 @@ const MOVING_M_S: f64 = 0.01;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
-/// Runs `simulate`; the answer is no when an object is not where the person left it.
+/// Runs `simulate`; the answer is no when an object is not where the operator left it.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;
@@ -89,7 +89,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::add(&mut files, &recording, &args.out)?;
     files.commit()?;
     output::print(&said)?;
-    output::print(&(told(&outcomes) + &told_nearest(nearest.as_ref())))?;
+    output::print(&(format_outcomes(&outcomes) + &format_clearance(nearest.as_ref())))?;
     let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
@@ -116,7 +116,7 @@ fn told_infeasible(commands: &Commands) -> String {
     text
 }
 
-/// What the joints are to do, for people.
+/// What the joints are to do.
 fn summary(place: &Path, made: &JointTrajectory) -> String {
     let last = made.points.last().map_or(0.0, |point| point.time_from_start.seconds());
     let mut text =
@@ -142,8 +142,8 @@ pub fn perform(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<Perf
     simulate(commands, robot, scene, &mut |part| progress.set(part))
 }
 
-/// What came of the tasks, for people.
-pub fn told(outcomes: &[Outcome]) -> String {
+/// What came of the tasks.
+pub fn format_outcomes(outcomes: &[Outcome]) -> String {
     let mut text = String::new();
     let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
     for outcome in outcomes {
@@ -154,7 +154,7 @@ pub fn told(outcomes: &[Outcome]) -> String {
             Some(fell_s) => writeln!(text, "fell off after {fell_s:.1} s"),
             None => writeln!(
                 text,
-                "is {:.1} mm and {:.1} degrees from where the person left it{}",
+                "is {:.1} mm and {:.1} degrees from where the demonstration left it{}",
                 Shown(outcome.off * 1e3),
                 outcome.turned.to_degrees(),
                 how_it_is(outcome)
@@ -175,7 +175,7 @@ pub fn told(outcomes: &[Outcome]) -> String {
     text
 }
 
-/// How an object is that is not where the person left it.
+/// How an object is that is not where the operator left it.
 fn how_it_is(outcome: &Outcome) -> String {
     if outcome.done {
         return String::new();
@@ -192,8 +192,8 @@ fn how_it_is(outcome: &Outcome) -> String {
     text
 }
 
-/// How near two arms came to each other, for people.
-pub fn told_nearest(nearest: Option<&MinDistance>) -> String {
+/// How near two arms came to each other.
+pub fn format_clearance(nearest: Option<&MinDistance>) -> String {
     let Some(nearest) = nearest else { return String::new() };
     let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
     if nearest.passes_through() {
@@ -204,7 +204,7 @@ pub fn told_nearest(nearest: Option<&MinDistance>) -> String {
     }
 }
 
-/// Forces that are not within their profile, for people; nothing for those that are.
+/// Forces that are not within their profile; nothing for those that are.
 fn told_forces(forces: &Forces) -> String {
     let mut faults = Vec::new();
     if !forces.below {

@@ -22,7 +22,7 @@ const MOST: u64 = 100_000;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   teachtree teach paper_box paper_box -o demonstration.csv --seed 7
-  teachtree teach peg_in_hole peg_in_hole --seeds 1..200 -o people")]
+  teachtree teach peg_in_hole peg_in_hole --seeds 1..200 -o recordings")]
 pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
@@ -40,7 +40,7 @@ pub struct Args {
     /// How much the simulated operator varies: 0 as a machine, 1 as the operator file says
     #[arg(long, alias = "noise", value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
     variation: f64,
-    /// The robot that is taught, by name or a robot file: the operator's virtual hands become as large as its hands
+    /// The robot that is to perform the task, by name or a robot file: the operator's virtual hands become as large as its hands
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
 }
@@ -98,7 +98,7 @@ fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, Fai
     Ok(world::teach_with_progress(scene, operator, seed, &mut |part| progress.set(part))?)
 }
 
-/// Records many people, as many at a time as there are processors. What a seed gives does not depend on the others.
+/// Records many simulated operators, as many at a time as there are processors. What a seed gives does not depend on the others.
 fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &Path) -> Result<(), Failure> {
     let cannot =
         |error: std::io::Error| InputError::new(folder.display().to_string(), format!("cannot be made: {error}"));

@@ -4,7 +4,7 @@ use super::progress::Progress;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::analyse as find;
+use crate::analysis::analyze as find;
 use crate::analysis::coverage::Coverage;
 use crate::analysis::expect::{self, Expectation};
 use crate::base::error::InputError;

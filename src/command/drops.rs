@@ -31,7 +31,7 @@ pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
 fn left_out(task: &Task, from: usize, why: &str) -> LeftOut {
     let segments = &task.segments[from.min(task.segments.len())..];
     let primitives = segments.iter().map(|segment| segment.primitive.clone()).collect();
-    let start_s = segments.first().filter(|_| from > 0).map_or(task.start_s, |first| first.taught_start_s);
+    let start_s = segments.first().filter(|_| from > 0).map_or(task.start_s, |first| first.demonstrated_start_s);
     LeftOut { primitives, start_s, end_s: task.end_s, why: why.into() }
 }
 
@@ -98,14 +98,14 @@ pub(super) fn lead_to_the_touch(task: &mut Task) {
     for at in 1..task.segments.len() {
         let (ways, touch) = task.segments.split_at_mut(at);
         let (Some(last), touch) = (ways.last(), &touch[0]) else { continue };
-        let later_s = touch.taught_start_s - (last.taught_start_s + last.duration_s);
+        let later_s = touch.demonstrated_start_s - (last.demonstrated_start_s + last.duration_s);
         let (Some(from), Some(to)) = (last.object.last(), touch.object.first()) else { continue };
         if last.touching || !touch.touching || later_s < NEXT_S {
             continue;
         }
         let moved = from_seven(to) * from_seven(from).inverse();
         for segment in ways.iter_mut().rev().take_while(|segment| !segment.touching) {
-            segment.taught_start_s += later_s;
+            segment.demonstrated_start_s += later_s;
             for object in &mut segment.object {
                 *object = seven(&(moved * from_seven(object)));
             }

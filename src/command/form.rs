@@ -35,9 +35,9 @@ pub struct Task {
     pub task: String,
     /// The object that it is about.
     pub object: String,
-    /// When the person began, s of the recording.
+    /// When the operator began, s of the recording.
     pub start_s: f64,
-    /// When the person was done.
+    /// When the operator was done.
     pub end_s: f64,
     /// How the object is touched, in order of time.
     pub grasps: Vec<Grasp>,
@@ -46,7 +46,7 @@ pub struct Task {
     /// The other object whose hole this one goes into, if it does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub into: Option<Into>,
-    /// What the person did that is not commanded.
+    /// What the operator did that is not commanded.
     pub left_out: Vec<LeftOut>,
 }
 
@@ -56,7 +56,7 @@ pub struct Task {
 pub struct Into {
     /// Its name.
     pub body: String,
-    /// Where it was when the person's object was in its hole, reference frame: x y z in m, quaternion w x y z.
+    /// Where it was when the operator's object was in its hole, reference frame: x y z in m, quaternion w x y z.
     pub pose: [f64; 7],
 }
 
@@ -96,7 +96,7 @@ pub struct MappedGrasp {
     pub joints: BTreeMap<String, f64>,
     /// The geometric mean of the fingers' measures; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's room.
     pub measure: f64,
-    /// The same where the palm copies the person's; nothing where fingers would not reach.
+    /// The same where the palm copies the demonstrated one; nothing where fingers would not reach.
     pub copied_measure: Option<f64>,
     /// How far the jaws of a gripper are open, m: from pad to pad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -129,8 +129,9 @@ pub struct Segment {
     pub start_s: f64,
     /// How long it takes, s.
     pub duration_s: f64,
-    /// When the person did it, s of the recording.
-    pub taught_start_s: f64,
+    /// When the operator did it, s of the recording.
+    #[serde(alias = "taught_start_s")]
+    pub demonstrated_start_s: f64,
     /// Index of the grasp that it leads to, has, or comes from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grasp: Option<usize>,
@@ -168,7 +169,7 @@ pub struct Quality {
     pub jerk_after: f64,
     /// The farthest that the commanded object, the hand, and fingertips without contact are from where they were recorded, m.
     pub position_deviation: f64,
-    /// The farthest that a fingertip in contact is from where it was recorded, m: it stays at its mean contact point, which the person's did not.
+    /// The farthest that a fingertip in contact is from where it was recorded, m: it stays at its mean contact point, which the operator's did not.
     #[serde(default)]
     pub contact_deviation: f64,
     /// The farthest that a commanded force is from the recorded one, N.
@@ -177,7 +178,7 @@ pub struct Quality {
     pub into_cone: usize,
 }
 
-/// Something that the person did and the robot does not.
+/// Something that the operator did and the robot does not.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LeftOut {

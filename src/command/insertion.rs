@@ -1,6 +1,6 @@
-//! Into a hole an object goes along the axis. A person lets it slide about on the rim and feels for the hole (chapter, section 2.1: such error is
+//! Into a hole an object goes along the axis. The operator lets it slide about on the rim and feels for the hole (chapter, section 2.1: such error is
 //! inadvertent); a robot sees where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
-//! above the rim until the person has found the hole, and then goes down as deep and as fast as the person's. Nothing pushes back there, so the forces stay
+//! above the rim until the operator has found the hole, and then goes down as deep and as fast as the operator's. Nothing pushes back there, so the forces stay
 //! those of carrying it.
 
 use super::RATE_HZ;
@@ -14,7 +14,7 @@ use crate::base::scene::{Role, Scene};
 use crate::base::socket::{PlugInSocket, SocketFrame};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-/// The object is over the axis when it is as low as this above the rim, and on its way as the person's was when it is higher than that, m.
+/// The object is over the axis when it is as low as this above the rim, and on its way as the operator's was when it is higher than that, m.
 const OVER_M: f64 = 0.008;
 const ON_ITS_WAY_M: f64 = 0.030;
 /// Its plug point is about to go in when it is nearer to the axis than the radius and this, m; farther away by this much more, it is not at all. Drawn
@@ -25,7 +25,7 @@ const COMES_M: f64 = 0.060;
 const STANDS_M: f64 = 0.005;
 /// It waits this far above the rim, m.
 const WAITS_M: f64 = 0.005;
-/// From there it comes to the person's depth within this time, s.
+/// From there it comes to the operator's depth within this time, s.
 const CATCHES_UP_S: f64 = 0.4;
 /// A hole is as wide as it is this far behind its rim, m, in so many directions, each looked along in so many steps until it is as near as this, m; what is
 /// farther away, m, is none of its walls.
@@ -103,8 +103,8 @@ pub(super) fn along_the_axis(
         let found = hole.at(&way[begins]).seen(&series.object[begins], &plug).height;
         for at in held {
             let hole = hole.at(&way[at]);
-            let person = series.object[at];
-            let seen = hole.seen(&person, &plug);
+            let demonstrated = series.object[at];
+            let seen = hole.seen(&demonstrated, &plug);
             let weight = hole.nearness(&seen);
             if weight == 0.0 {
                 carried = Some(at);
@@ -112,9 +112,9 @@ pub(super) fn along_the_axis(
             if let Some(carried) = carried {
                 series.fingers.iter_mut().for_each(|finger| finger.wanted_force[at] = finger.force[carried]);
             }
-            let turned = UnitQuaternion::rotation_between(&(person.rotation * upright), &hole.frame.axis)
+            let turned = UnitQuaternion::rotation_between(&(demonstrated.rotation * upright), &hole.frame.axis)
                 .unwrap_or_else(UnitQuaternion::identity);
-            let rotation = turned.powf(weight) * person.rotation;
+            let rotation = turned.powf(weight) * demonstrated.rotation;
             let height = if at < begins {
                 seen.height + (WAITS_M - seen.height).max(0.0) * weight
             } else {
@@ -144,11 +144,11 @@ pub struct Opening {
     pub axis: Vector3<f64>,
     /// The plug point, frame of the object.
     pub plug: Point3<f64>,
-    /// By how much the hole is wider than what goes in, to every side, m; `None` where shapes do not tell it.
+    /// By how much the hole is wider than what goes in, to every side, m; `None` where shapes do not determine it.
     pub clearance: Option<f64>,
 }
 
-/// The plain hole in which an object is at this pose; `None` when it is in none. `now` tells where other objects with holes are.
+/// The plain hole in which an object is at this pose; `None` when it is in none. `now` gives the poses of other objects with holes.
 pub fn hole_of(
     scene: &Scene,
     name: &str,

@@ -1,5 +1,5 @@
 //! Who pushes an object along a wall hardly presses it there, and loses the wall for moments (chapter, section 3.2: a fluctuation). A robot that goes the same
-//! way to a tenth of a millimetre may miss the wall altogether; so it is to keep as near as the person came at the nearest, and a little nearer.
+//! way to a tenth of a millimetre may miss the wall altogether; so it is to keep as near as the operator came at the nearest, and a little nearer.
 
 use super::RATE_HZ;
 use super::episodes::Episode;
@@ -10,7 +10,7 @@ use nalgebra::{Translation3, Vector3};
 
 /// How far into the wall, m: a light press of fingers as soft as the robot's.
 const INTO_M: f64 = 0.0006;
-/// No farther from where the person had it, m.
+/// No farther from where the operator had it, m.
 const FARTHEST_M: f64 = 0.0015;
 /// Within this time, s.
 const LEANS_S: f64 = 0.1;

@@ -1,4 +1,4 @@
-//! Commands: what a robot is to do, from an analysed recording.
+//! Commands: what a robot is to do, from an analyzed recording.
 //!
 //! For each task the segments that matter, with the trajectory of the object, the fingertips in the frame of the object, the forces on it and
 //! the contact points, smoothed within a segment and never across a contact (the chapter's sections 2.1, 2.5 and 3.2). What came to nothing,
@@ -126,10 +126,10 @@ fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut se
 }
 
 impl Task {
-    /// When the person had moved the object for the first time since it was held, s of the recording.
+    /// When the operator had moved the object for the first time since it was held, s of the recording.
     pub fn first_moved_s(&self) -> Option<f64> {
         let moves = |segment: &&Segment| segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release");
-        self.segments.iter().find(moves).map(|segment| segment.taught_start_s + segment.duration_s)
+        self.segments.iter().find(moves).map(|segment| segment.demonstrated_start_s + segment.duration_s)
     }
 
     /// Where the object is when it is touched first, reference frame; the same frame for a task that touches nothing.

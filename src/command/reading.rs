@@ -1,4 +1,4 @@
-//! Reading commands strictly: whatever a person or a program has changed in them is either still sound or refused, with its place.
+//! Reading commands strictly: whatever a user or a program has changed in them is either still sound or refused, with its place.
 
 use super::form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task};
 use crate::base::error::InputError;
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 /// No number of commands is larger: rad, N or s.
 const LARGEST: f64 = 1e4;
-/// No number that is only told is larger: jerks are hundreds and thousands of m/s^3.
+/// No number that is only reported is larger: jerks are hundreds and thousands of m/s^3.
 const LARGEST_TOLD: f64 = 1e9;
 /// No stamp is later, s: 3000 years.
 const LATEST_S: f64 = 1e11;
@@ -69,7 +69,7 @@ impl Task {
         for (number, grasp) in self.grasps.iter().enumerate() {
             grasp.check().map_err(|message| format!("grasp {} {message}", number + 1))?;
         }
-        let (mut ended_s, mut taught_s) = (0.0, self.start_s);
+        let (mut ended_s, mut demonstrated_s) = (0.0, self.start_s);
         for (number, segment) in self.segments.iter().enumerate() {
             let named = |message| format!("segment {} ({}) {message}", number + 1, segment.primitive);
             segment.check(rate_hz, self.grasps.len()).map_err(named)?;
@@ -78,11 +78,11 @@ impl Task {
                 return Err(named(format!("{begins} the one ahead of it ends, at {:.3} s", Shown(ended_s))));
             }
             ended_s = segment.start_s + segment.duration_s;
-            if segment.taught_start_s < taught_s - SAME_S {
-                let taught = format!("was taught from {} s on, expected", Shown(segment.taught_start_s));
-                return Err(named(format!("{taught} {} s or later, when what is ahead of it began", Shown(taught_s))));
+            if segment.demonstrated_start_s < demonstrated_s - SAME_S {
+                let found = format!("was demonstrated from {} s on, expected", Shown(segment.demonstrated_start_s));
+                return Err(named(format!("{found} {} s or later, when what is ahead of it began", Shown(demonstrated_s))));
             }
-            taught_s = segment.taught_start_s;
+            demonstrated_s = segment.demonstrated_start_s;
         }
         let left_out = |(number, left): (usize, &LeftOut)| {
             left.check().map_err(|message| format!("what is left out, {}, {message}", number + 1))
@@ -96,12 +96,12 @@ impl Task {
     fn agrees(&self) -> Check {
         let Some(last) = self.segments.last() else { return Ok(()) };
         let left_out = self.left_out.iter().map(|left| left.end_s);
-        let (from, to) = (last.taught_start_s, left_out.fold(last.taught_start_s + last.duration_s, f64::max));
+        let (from, to) = (last.demonstrated_start_s, left_out.fold(last.demonstrated_start_s + last.duration_s, f64::max));
         if (from - SAME_S..=to + LINGERS_S).contains(&self.end_s) {
             return Ok(());
         }
         let (found, from, to) = (Shown(self.end_s), Shown(from), Shown(to));
-        Err(format!("ends at {found} s, but the last of it was taught from {from:.3} s to {to:.3} s"))
+        Err(format!("ends at {found} s, but the last of it was demonstrated from {from:.3} s to {to:.3} s"))
     }
 }
 
@@ -149,7 +149,7 @@ impl MappedGrasp {
 impl Segment {
     fn check(&self, rate_hz: f64, grasps: usize) -> Check {
         finite(&[self.start_s, self.duration_s])?;
-        stamps(&[self.taught_start_s])?;
+        stamps(&[self.demonstrated_start_s])?;
         if self.duration_s < 0.0 {
             return Err(format!("takes {} s, expected none or more", Shown(self.duration_s)));
         }
@@ -204,7 +204,7 @@ fn stamps(values: &[f64]) -> Check {
     }
 }
 
-/// What is told to people only, and is never below zero.
+/// Numbers that are only reported and never below zero.
 fn told_only(values: &[f64]) -> Check {
     match values.iter().find(|value| !(0.0..=LARGEST_TOLD).contains(*value)) {
         Some(value) => Err(format!("has the number {}, expected 0 to {LARGEST_TOLD:e}", Shown(*value))),

@@ -208,7 +208,7 @@ impl Series {
         Segment {
             primitive: piece.primitive.clone(),
             duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
-            taught_start_s: self.start_s + at[0] as f64 / RATE_HZ,
+            demonstrated_start_s: self.start_s + at[0] as f64 / RATE_HZ,
             object: object.iter().map(|flat| unflattened(flat, &first)).collect(),
             hand: smooth_hand.into_iter().map(|it| rounded(it.into())).collect(),
             tips,

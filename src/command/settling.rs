@@ -1,4 +1,4 @@
-//! What a person lets fall a little is put down where it came to rest: let go above its place, or askew. How it falls is chance, and a robot that lets it
+//! What the operator lets fall a little is put down where it came to rest: let go above its place, or askew. How it falls is chance, and a robot that lets it
 //! fall as well has another one (chapter, section 2.1: such error is inadvertent).
 
 use super::episodes::Episode;
@@ -37,9 +37,9 @@ pub(super) fn put_down(series: &mut Series, episodes: &[Episode]) {
         let moved = to.translation.vector - from.translation.vector;
         for at in held.into_iter().filter(|at| *at >= begins) {
             let share = smooth_step((at - begins) as f64 / (last - begins).max(1) as f64);
-            let person = series.object[at];
-            let place = Translation3::from(person.translation.vector + moved * share);
-            series.wanted[at] = Isometry3::from_parts(place, turned.powf(share) * person.rotation);
+            let demonstrated = series.object[at];
+            let place = Translation3::from(demonstrated.translation.vector + moved * share);
+            series.wanted[at] = Isometry3::from_parts(place, turned.powf(share) * demonstrated.rotation);
         }
         for at in last + 1..series.len().min(rests + 1) {
             series.wanted[at] = to;

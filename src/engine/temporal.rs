@@ -117,7 +117,7 @@ impl State {
     /// The result on frame `now`, and the frame on which it may change though the condition does not (`u64::MAX` for never). Frames before that one on
     /// which neither the condition nor `anew` changes may be skipped. `anew` says that what came before is forgotten.
     pub fn frame(&mut self, watch: Watch, now: u64, holds: bool, anew: bool) -> (bool, u64) {
-        // Where the target changes on one frame after the other, each of them begins anew, and nothing else tells one from the next.
+        // Where the target changes on one frame after the other, each of them begins anew, and nothing else separates one from the next.
         let again = if anew && holds { now + 1 } else { u64::MAX };
         match (self, watch) {
             (Self::For(since), Watch::For(frames)) => {

@@ -9,7 +9,7 @@ use crate::language::rules::{
 };
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Differences of one pair of trees that are told.
+/// Differences of one pair of trees that are reported.
 const MAX_TOLD: usize = 20;
 /// Pairs of ways that may be too much work; the rest is not looked at then.
 const MAX_CUT: usize = 10;
@@ -40,7 +40,7 @@ pub struct Compared {
     pub alone: Vec<String>,
     /// Where they differ.
     pub differences: Vec<Difference>,
-    /// Whether some pair of ways was too much work: then what is not told may differ all the same.
+    /// Whether some pair of ways was too much work: then unreported trees may differ too.
     pub is_cut: bool,
 }
 
@@ -53,7 +53,7 @@ pub struct Additive {
     pub trees: Compared,
     /// Declarations of the base that are gone or mean something else.
     pub changed: Vec<String>,
-    /// Tasks and relabelling rules that may do something where no new primitive occurs.
+    /// Tasks and relabeling rules that may do something where no new primitive occurs.
     pub acts: Vec<String>,
 }
 
@@ -253,7 +253,7 @@ fn opposite(one: &Way, other: &Way) -> bool {
         .any(|(ours, _, wanted)| other.asked.iter().any(|(theirs, _, other)| ours == theirs && wanted != other))
 }
 
-/// Tasks and relabelling rules of one rule set that are gone in another one, or ask for something else there.
+/// Tasks and relabeling rules of one rule set that are gone in another one, or ask for something else there.
 pub fn lost(one: &Rules, other: &Rules) -> Vec<String> {
     lost_but(one, other, &|_| false)
 }

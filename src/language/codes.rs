@@ -149,9 +149,9 @@ codes! {
     HIDDEN_TASK = "W406";
     /// a task asks for a primitive that nothing gives
     MISSING_LABEL = "W407";
-    /// a relabelling rule never changes anything
+    /// a relabeling rule never changes anything
     IDLE_RELABEL = "W408";
-    /// two relabelling rules undo each other
+    /// two relabeling rules undo each other
     UNDOING_RULES = "W409";
     /// there are too many warnings to list
     TOO_MANY_WARNINGS = "W701";

@@ -224,7 +224,7 @@ impl Case {
         known.is_possible() && self.compare()
     }
 
-    /// Lets what is known of one number tell of those that it is compared with; false when that leaves nothing of one.
+    /// Narrows the numbers that one number is compared with by what is known of it; false when nothing of one is left.
     fn compare(&mut self) -> bool {
         // Each bound may wander along all differences; stopping before it has is no mistake.
         for _ in 0..=self.differences.len() {

@@ -25,17 +25,17 @@ impl Resolver {
             return;
         }
         // A file without a tree is a part for others.
-        let (missing, told) = labels::missing_labels(&self.rules, named);
+        let (missing, reported) = labels::missing_labels(&self.rules, named);
         if !self.rules.trees.is_empty() {
             self.unused_values(named);
-            self.unused_primitives(named, &told);
+            self.unused_primitives(named, &reported);
         }
         self.racing_latches();
         self.forgotten_from();
         let dead: Vec<Diagnostic> =
             choices::dead_choices(&self.rules, named).into_iter().map(|dead| dead.finding).collect();
-        let told: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
-        let idle = conditions::idle_conditions(&self.rules, named, &told);
+        let reported: Vec<_> = dead.iter().filter_map(Diagnostic::place).collect();
+        let idle = conditions::idle_conditions(&self.rules, named, &reported);
         let idle: Vec<Diagnostic> = idle.into_iter().map(|(_, finding)| finding).collect();
         let short = durations::short_durations(&self.rules, named);
         let zero = quotients::zero_divisors(&self.rules, named);
@@ -64,9 +64,9 @@ impl Resolver {
         self.findings.extend(unused);
     }
 
-    /// A primitive that no leaf gives and no rule rewrites to, unless what asks for it was `told` already.
-    fn unused_primitives(&mut self, named: &BTreeSet<u32>, told: &BTreeSet<PrimitiveId>) {
-        let mut given: BTreeSet<usize> = told.iter().map(|primitive| primitive.index()).collect();
+    /// A primitive that no leaf gives and no rule rewrites to, unless a finding about its use is `reported` already.
+    fn unused_primitives(&mut self, named: &BTreeSet<u32>, reported: &BTreeSet<PrimitiveId>) {
+        let mut given: BTreeSet<usize> = reported.iter().map(|primitive| primitive.index()).collect();
         for tree in &self.rules.trees {
             leaves(&tree.root, &mut given);
         }
@@ -97,13 +97,13 @@ impl Resolver {
             if lasting.is_some_and(|lasting| lasting.value > settle.value) {
                 continue;
             }
-            let told = lasting.map_or("at once".to_string(), |lasting| format!("after {} s", lasting.value));
+            let message = lasting.map_or("at once".to_string(), |lasting| format!("after {} s", lasting.value));
             findings.push(
                 Diagnostic::warning(
                     codes::LATCH_RACES_SETTLING,
                     format!("the latch `{}` may be set before its leaf settles", latch.name),
                 )
-                .at(place.span, format!("it is set {told}"))
+                .at(place.span, format!("it is set {message}"))
                 .at(settle.span, format!("a leaf settles after {} s", settle.value))
                 .note("a leaf that ends when it sets the latch vanishes when it did not last as long as the settling")
                 .help("let `for` take longer than the settling"),

@@ -50,7 +50,7 @@ pub struct Request {
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,
-    /// Whether rules without a tree are an error, since something is to be labelled; else they are only worth a warning.
+    /// Whether rules without a tree are an error, since something is to be labeled; else they are only worth a warning.
     pub needs_tree: bool,
     /// Texts that stand for files on disk, by canonical path: what an editor has not saved yet.
     pub buffers: BTreeMap<PathBuf, String>,
@@ -144,21 +144,21 @@ fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, 
     let named = input.named.clone();
     let (rules, more) = resolve::resolve(&input);
     // What else is wrong with rules without a tree, such as an override of what they lack, follows from that.
-    let told = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
-    findings.extend((rules.trees.is_empty() && told).then(|| no_tree(request.needs_tree)));
+    let message = if request.needs_tree { sound } else { sound && !more.iter().any(is_error) };
+    findings.extend((rules.trees.is_empty() && message).then(|| no_tree(request.needs_tree)));
     findings.extend(more);
     // What else there is to warn of is only known when nothing is wrong.
     let wrong = findings.iter().any(is_error);
-    let tells = |file: u32| named.contains(&file);
-    let tells: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&tells) } else { None };
+    let checked = |file: u32| named.contains(&file);
+    let checked: Option<&dyn Fn(u32) -> bool> = if whole && !wrong { Some(&checked) } else { None };
     let comments: Vec<&[_]> = files.iter().map(|file| file.comments.as_slice()).collect();
-    let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, tells));
+    let diagnostics = sorted(lints::allow::allowed(findings, &comments, &sources, checked));
     (Loaded { rules: (!wrong).then(|| rules.clone()), sources, diagnostics, root_unreadable }, files, rules)
 }
 
 /// The report for rules that label nothing, which is fine only for a part that other files use.
 fn no_tree(needed: bool) -> Diagnostic {
-    let message = "there is no tree: nothing will be labelled";
+    let message = "there is no tree: nothing will be labeled";
     let finding = if needed {
         Diagnostic::error(codes::TREE_NEEDED, message)
     } else {
@@ -172,12 +172,12 @@ fn sorted(mut findings: Vec<Diagnostic>) -> Vec<Diagnostic> {
     findings.sort_by_key(Diagnostic::place);
     if findings.len() > MAX_REPORTS {
         let rest = findings.split_off(MAX_REPORTS);
-        let told = format!("there are {} more findings", rest.len());
+        let message = format!("there are {} more findings", rest.len());
         let is_error = |finding: &Diagnostic| finding.severity == Severity::Error;
         findings.push(if rest.iter().any(is_error) {
-            Diagnostic::error(codes::TOO_MANY_ERRORS, told)
+            Diagnostic::error(codes::TOO_MANY_ERRORS, message)
         } else {
-            Diagnostic::warning(codes::TOO_MANY_WARNINGS, told)
+            Diagnostic::warning(codes::TOO_MANY_WARNINGS, message)
         });
     }
     findings

@@ -1,4 +1,4 @@
-//! Relabelling rules: labels, durations, and the text that a rewritten segment carries as its trail.
+//! Relabeling rules: labels, durations, and the text that a rewritten segment carries as its trail.
 
 use super::codes;
 use super::resolve::Resolver;
@@ -9,7 +9,7 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units::Dimension;
 
 impl Resolver {
-    /// Checks the relabelling rules; the tasks are known and ordered.
+    /// Checks the relabeling rules; the tasks are known and ordered.
     pub(super) fn relabels(&mut self, blocks: &[&RelabelBlock]) {
         for block in blocks {
             let task = match &block.task {

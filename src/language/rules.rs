@@ -62,7 +62,7 @@ pub struct Rules {
     pub trees: Vec<Tree>,
     /// Tasks by priority: the first that matches names the task.
     pub tasks: Vec<Task>,
-    /// Relabelling rules in order.
+    /// Relabeling rules in order.
     pub relabels: Vec<Relabel>,
 }
 
@@ -216,7 +216,7 @@ pub struct Choice {
     pub condition: Option<Expr>,
     /// What follows.
     pub then: Then,
-    /// Where it stands; its file tells which extension brought it.
+    /// Where it stands; its file names the extension that brought it.
     pub span: Span,
 }
 
@@ -269,7 +269,7 @@ pub struct Key {
     pub span: Span,
 }
 
-/// A relabelling rule.
+/// A relabeling rule.
 #[derive(Clone, Debug)]
 pub struct Relabel {
     /// The task it is for; `None` runs before recognition.
@@ -285,7 +285,7 @@ pub struct Relabel {
 /// Alternatives `(P or Q)`.
 pub type Labels = Vec<Label>;
 
-/// What a relabelling rule does. The time of rewritten segments belongs to the surviving label.
+/// What a relabeling rule does. The time of rewritten segments belongs to the surviving label.
 #[derive(Clone, Debug)]
 pub enum RelabelKind {
     /// `X [shorter than d] between A and B becomes C`; with `run`, X is `(P or Q)+`: one or more neighbours.

@@ -304,7 +304,7 @@ pub struct RelabelBlock {
     pub rules: Vec<Relabel>,
 }
 
-/// A relabelling rule.
+/// A relabeling rule.
 #[derive(Clone, Debug)]
 pub struct Relabel {
     /// What it says.
@@ -316,7 +316,7 @@ pub struct Relabel {
 /// `X`, `(P or Q)`
 pub type Labels = Vec<Label>;
 
-/// What a relabelling rule says.
+/// What a relabeling rule says.
 #[derive(Clone, Debug)]
 pub enum RelabelKind {
     /// `X shorter than d between A and B becomes C`, also looking at both hands, where C may be `separate`.

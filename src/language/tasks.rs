@@ -115,7 +115,7 @@ impl Resolver {
             let before = declared.get(task).and_then(|(task, _)| task.before.as_ref())?;
             at.get(before.text.as_str()).copied()
         };
-        let mut told: BTreeSet<usize> = BTreeSet::new();
+        let mut reported: BTreeSet<usize> = BTreeSet::new();
         let mut ended: BTreeSet<usize> = BTreeSet::new();
         for start in 0..declared.len() {
             let mut path: BTreeSet<usize> = BTreeSet::new();
@@ -123,13 +123,13 @@ impl Resolver {
             while let Some(here) = task.filter(|here| !ended.contains(here) && path.insert(*here)) {
                 task = next(here);
             }
-            if let Some(here) = task.filter(|here| path.contains(here) && !told.contains(here)) {
-                told.extend(&path);
+            if let Some(here) = task.filter(|here| path.contains(here) && !reported.contains(here)) {
+                reported.extend(&path);
                 self.circular_tasks(here, &next, declared);
             }
             ended.extend(path);
         }
-        if !told.is_empty() {
+        if !reported.is_empty() {
             return (0..declared.len()).collect();
         }
         // Depth first, with a stack of our own: first what comes before a task, then the task.

@@ -8,7 +8,7 @@ use lsp_types::{CodeDescription, Diagnostic, DiagnosticRelatedInformation, Diagn
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// The diagnostics of all that is open, by file; an open file without any has an empty list. One that several files bring up is told once.
+/// The diagnostics of all that is open, by file; an open file without any has an empty list. One that several files bring up is reported once.
 pub fn all(workspace: &mut Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut by_file: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
     by_file.extend(workspace.open.keys().map(|path| (path.clone(), Vec::new())));

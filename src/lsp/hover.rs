@@ -34,8 +34,8 @@ pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
             (span, expr.or_else(|| own(&whole.survey.rules, symbol, span)))
         }
         None => match unit(whole, here) {
-            Some((span, told)) => {
-                parts.push(told);
+            Some((span, text)) => {
+                parts.push(text);
                 (span, None)
             }
             None => {
@@ -50,12 +50,12 @@ pub fn hover(spot: &Spot, recording: &mut Recording) -> Option<Hover> {
     };
     let rules = &whole.survey.rules;
     match (value, symbol) {
-        (Some((expr, per_hand)), _) => parts.extend(told(whole, recording, |it| it.value(rules, &expr, per_hand))),
+        (Some((expr, per_hand)), _) => parts.extend(lines_of(whole, recording, |it| it.value(rules, &expr, per_hand))),
         (None, Some(Symbol { kind: Kind::Param, name, .. })) => {
             parts.extend(rules.param(name).map(|param| format!("now {}", quantity(param.value, param))));
         }
         (None, Some(Symbol { kind: Kind::Tree | Kind::Primitive, .. })) => {
-            parts.extend(told(whole, recording, |it| it.leaves(rules)));
+            parts.extend(lines_of(whole, recording, |it| it.leaves(rules)));
         }
         _ => {}
     }
@@ -183,7 +183,7 @@ fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
 }
 
 /// What the recording says.
-fn told(
+fn lines_of(
     whole: &Whole,
     recording: &mut Recording,
     say: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,

@@ -53,7 +53,7 @@ impl Recording {
     /// What an expression is worth at the time that is set, of each hand when it is `per_hand`, as Markdown. `None` without a recording;
     /// errors say why nothing is known.
     pub fn value(&mut self, rules: &Rules, expr: &Expr, per_hand: bool) -> Option<Result<String, String>> {
-        self.told(rules, expr, |inspector, expr, frame| {
+        self.inspect(rules, expr, |inspector, expr, frame| {
             let hands: Vec<Option<Side>> = if per_hand { sides(inspector).map(Some).collect() } else { vec![None] };
             hands.into_iter().map(|hand| Ok((hand, value(inspector, expr, hand, frame)?))).collect()
         })
@@ -61,7 +61,7 @@ impl Recording {
 
     /// What the trees give at the time that is set, before settling: of each hand, and of both. Otherwise as [`Recording::value`].
     pub fn leaves(&mut self, rules: &Rules) -> Option<Result<String, String>> {
-        self.told(rules, &(), |inspector, (), frame| {
+        self.inspect(rules, &(), |inspector, (), frame| {
             let tracks = sides(inspector).map(Some).chain([None]).filter(|side| inspector.tree(*side).is_some());
             let leaf =
                 |side| inspector.leaf(side, frame).map_or("separate".to_string(), |label| rules.label_name(label));
@@ -70,7 +70,7 @@ impl Recording {
     }
 
     /// What is to be said of a frame: of each hand, or of none, what comes first and what explains it. The inspector may keep what it is asked `about`.
-    fn told<T>(
+    fn inspect<T>(
         &mut self,
         rules: &Rules,
         about: &T,

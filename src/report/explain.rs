@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write;
 
 /// Names that were opened before, with the slot that they were about.
-type Told = BTreeSet<(String, String)>;
+type Printed = BTreeSet<(String, String)>;
 
 /// Writes explanations one below the other.
 pub fn explanation(explained: &[Explanation]) -> String {
@@ -32,9 +32,9 @@ fn write_one(text: &mut String, one: &Explanation) {
         one.since_s,
         one.tree
     );
-    let mut told = Told::new();
+    let mut printed = Printed::new();
     for step in &one.path {
-        write_step(text, step, &mut told);
+        write_step(text, step, &mut printed);
     }
     if !one.latches.is_empty() {
         text.push_str("  latches\n");
@@ -51,8 +51,8 @@ fn write_one(text: &mut String, one: &Explanation) {
     if let Some(settled) = &one.settled {
         write_became(text, "settled", settled);
     }
-    if let Some(relabelled) = &one.relabelled {
-        write_became(text, "relabelled", relabelled);
+    if let Some(relabeled) = &one.relabeled {
+        write_became(text, "relabeled", relabeled);
     }
     if let Some(task) = &one.task {
         write_task(text, task);
@@ -60,9 +60,9 @@ fn write_one(text: &mut String, one: &Explanation) {
     if let Some(why_not) = &one.why_not {
         // On another frame names mean something else.
         if why_not.time_s.to_bits() != one.time_s.to_bits() {
-            told.clear();
+            printed.clear();
         }
-        write_why_not(text, why_not, &mut told);
+        write_why_not(text, why_not, &mut printed);
     }
 }
 
@@ -70,7 +70,7 @@ fn suffix(object: &Option<String>, partner: &Option<String>) -> String {
     Subject { object: object.clone(), partner: partner.clone() }.suffix()
 }
 
-fn write_step(text: &mut String, step: &Step, told: &mut Told) {
+fn write_step(text: &mut String, step: &Step, printed: &mut Printed) {
     let indent = "  ".repeat(step.depth + 1);
     let taken = if step.taken { "yes" } else { "no " };
     let fact = match &step.reason {
@@ -79,7 +79,7 @@ fn write_step(text: &mut String, step: &Step, told: &mut Told) {
     };
     let _ = writeln!(text, "{indent}{taken} {}{fact}   {}", step.choice, step.place);
     for reason in step.reason.iter().flat_map(|reason| &reason.because) {
-        write_reason(text, reason, step.depth + 3, told);
+        write_reason(text, reason, step.depth + 3, printed);
     }
 }
 
@@ -88,18 +88,18 @@ fn words(reason: &Reason) -> String {
     reason.fact.as_ref().map_or(String::new(), |fact| format!(": {}", fact.words(reason.holds)))
 }
 
-fn write_reason(text: &mut String, reason: &Reason, depth: usize, told: &mut Told) {
+fn write_reason(text: &mut String, reason: &Reason, depth: usize, printed: &mut Printed) {
     let indent = "  ".repeat(depth);
     let holds = if reason.holds { "yes" } else { "no " };
     let slot = reason.slot.as_ref().map_or(String::new(), |slot| format!("{slot}: "));
     if is_name(&reason.condition)
         && !reason.because.is_empty()
-        && !told.insert((slot.clone(), reason.condition.clone()))
+        && !printed.insert((slot.clone(), reason.condition.clone()))
     {
         let _ = writeln!(text, "{indent}{holds} {slot}{}{}, as above", reason.condition, words(reason));
         return;
     }
-    // A name whose meaning is one measured condition is told on one line with it.
+    // A name whose meaning is one measured condition is printed on one line with it.
     match reason.because.as_slice() {
         [only]
             if reason.fact.is_none()
@@ -109,13 +109,13 @@ fn write_reason(text: &mut String, reason: &Reason, depth: usize, told: &mut Tol
         {
             let _ = writeln!(text, "{indent}{holds} {slot}{} = {}{}", reason.condition, only.condition, words(only));
             for below in &only.because {
-                write_reason(text, below, depth + 2, told);
+                write_reason(text, below, depth + 2, printed);
             }
         }
         because => {
             let _ = writeln!(text, "{indent}{holds} {slot}{}{}", reason.condition, words(reason));
             for below in because {
-                write_reason(text, below, depth + 2, told);
+                write_reason(text, below, depth + 2, printed);
             }
         }
     }
@@ -153,7 +153,7 @@ fn write_task(text: &mut String, task: &TaskReason) {
     }
 }
 
-fn write_why_not(text: &mut String, why_not: &WhyNot, told: &mut Told) {
+fn write_why_not(text: &mut String, why_not: &WhyNot, printed: &mut Printed) {
     let WhyNot { primitive, time_s, choice, place, missing } = why_not;
     if missing.is_empty() {
         let _ = writeln!(text, "  {primitive} was given at {time_s:.3} s by {choice}   {place}");
@@ -164,7 +164,7 @@ fn write_why_not(text: &mut String, why_not: &WhyNot, told: &mut Told) {
         let why = if *wanted { "is not so" } else { "takes it" };
         let _ = writeln!(text, "    {choice} {why}{}   {place}", words(reason));
         for below in &reason.because {
-            write_reason(text, below, 3, told);
+            write_reason(text, below, 3, printed);
         }
     }
 }

@@ -30,7 +30,7 @@ pub(super) fn figure(
     let mut drawing = Drawing { time, frames, y: 4.0, body: String::new() };
     drawing.issues(track, analysis);
     drawing.segments("raw", &track.segments);
-    drawing.segments("relabelled", &track.relabelled);
+    drawing.segments("relabeled", &track.relabeled);
     drawing.tasks(track);
     let lanes_end = drawing.y;
     let mut lacking = Vec::new();
@@ -69,7 +69,7 @@ fn spoken(track: &Track) -> String {
         .iter()
         .map(|task| format!("{} from {:.2} to {:.2} s", task.task, task.start_s, task.end_s))
         .collect();
-    let segments: Vec<&str> = track.relabelled.iter().map(|segment| segment.primitive.as_str()).collect();
+    let segments: Vec<&str> = track.relabeled.iter().map(|segment| segment.primitive.as_str()).collect();
     let tasks = if tasks.is_empty() { "no task".into() } else { tasks.join(", ") };
     format!("{tasks}; segments {}", segments.join(", "))
 }

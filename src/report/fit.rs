@@ -106,7 +106,7 @@ fn verdict(fit: &Fit) -> String {
     match fit.verdict {
         Verdict::Gain => format!("better: {spread}"),
         Verdict::NotBorneOut => format!(
-            "not borne out: {spread}.\nWhat was found may fit these recordings by chance; more of them may tell. `--anyway` gives the patch all the same."
+            "not borne out: {spread}.\nThese values may fit the recordings by chance; add recordings, or print the patch nevertheless with `--anyway`."
         ),
         Verdict::NothingToGain => {
             format!(

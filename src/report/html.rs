@@ -1,12 +1,12 @@
 //! The page for browsers: an analysis, its frames and its recording in, one file out that needs no network.
 //!
-//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabelled segments and tasks, and below them the signals of the chapter's Figure 5 with the
+//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabeled segments and tasks, and below them the signals of the chapter's Figure 5 with the
 //! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
 
 use super::figure::figure;
 use super::svg::escape;
 use super::{page, palette, remarks};
-use crate::analysis::explain::Analysed;
+use crate::analysis::explain::Analyzed;
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
 use crate::analysis::{Analysis, Segment, Subject, TaskSpan, Track, Who};
@@ -17,12 +17,12 @@ use crate::stream::frames::Frames;
 /// Nothing is fetched, whatever the page is made of.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'";
 
-/// Writes the page. The frames are those that were analysed, made with [`channels`](super::channels) from the recording.
+/// Writes the page. The frames are those that were analyzed, made with [`channels`](super::channels) from the recording.
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub fn html(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
-    let Analysed { analysis, frames, .. } = *analysed;
+pub fn html(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+    let Analyzed { analysis, frames, .. } = *analyzed;
     let mut body = header(analysis, meta);
     body.push_str(page::PLACE);
     body.push_str(&tasks(analysis));
@@ -32,7 +32,7 @@ pub fn html(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<S
     }
     body.push_str("</details>\n");
     body.push_str(&issues(analysis));
-    body.push_str(&page::scripts(analysed, recording, meta)?);
+    body.push_str(&page::scripts(analyzed, recording, meta)?);
     Ok(format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"{POLICY}\">\n\
@@ -144,7 +144,7 @@ fn capital(word: &str) -> String {
 }
 
 fn segments(track: &Track) -> String {
-    let rows: String = (track.relabelled.iter())
+    let rows: String = (track.relabeled.iter())
         .map(|segment| {
             format!(
                 "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td></tr>\n",
@@ -160,9 +160,9 @@ fn segments(track: &Track) -> String {
         return "<p class=\"quiet\">No segments.</p>\n".into();
     }
     format!(
-        "<details><summary>Segments after relabelling: {}</summary><div class=\"scroll\"><table>\n\
+        "<details><summary>Segments after relabeling: {}</summary><div class=\"scroll\"><table>\n\
          <tr><th>primitive</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
-        track.relabelled.len()
+        track.relabeled.len()
     )
 }
 

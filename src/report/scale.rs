@@ -1,6 +1,6 @@
 //! How far the scale of a plot reaches: the values of its curves in, a range out that a knock of a few frames does not stretch.
 //!
-//! What is brief and rare may lie outside of the scale, where it would more than double it; plots mark where it does and tell its largest value.
+//! What is brief and rare may lie outside of the scale, where it would more than double it; plots mark the place and print its largest value.
 
 use std::collections::VecDeque;
 

@@ -199,7 +199,7 @@ impl ValueAxis {
 
     /// Lines at round values with their numbers.
     pub fn ticks(&self) -> String {
-        // One line alone tells no scale.
+        // One line alone gives no scale.
         let lines = |step: f64| (self.greatest / step).floor() - (self.least / step).ceil();
         let wide = round_step((self.greatest - self.least) / 3.0);
         let step = if lines(wide) < 1.0 { round_step((self.greatest - self.least) / 6.0) } else { wide };

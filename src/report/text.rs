@@ -1,6 +1,6 @@
 //! The timeline for terminals: an analysis in, lanes and lists out.
 //!
-//! Every track has a lane of raw segments, one of relabelled segments when rules changed something, and one of tasks, all to the same
+//! Every track has a lane of raw segments, one of relabeled segments when rules changed something, and one of tasks, all to the same
 //! scale, and below the tasks and their segments with times and trails. Without colour the lanes are drawn with letters
 //! and bars; without Unicode everything is ASCII. No line of the timeline is longer than the width.
 
@@ -82,7 +82,7 @@ struct Page<'a> {
 fn names(analysis: &Analysis) -> usize {
     let width = |name: &str, subject: &Subject| (name.to_string() + &subject.suffix()).chars().count();
     let listed = analysis.tracks.iter().flat_map(|track| {
-        let all = track.relabelled.iter().filter(|_| track.tasks.is_empty());
+        let all = track.relabeled.iter().filter(|_| track.tasks.is_empty());
         let segments = all.chain(track.tasks.iter().flat_map(|task| &task.segments));
         let tasks = track.tasks.iter().map(|task| width(&task.task, &task.subject).saturating_sub(SWATCH));
         segments.map(|segment| width(&segment.primitive, &segment.subject)).chain(tasks)
@@ -111,10 +111,10 @@ impl Page<'_> {
         let name = track.who.to_string();
         let mut lines = vec![format!("{}{}", self.bold(&format!("{name:GUTTER$}")), self.axis())];
         lines.push(format!("{:GUTTER$}{}", "raw", self.lane(&bars(&track.segments))));
-        if track.relabelled.iter().any(|segment| !segment.by.is_empty())
-            || track.relabelled.len() != track.segments.len()
+        if track.relabeled.iter().any(|segment| !segment.by.is_empty())
+            || track.relabeled.len() != track.segments.len()
         {
-            lines.push(format!("{:GUTTER$}{}", "relabelled", self.lane(&bars(&track.relabelled))));
+            lines.push(format!("{:GUTTER$}{}", "relabeled", self.lane(&bars(&track.relabeled))));
         }
         if !track.tasks.is_empty() {
             let tasks: Vec<Bar> = (track.tasks.iter().zip(palette::TASKS.into_iter().cycle()))
@@ -227,10 +227,10 @@ impl Page<'_> {
         if track.tasks.is_empty() {
             if matches!(track.who, Who::Hand(_)) {
                 lines.push("  no task".into());
-            } else if track.relabelled.is_empty() {
+            } else if track.relabeled.is_empty() {
                 lines.push("  no coordination".into());
             }
-            lines.extend(track.relabelled.iter().flat_map(|segment| self.segment(segment)));
+            lines.extend(track.relabeled.iter().flat_map(|segment| self.segment(segment)));
         }
         lines
     }

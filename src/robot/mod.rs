@@ -1,4 +1,4 @@
-//! Robots: their files, their kinematics, and how their hands take hold of what a person held.
+//! Robots: their files, their kinematics, and how their hands take hold of what the operator held.
 //!
 //! A robot file becomes a [`Robot`], a tree of links with hands on it. Nothing here knows a rule, and nothing opens a file:
 //! whoever reads robots hands their texts in.

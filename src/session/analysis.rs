@@ -178,9 +178,9 @@ impl Analysis {
     }
 
     /// Everything that explanations are made of.
-    pub(crate) fn explained(&self) -> Result<explain::Analysed<'_>, Error> {
+    pub(crate) fn explained(&self) -> Result<explain::Analyzed<'_>, Error> {
         let Run { frames, leaves } = self.run()?;
-        Ok(explain::Analysed { rules: self.rules.set(), frames, leaves, analysis: &self.found })
+        Ok(explain::Analyzed { rules: self.rules.set(), frames, leaves, analysis: &self.found })
     }
 }
 
@@ -211,7 +211,7 @@ impl<'a> Track<'a> {
     /// The segments after relabeling, in order of time. Those of a hand leave out no frame, except in gaps of the log.
     pub fn segments(self) -> impl Iterator<Item = Segment<'a>> {
         let who = self.who();
-        self.inner.relabelled.iter().map(move |inner| Segment { who, inner })
+        self.inner.relabeled.iter().map(move |inner| Segment { who, inner })
     }
 
     /// The segments as the trees returned them, settled, before relabeling.

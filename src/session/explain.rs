@@ -58,16 +58,16 @@ pub struct Explanations {
 impl Explanations {
     pub(crate) fn new(analysis: &Analysis, question: &Question) -> Result<Self, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
-        let analysed = analysis.explained()?;
+        let analyzed = analysis.explained()?;
         let tracks: Vec<Who> = match question.track {
             Some(track) => vec![track],
-            None => analysed.analysis.tracks.iter().map(|track| track.who).collect(),
+            None => analyzed.analysis.tracks.iter().map(|track| track.who).collect(),
         };
         let mut explained = Vec::new();
         let mut unable: Option<InputError> = None;
         for who in tracks {
             let asked = explain::Question { who, time_s: question.time_s, why_not: question.why_not.clone() };
-            match explain::explain(&analysed, &asked) {
+            match explain::explain(&analyzed, &asked) {
                 Ok(more) => explained.extend(more.into_iter().map(|one| (who, one))),
                 // A primitive of one tree need not be one of the other: it is unknown only when no tree has it.
                 Err(error) if question.track.is_none() => unable = Some(error),

@@ -41,7 +41,7 @@ impl Recording {
         let truth = truth(opened, &found).map_err(argument)?;
         let meta = Meta { log: log.name(), ..Meta::default() };
         // A log that cannot be scored at all is refused before the search.
-        score(&truth, &found, Stage::Relabelled, &meta).map_err(argument)?;
+        score(&truth, &found, Stage::Relabeled, &meta).map_err(argument)?;
         Ok(Self { log: log.clone(), truth, channels: channels(rules.set()), run, meta })
     }
 
@@ -57,7 +57,7 @@ impl Recording {
         } else {
             leaves(rules, graph, frames).map(Some)
         };
-        let found = analysis::analyse(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
+        let found = analysis::analyze(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
         let mut tally = Tally::default();
         score(&self.truth, &found, stage, &self.meta).ok()?.iter().for_each(|row| tally.add(&row.tally));
         Some(Worth::new(&tally))
@@ -68,7 +68,7 @@ impl Recording {
 struct Compiled {
     rules: Rules,
     graph: Graph,
-    /// Whether the trees give the same leaves as with the values in the files: only settling, tasks or relabelling differ.
+    /// Whether the trees give the same leaves as with the values in the files: only settling, tasks or relabeling differ.
     is_base: bool,
     channels: Vec<ChannelSpec>,
 }

@@ -57,11 +57,11 @@ pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
     let at = |time: Option<&f64>| time.copied().unwrap_or_default();
     let (start_s, end_s) = (at(frames.time.first()), at(frames.time.last()));
     let issue = |track: &TrackObservability, lack: &Undetectable| Issue {
-        kind: "not_told".into(),
+        kind: "undetectable".into(),
         start_s,
         end_s,
         channel: track.track.clone(),
-        message: format!("{} cannot be told: {}", lack.primitives.join(", "), lack.reason),
+        message: format!("{} cannot be detected: {}", lack.primitives.join(", "), lack.reason),
     };
     tracks(graph, frames)
         .iter()
@@ -174,9 +174,9 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
             // What is measured may stand still by chance; a number that is worked out from the scene does not.
             let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
-                let told = if first == 0.0 { "zero" } else { "constant" };
+                let state = if first == 0.0 { "zero" } else { "constant" };
                 silent
-                    .insert((index, side), (format!("`{}` is {told} all along", channel.name), Known::Constant(first)));
+                    .insert((index, side), (format!("`{}` is {state} all along", channel.name), Known::Constant(first)));
             }
         }
     }

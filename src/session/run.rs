@@ -72,7 +72,7 @@ impl Run {
     pub fn analyzed(rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
         let graph = lower(rules);
         let run = Self::of_graph(rules, &graph, opened)?;
-        let mut found = analysis::analyse(rules, &run.frames, &run.leaves);
+        let mut found = analysis::analyze(rules, &run.frames, &run.leaves);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
             found.issues.extend(observability::issues(&graph, &run.frames));

@@ -22,7 +22,7 @@ pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
     let Running { leaves, laid, layout, issues, .. } = run;
     let (channels, len) = (channels(rules), time.len());
     let frames = Frames { channels, len, time, stretches, layout, objects, bodies, issues, ..Frames::default() };
-    let found = analysis::analyse_series(rules, &frames, &laid, &leaves);
+    let found = analysis::analyze_series(rules, &frames, &laid, &leaves);
     (!laid.failed()).then_some(found)
 }
 

@@ -129,8 +129,8 @@ pub(super) fn check_scene(scene: &Scene) -> Result<(), InputError> {
             let message = format!("found {} m, expected at most {FARTHEST_M} m", Shown(far.0));
             return Err(InputError::new(format!("bodies.{name}.position"), message));
         }
-        for (socket, told) in &body.sockets {
-            let unknown = told.accepts.iter().flatten().find(|object| !scene.bodies.contains_key(*object));
+        for (socket, spec) in &body.sockets {
+            let unknown = spec.accepts.iter().flatten().find(|object| !scene.bodies.contains_key(*object));
             if let Some(unknown) = unknown {
                 let message = format!("found `{unknown}`, expected the names of bodies of the scene");
                 return Err(InputError::new(format!("bodies.{name}.sockets.{socket}.accepts"), message));

@@ -6,7 +6,7 @@
 //! - all along, when the sensor repeats itself during most of the log and never reads zero: it has no rest;
 //! - in that interval, when the sensor is lively otherwise: its noise is far finer than what it repeats.
 //!
-//! A dead force reads zero, so that it is never one long contact. A fingertip that stands still while the others of its hand travel is only told.
+//! A dead force reads zero, so that it is never one long contact. A fingertip that stands still while the others of its hand travel is only reported.
 
 use super::frames::Issue;
 use super::measured::Columns;
@@ -29,7 +29,7 @@ const MOVED: f64 = 0.010;
 const CHANGED: f64 = 0.1;
 /// How far the other fingertips must get while one stands still, m.
 const TRAVELLED: f64 = 0.050;
-/// The fewest changes that tell whether a sensor is lively.
+/// The fewest changes that show whether a sensor is alive.
 const CHANGES: usize = 10;
 /// Noise turns round at two of three changes, a ramp at none: the least share of turns.
 const TURNS: f64 = 0.25;
@@ -62,7 +62,7 @@ pub fn silence_uncorrected(recording: &mut Recording, trust: &[String]) -> Vec<I
     issues
 }
 
-/// Puts zeros where a force sensor of a finger is dead, and tells where; those in `trust` are left alone.
+/// Puts zeros where a force sensor of a finger is dead, and returns where; those in `trust` are left alone.
 pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Issue> {
     let channels: Vec<String> = columns
         .keys()
@@ -101,7 +101,7 @@ pub fn silence(time: &[f64], columns: &mut Columns, trust: &[String]) -> Vec<Iss
     issues
 }
 
-/// Whether a vector may be of a dead sensor, as far as that can be told from it alone while it comes in blocks: a sensor that is dead is
+/// Whether a vector may be of a dead sensor, as far as it alone shows while it comes in blocks: a sensor that is dead is
 /// among those that may be.
 pub struct Repeats {
     is_force: bool,

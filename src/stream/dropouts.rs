@@ -1,7 +1,7 @@
 //! Values that were not measured: what cannot be meant becomes unmeasured, short drop-outs are bridged, rows of longer ones are left out.
 //!
 //! A drop-out of one sample, or of up to [`BRIDGED_SECS`], is bridged: poses and velocities on a straight line, forces and flags held.
-//! Longer ones split the log. Each is told as an issue (docs/logs.md).
+//! Longer ones split the log. Each is an issue (docs/logs.md).
 
 use super::frames::Issue;
 use super::measured::{Columns, channel_of, over_all};
@@ -25,7 +25,7 @@ const LARGEST_OF_ANY: f64 = 1e12;
 pub(super) const NO_ROTATION: f64 = 1e-3;
 /// How far the length of a quaternion may be from one.
 const UNIT_WITHIN: f64 = 0.05;
-/// Intervals told one by one for a channel; more are summed up.
+/// Intervals listed one by one for a channel; more are summed up.
 const TOLD: usize = 20;
 
 /// Makes unmeasured what cannot have been measured: numbers out of all bounds, quaternions without direction.
@@ -99,7 +99,7 @@ pub fn are_rotations([w, x, y, z]: [&[f64]; 4]) -> bool {
     parts.map(squares).all(|square| range.contains(&square))
 }
 
-/// Bridges short drop-outs, and tells where.
+/// Bridges short drop-outs, and returns where.
 pub fn bridge(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
     let Ok(step) = usual_step(time) else { return vec![] };
     let mut issues = vec![];

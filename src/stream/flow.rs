@@ -1,7 +1,7 @@
 //! Logs that are larger than memory: a path in, frames in windows out, and no more of the log in memory than its stamps and one window.
 //!
 //! Some things are known only when the whole log was seen: its rate and its gaps, and what its sensors read at rest. So the stamps are read
-//! first, then the columns that tell of rest, and then all of it is read and derived window by window. What comes out is the same, bit by
+//! first, then the columns that show rest, and then all of it is read and derived window by window. What comes out is the same, bit by
 //! bit, as of a log that is in memory.
 //!
 //! That is for plain logs: canonical, one table, every sample measured, no sensor that may be dead, contacts in the log. Others need all
@@ -9,7 +9,7 @@
 
 use super::csv::{self, Clock};
 use super::dead::Repeats;
-use super::derive::{self, ANCHOR, Told, tare};
+use super::derive::{self, ANCHOR, Findings, tare};
 use super::dropouts;
 use super::formats;
 use super::frames::{Frames, Issue, Layout};
@@ -36,7 +36,7 @@ use std::path::PathBuf;
 /// How many frames are derived at once: few enough to stay near the processor.
 const WINDOW: usize = 32 * ANCHOR;
 
-/// A log that can be read again and again, as far as its head tells.
+/// A log that can be read again and again, as far as its head shows.
 pub struct Flow {
     log: PathBuf,
     scene: Scene,
@@ -149,9 +149,9 @@ impl Flow {
         if missing::any(&time) {
             return None;
         }
-        let told: Vec<(&str, Stranger)> = strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
+        let listed: Vec<(&str, Stranger)> = strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
-        let mut issues = strangers::ignored(&ends, &told);
+        let mut issues = strangers::ignored(&ends, &listed);
         let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
         let rests = self.rests(time.len(), rate_hz)?;
         Some(Known { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, rests })
@@ -218,7 +218,7 @@ impl Known {
         let mut row_issues = vec![];
         let around = derive::looked_at(self.rate_hz);
         let mut held = Held { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
-        let mut told = Told::default();
+        let mut findings = Findings::default();
         let mut last = None;
         let mut before = BTreeMap::new();
         for stretch in &self.stretches {
@@ -226,7 +226,7 @@ impl Known {
             while start < stretch.end {
                 let core = start..(start + WINDOW).min(stretch.end);
                 let seen = core.start.saturating_sub(around).max(stretch.start)..(core.end + around).min(stretch.end);
-                // What is wrong with its rows a log may tell behind the last one.
+                // A log may report faults of its rows behind the last one.
                 let is_last = core.end == self.time.len();
                 while is_last || held.end() < seen.end {
                     let mut block = match blocks.next()? {
@@ -257,13 +257,13 @@ impl Known {
                     columns: held.columns(&self.flow, seen.len()),
                 };
                 let corrected = tare::correct(&mut measured, &self.rests);
-                let frames = derive::derived_frames(&measured, &self.channels, &mut told)?;
+                let frames = derive::derived_frames(&measured, &self.channels, &mut findings)?;
                 each(Part { frames: &frames, core: within, ends: core.end == stretch.end })?;
                 if is_last {
                     plain.finish(core.end).then_some(()).ok_or_else(not_plain)?;
                     let mut issues = std::mem::take(&mut row_issues);
                     issues.extend(self.issues.iter().cloned().chain(corrected));
-                    issues.extend(told.issues(&measured, &frames.layout));
+                    issues.extend(findings.issues(&measured, &frames.layout));
                     issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
                     last = Some((frames.layout, issues));
                 }

@@ -10,7 +10,7 @@ use crate::base::error::InputError;
 use crate::base::units::{Dimension, compound};
 use serde::Serialize;
 
-/// A value that is repeated for this long is told, s.
+/// A value that is repeated for this long is reported, s.
 const REPEATED_SECS: f64 = 1.0;
 /// Names that columns of time have.
 const TIMES: [&str; 14] = [
@@ -89,7 +89,7 @@ pub struct ColumnReport {
     pub missing: f64,
     /// Texts that stand in it, the first few different ones.
     pub texts: Vec<String>,
-    /// The longest time for which exactly one value is repeated, s, when that is long enough to be told; rows without stamps are not judged.
+    /// The longest time for which exactly one value is repeated, s, when that is long enough to be reported; rows without stamps are not judged.
     pub repeated_s: f64,
     /// The share of rows in which a value other than zero is repeated for a quarter of a second and longer.
     pub repeated_share: f64,
@@ -240,7 +240,7 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
     }
 }
 
-/// What is to be told of a force that never changes, or repeats itself during most of the log without ever reading zero.
+/// The message about a force that never changes, or repeats itself during most of the log without ever reading zero.
 fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
     const MOST: f64 = 0.5;
     let rests = column.min <= 0.0 && column.max >= 0.0;
@@ -260,7 +260,7 @@ fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
     Some(Issue { kind: "stuck_sensor".into(), start_s, end_s, channel: name, message })
 }
 
-/// Whether a column is a force, as far as its unit and its name tell: `f_x`, `Fz`, `wrench.force.x`.
+/// Whether a column is a force, as far as its unit and its name show: `f_x`, `Fz`, `wrench.force.x`.
 fn is_force(name: &str, unit: &str) -> bool {
     if let (false, Ok((_, dimension))) = (unit.is_empty(), compound(unit)) {
         return dimension == Dimension::FORCE;

@@ -2,7 +2,7 @@
 //!
 //! A marker that is taken for another, a bit that tips on the way: one such sample would be a fingertip elsewhere, a blow or a turn. It is
 //! made unmeasured where a log is opened, before anything is computed from its neighbours, and goes the way of every other drop-out. So are the
-//! first one or two of a log and the last ones, where a device tells zeros before it sees anything. What changes amid a log and stays is no such
+//! first one or two of a log and the last ones, where a device sends zeros before it sees anything. What changes amid a log and stays is no such
 //! sample, nor is a blow that lasts: those were measured.
 //!
 //! A velocity may change at once, in an impact, and a low limit is wanted for it: one sample in 1 kHz of a few m/s is enough to move an average. So
@@ -151,7 +151,7 @@ pub struct Jumps {
     kind: Kind,
     recent: Vec<Sample>,
     rows: usize,
-    /// The first samples but those in mind; `None` once they are known to be good, or told.
+    /// The first samples but those in mind; `None` once they are known to be good, or reported.
     first: Option<Vec<Sample>>,
     /// Whether the sample before those in mind is as near to the first of them as it has to be.
     settled: bool,
@@ -339,7 +339,7 @@ pub fn take_out(recording: &mut Recording) -> Vec<Issue> {
             continue;
         };
         let samples: Vec<Sample> = found.iter().flat_map(|out| &out.samples).copied().collect();
-        issues.extend(told(&channel, jumps.kind, &samples, worst));
+        issues.extend(issue(&channel, jumps.kind, &samples, worst));
         for name in &columns {
             let Some(column) = recording.columns.get_mut(name) else { continue };
             for sample in &samples {
@@ -395,7 +395,7 @@ fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>)
     Some(samples.windows(2).filter_map(change).collect())
 }
 
-fn told(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
+fn issue(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
     let (first, last, shown) = (samples.first()?, samples.last()?, worst.samples.first()?);
     let rounded = |value: f64| Shown((value * 1e4).round() / 1e4);
     let [a, b, c, d] = shown.value.map(rounded);

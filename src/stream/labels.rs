@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Invariants: every interval is longer than nothing; those of one track and kind are in order and apart. What no row covers, and what
-//! two rows label differently, is not labelled.
+//! two rows label differently, is not labeled.
 
 use super::names;
 use crate::base::error::InputError;
@@ -35,11 +35,11 @@ pub struct Labels {
     pub file: String,
     /// The intervals, by track and kind, each in order of time.
     pub intervals: Vec<Interval>,
-    /// Time that two rows label differently, s; it counts as not labelled.
+    /// Time that two rows label differently, s; it counts as not labeled.
     pub contradicted_s: f64,
 }
 
-/// One labelled interval.
+/// One labeled interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
     /// The row of the file, the header being row 1.
@@ -184,8 +184,8 @@ impl Columns {
             ));
         }
         let track = track.transpose()?;
-        let labelled = !name.is_empty() && end_s > start_s;
-        Ok(labelled.then(|| Interval { row, track, kind, name: name.to_string(), start_s, end_s }))
+        let labeled = !name.is_empty() && end_s > start_s;
+        Ok(labeled.then(|| Interval { row, track, kind, name: name.to_string(), start_s, end_s }))
     }
 
     fn time(&self, cell: &str, column: usize, row_time: &[f64]) -> Result<f64, (usize, String)> {

@@ -2,7 +2,7 @@
 //!
 //! Columns that nobody knows are left aside, dead force sensors read zero, short drop-outs are bridged, rows in which a value is missing
 //! become gaps.
-//! Each of these is told as an issue (docs/logs.md).
+//! Each of these is an issue (docs/logs.md).
 
 use super::dead;
 use super::dropouts;

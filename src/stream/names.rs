@@ -23,7 +23,7 @@ use crate::base::channels::Shape;
 use crate::base::hands::{Finger, Side};
 use crate::base::units::{Dimension, compound};
 
-/// What a column is, as far as its name tells.
+/// What a column is, as far as its name shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meaning<'a> {
     /// The name without the component: `right.thumb.force`.
@@ -38,7 +38,7 @@ pub struct Meaning<'a> {
     pub bodies: [Option<&'a str>; 2],
 }
 
-/// What a channel is, as far as its name tells: its shape, its dimension and the bodies it mentions.
+/// What a channel is, as far as its name shows: its shape, its dimension and the bodies it mentions.
 type Channel<'a> = (Shape, Dimension, [Option<&'a str>; 2]);
 
 /// The meaning of a column, or `None` for a name that is not canonical.

@@ -5,7 +5,7 @@ use super::table::{MAX_COLUMNS, Rows, Stamps, Table, Want, check_size, column_pl
 use crate::base::error::InputError;
 use indexmap::IndexMap;
 
-/// The column that tells episodes of a data set apart.
+/// The column that numbers the episodes of a data set.
 pub const EPISODE: &str = "episode_index";
 
 /// The values of a column.

@@ -80,7 +80,7 @@ fn around<'a>(name: &'a str, ending: &str) -> Option<(&'a str, &'a str)> {
     (!tail.starts_with(char::is_alphanumeric) && !head.is_empty()).then_some((head, tail))
 }
 
-/// What a column may be, as far as its name and unit tell; `?` for what has to be filled in.
+/// What a column may be, as far as its name and unit show; `?` for what has to be filled in.
 fn channel(pattern: &str, width: usize, flag: bool) -> String {
     let (name, unit) = names::split_known_unit(pattern);
     let name = name.split('<').next().unwrap_or(name).to_lowercase();

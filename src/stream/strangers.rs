@@ -7,8 +7,8 @@ use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 
-/// Channels told one by one; more are summed up: such a log is none of ours.
-const TOLD: usize = 20;
+/// Channels listed one by one; more are summed up: such a log is none of ours.
+const LISTED: usize = 20;
 
 /// So many bodies are listed in a message.
 const FEW: usize = 12;
@@ -55,7 +55,7 @@ impl<'a> Stranger<'a> {
     }
 
     /// What is wrong with this name, and what may have been meant.
-    pub fn told(&self, name: &str, scene: &Scene) -> String {
+    pub fn message(&self, name: &str, scene: &Scene) -> String {
         let meant = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
         match self {
             Self::Body(body) => {
@@ -87,14 +87,14 @@ pub fn ignored(recording: &Recording, strangers: &[(&str, Stranger)]) -> Vec<Iss
     // One issue a channel: three components have one and the same mistake.
     let mut channels: Vec<(&str, &Stranger)> = strangers.iter().map(|(name, why)| (whole(name), why)).collect();
     channels.dedup_by_key(|(channel, _)| *channel);
-    let told = channels.iter().take(TOLD).map(|(channel, why)| {
-        let message = format!("the channel is ignored: {}", why.told(channel, &recording.scene));
+    let listed = channels.iter().take(LISTED).map(|(channel, why)| {
+        let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
         over_all(&recording.time, "unknown_channel", channel, message)
     });
-    let more = channels.len().saturating_sub(TOLD);
+    let more = channels.len().saturating_sub(LISTED);
     let rest = (more > 0)
         .then(|| over_all(&recording.time, "unknown_channel", "", format!("{more} more channels are ignored")));
-    told.chain(rest).collect()
+    listed.chain(rest).collect()
 }
 
 /// A name without the component that it ends in.

@@ -400,7 +400,7 @@ impl Stamps {
         (self.kept > 0).then_some(self.last)
     }
 
-    /// What is to be told about stamps that were repeated.
+    /// The message about stamps that were repeated.
     ///
     /// # Errors
     /// When all rows of `place` have the same stamp.

@@ -1,7 +1,7 @@
 //! The even time base: rows in, gap-free stretches of frames out.
 //!
 //! Durations in rules become numbers of samples, so the step must be even. A step longer than [`GAP_STEPS`] ends a stretch. A few odd
-//! steps are told; more than [`ODD_SHARE`] of them, and the log is refused with the advice to resample. So is one with so many gaps that its
+//! steps are reported; more than [`ODD_SHARE`] of them, and the log is refused with the advice to resample. So is one with so many gaps that its
 //! rate changes, or with a rate that no hand is recorded at: its stamps are in another unit.
 
 use super::frames::Issue;
@@ -38,7 +38,7 @@ pub struct Timebase {
     pub stretches: Vec<Range<usize>>,
 }
 
-/// Finds the rate and the stretches; `keep` tells the rows that may become frames.
+/// Finds the rate and the stretches; `keep` marks the rows that may become frames.
 ///
 /// # Errors
 /// When time does not rise, when fewer than two rows are kept, or when the steps are too uneven.

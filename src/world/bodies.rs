@@ -55,7 +55,7 @@ pub(super) struct Bodies {
     physics: PhysicsWorld,
     gravity: Vector3<f64>,
     handles: Vec<RigidBodyHandle>,
-    /// The bodies that move, with what rapier is told about each.
+    /// The bodies that move, with what rapier holds of each.
     moving: Vec<Option<Told>>,
     solids: Vec<Solid>,
     /// Where the bodies are, `world_from_body`: asked for many times a step.
@@ -180,65 +180,65 @@ impl Bodies {
 
     /// Velocity of a body's material at a point, m/s, both in the reference frame.
     pub(super) fn velocity_at(&self, body: usize, point: Point3<f64>) -> Vector3<f64> {
-        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.velocity_at(point))
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |moving| moving.body.velocity_at(point))
     }
 
     /// Angular velocity of a body, rad/s, reference frame.
     pub(super) fn angular_velocity(&self, body: usize) -> Vector3<f64> {
-        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.spin())
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |moving| moving.body.spin())
     }
 
     /// What the last step added to the velocity of the body's material that was at `point` before it, m/s, reference frame.
     pub(super) fn change_at(&self, body: usize, point: Point3<f64>) -> Vector3<f64> {
-        self.moving[body].as_ref().map_or_else(Vector3::zeros, |told| told.body.change_at(point))
+        self.moving[body].as_ref().map_or_else(Vector3::zeros, |moving| moving.body.change_at(point))
     }
 
     /// How fast a body's material at `point` answers to an impulse along a unit direction there, 1/kg, reference frame.
     pub(super) fn mobility(&self, body: usize, point: Point3<f64>, along: Vector3<f64>) -> f64 {
-        self.moving[body].as_ref().map_or(0.0, |told| told.body.mobility(point, along, &self.poses[body].rotation))
+        self.moving[body].as_ref().map_or(0.0, |moving| moving.body.mobility(point, along, &self.poses[body].rotation))
     }
 
     /// Lets a force (N) and a torque (N m) act on a body during the next step, the force at a point; reference frame. With a `damping`, N s/m, that
     /// force becomes `force - damping × change_at(point)`: it is taken implicitly over the next `dt` seconds.
     pub(super) fn push(&mut self, body: usize, push: &Push, dt: f64) {
-        let Some(told) = &mut self.moving[body] else { return };
-        told.body.push(push.force, push.point, push.torque);
+        let Some(moving) = &mut self.moving[body] else { return };
+        moving.body.push(push.force, push.point, push.torque);
         if push.damping > 0.0 {
-            told.body.hold(push.point, push.damping * dt);
+            moving.body.hold(push.point, push.damping * dt);
         }
     }
 
     /// Advances by `dt` seconds under gravity, contacts and what was pushed since the last step.
     pub(super) fn step(&mut self, dt: f64) {
         self.physics.integration_parameters.dt = dt;
-        for ((told, handle), pose) in self.moving.iter_mut().zip(&self.handles).zip(&self.poses) {
-            let Some(told) = told else { continue };
+        for ((moving, handle), pose) in self.moving.iter_mut().zip(&self.handles).zip(&self.poses) {
+            let Some(moving) = moving else { continue };
             let rigid = &mut self.physics.bodies[*handle];
-            let lumped = told.body.lumped(&pose.rotation);
-            if told.lumped || lumped.is_some() {
-                told.lumped = lumped.is_some();
-                let properties = lumped.map_or(told.alone, |lumped| {
+            let lumped = moving.body.lumped(&pose.rotation);
+            if moving.lumped || lumped.is_some() {
+                moving.lumped = lumped.is_some();
+                let properties = lumped.map_or(moving.alone, |lumped| {
                     let inertia = convert::matrix(lumped.inertia);
                     MassProperties::with_inertia_matrix(convert::point(lumped.com), lumped.mass, inertia)
                 });
                 rigid.set_additional_mass_properties(properties, false);
-                rigid.set_linvel(convert::vector(told.body.lumped_velocity()), false);
+                rigid.set_linvel(convert::vector(moving.body.lumped_velocity()), false);
             }
-            let (force, torque) = told.body.load(&self.gravity);
+            let (force, torque) = moving.body.load(&self.gravity);
             rigid.reset_forces(false);
             rigid.reset_torques(false);
             rigid.add_force(convert::vector(force), false);
             rigid.add_torque(convert::vector(torque), false);
         }
         self.physics.step();
-        for (body, told) in self.moving.iter_mut().enumerate() {
-            let Some(told) = told else { continue };
+        for (body, moving) in self.moving.iter_mut().enumerate() {
+            let Some(moving) = moving else { continue };
             let rigid = &self.physics.bodies[self.handles[body]];
             let pose = &mut self.poses[body];
             *pose = convert::our_pose(rigid.position());
             self.rooms[body] = self.solids[body].room(pose);
-            let com = *pose * told.body.com_in_body();
-            told.body.answered(convert::our_vector(rigid.linvel()), convert::our_vector(rigid.angvel()), com);
+            let com = *pose * moving.body.com_in_body();
+            moving.body.answered(convert::our_vector(rigid.linvel()), convert::our_vector(rigid.angvel()), com);
         }
     }
 

@@ -8,7 +8,7 @@
 //! (M + Σ Jᵀ d dt J) Δv = dt Σ Jᵀ f + impulses of gravity and other bodies
 //! ```
 //!
-//! which is the equation of the body with a point mass `d dt` fixed at each p, without weight. For this one step the body is told to have
+//! which is the equation of the body with a point mass `d dt` fixed at each p, without weight. For this one step the body is given
 //! those masses, so that its contacts with other bodies are solved in the same equation.
 
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};

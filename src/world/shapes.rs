@@ -81,7 +81,7 @@ impl Solid {
         self.nearest_within(point_in_body, f64::INFINITY)
     }
 
-    /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a box about each part tells.
+    /// The nearest surface point, when it is nearer than `reach`, m. Most fingertips are far from most bodies, which a bounding box of each part decides.
     pub(super) fn within(&self, point_in_body: Point3<f64>, reach: f64) -> Option<Nearest> {
         if self.room.is_farther(&point_in_body, reach) {
             return None;

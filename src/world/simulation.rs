@@ -277,7 +277,7 @@ impl World {
     }
 
     /// Advances by [`STEP_S`] towards the targets of the hands, in scene order. A missing or infinite target leaves that hand or fingertip where it
-    /// was told to be before.
+    /// was commanded to be before.
     pub fn step(&mut self, targets: &[HandTarget]) -> &Observation {
         let substeps = self.substeps();
         let dt = STEP_S / substeps as f64;

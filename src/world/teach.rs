@@ -28,7 +28,7 @@ pub fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording,
     teach_with_progress(scene, operator, seed, &mut |_| ())
 }
 
-/// The same; `progress` is told now and then which share of the script is done, 0 to 1.
+/// The same; `progress` receives now and then the share of the script that is done, 0 to 1.
 ///
 /// # Errors
 /// As [`teach`].

@@ -5,5 +5,5 @@ pub mod build;
 mod lints;
 mod one_hand;
 mod property;
-mod relabelling;
+mod relabeling;
 mod written;

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use std::fmt::Write as _;
-use teachtree::analysis::{Analysis, Segment, Who, analyse};
+use teachtree::analysis::{Analysis, Segment, Who, analyze};
 use teachtree::base::hands::Side;
 use teachtree::base::quantity::Quantity;
 use teachtree::base::recording::Recording;
@@ -25,10 +25,10 @@ fn taught(name: &str) -> Recording {
     world::teach(&world::scene(name).unwrap(), &world::operator(name).unwrap(), SEED).unwrap()
 }
 
-fn analysed(recording: &Recording) -> Analysis {
+fn analyzed(recording: &Recording) -> Analysis {
     let rules = rules();
     let frames = stream::frames(recording, &teachtree::analysis::channels(&rules)).unwrap();
-    analyse(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap())
+    analyze(&rules, &frames, &evaluate(&lower(&rules), &frames).unwrap())
 }
 
 fn names(segments: &[Segment]) -> String {
@@ -39,7 +39,7 @@ fn names(segments: &[Segment]) -> String {
 fn told(analysis: &Analysis) -> String {
     let mut text = String::new();
     for track in &analysis.tracks {
-        let _ = writeln!(text, "{}\n  raw  {}\n  told {}", track.who, names(&track.segments), names(&track.relabelled));
+        let _ = writeln!(text, "{}\n  raw  {}\n  told {}", track.who, names(&track.segments), names(&track.relabeled));
         for task in &track.tasks {
             let _ =
                 writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));
@@ -60,7 +60,7 @@ fn task(analysis: &Analysis, side: Side) -> (String, String) {
 
 #[test]
 fn e2_a_hand_over_is_two_tasks_with_a_pass() {
-    let found = analysed(&taught("hand_over_left_to_right"));
+    let found = analyzed(&taught("hand_over_left_to_right"));
     let gives = task(&found, Side::Left);
     let takes = task(&found, Side::Right);
     assert_eq!((gives.0.as_str(), gives.1.as_str()), ("pick_and_place", "Move Approach Grasp Translate Pass Release"));
@@ -70,20 +70,20 @@ fn e2_a_hand_over_is_two_tasks_with_a_pass() {
 
 #[test]
 fn e3_a_ring_is_put_on_a_pole_in_the_air() {
-    let found = analysed(&taught("ring_and_pole"));
+    let found = analyzed(&taught("ring_and_pole"));
     for side in Side::BOTH {
         assert_eq!(tasks(&found, side), ["peg_in_hole"], "{}", told(&found));
     }
     let both = found.track(Who::Both).unwrap();
     // The first touch is a fluctuation.
     assert!(names(&both.segments).starts_with("Translate Fit Translate"), "{}", told(&found));
-    assert!(!names(&both.relabelled).contains("Translate Fit Translate"), "{}", told(&found));
+    assert!(!names(&both.relabeled).contains("Translate Fit Translate"), "{}", told(&found));
     insta::assert_snapshot!(told(&found));
 }
 
 #[test]
 fn two_hands_with_two_objects_do_nothing_together() {
-    let found = analysed(&taught("independent"));
+    let found = analyzed(&taught("independent"));
     for side in Side::BOTH {
         let (name, segments) = task(&found, side);
         assert_eq!(
@@ -91,7 +91,7 @@ fn two_hands_with_two_objects_do_nothing_together() {
             ("pick_and_place", "Move Approach Grasp Translate Place Release")
         );
     }
-    assert_eq!(found.track(Who::Both).unwrap().relabelled, []);
+    assert_eq!(found.track(Who::Both).unwrap().relabeled, []);
 }
 
 /// A machine that is told to take a share of the weight carries that share, and the other hand the rest.
@@ -122,7 +122,7 @@ fn two_hands_share_the_weight_as_they_are_told() {
 fn a_mirrored_recording_gives_the_mirrored_analysis() {
     for name in ["hand_over_left_to_right", "main_grasp"] {
         let recording = taught(name);
-        let (plain, other) = (analysed(&recording), analysed(&mirrored(&recording)));
+        let (plain, other) = (analyzed(&recording), analyzed(&mirrored(&recording)));
         for who in [Who::Hand(Side::Left), Who::Hand(Side::Right), Who::Both] {
             let exchanged = match who {
                 Who::Hand(side) => Who::Hand(side.other()),
@@ -130,7 +130,7 @@ fn a_mirrored_recording_gives_the_mirrored_analysis() {
             };
             let (one, other) = (plain.track(who).unwrap(), other.track(exchanged).unwrap());
             assert_eq!(lane(&one.segments, true), lane(&other.segments, false), "{name} {who}");
-            assert_eq!(lane(&one.relabelled, true), lane(&other.relabelled, false), "{name} {who}");
+            assert_eq!(lane(&one.relabeled, true), lane(&other.relabeled, false), "{name} {who}");
             let spans = |track: &teachtree::analysis::Track| {
                 track.tasks.iter().map(|task| (task.task.clone(), task.frames.clone())).collect::<Vec<_>>()
             };

@@ -359,7 +359,7 @@ fn an_unclosed_quote_does_not_swallow_a_log() {
     assert!(complained(&output).contains("row 4: a cell goes on"), "{}", complained(&output));
 }
 
-/// What is recorded can be analysed: a scene with a name that no log can carry is refused before anything is taught.
+/// What is recorded can be analyzed: a scene with a name that no log can carry is refused before anything is taught.
 #[test]
 fn a_scene_that_no_log_can_carry_is_not_taught_in() {
     let folder = tempfile::tempdir().unwrap();
@@ -386,7 +386,7 @@ fn a_lost_row_cuts_no_task() {
         let kept = text.lines().enumerate().filter(|(row, _)| !rows.iter().any(|lost| lost.contains(row)));
         kept.map(|(_, line)| line.to_string() + "\n").collect::<String>()
     };
-    let analysed = |log: &str| {
+    let analyzed = |log: &str| {
         let output = teachtree(&["analyze", log, "--format", "json", "--scene", &path("whole.scene.yaml")]);
         let told: Value = serde_json::from_slice(&output.stdout).unwrap();
         let tasks = told["tracks"][0]["tasks"].as_array().unwrap().clone();
@@ -395,7 +395,7 @@ fn a_lost_row_cuts_no_task() {
         (tasks, kinds.filter(|kind: &String| kind != "biased").collect::<Vec<_>>())
     };
     std::fs::write(&holed, without(&[2500..2501, 3200..3210, 4000..4001])).unwrap();
-    let ((tasks, _), (same, kinds)) = (analysed(&whole), analysed(&holed));
+    let ((tasks, _), (same, kinds)) = (analyzed(&whole), analyzed(&holed));
     assert_eq!(kinds, ["missing_row"]);
     assert_eq!(same.len(), tasks.len());
     for (one, other) in tasks.iter().zip(&same) {
@@ -408,7 +408,7 @@ fn a_lost_row_cuts_no_task() {
         "{warned}"
     );
     std::fs::write(&holed, without(std::slice::from_ref(&(3200..3260)))).unwrap();
-    assert_eq!(analysed(&holed).1, ["gap"]);
+    assert_eq!(analyzed(&holed).1, ["gap"]);
 }
 
 /// The commands by group, with every one of them; `help NAME` and the manual know the same.

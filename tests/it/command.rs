@@ -227,7 +227,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
             task[stamp] = (task[stamp].as_f64().unwrap() + 1.7e9).into();
         }
         for segment in task["segments"].as_array_mut().unwrap() {
-            segment["taught_start_s"] = (segment["taught_start_s"].as_f64().unwrap() + 1.7e9).into();
+            segment["demonstrated_start_s"] = (segment["demonstrated_start_s"].as_f64().unwrap() + 1.7e9).into();
         }
     };
     assert_eq!(changed(&since_1970), Ok(()));
@@ -242,7 +242,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was taught from"]);
     check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, expected 0.5 s or later"]);
     check(
-        &|task| task["segments"][2]["taught_start_s"] = 0.1.into(),
+        &|task| task["segments"][2]["demonstrated_start_s"] = 0.1.into(),
         &["segment 3", "was taught from 0.1 s on, expected", "s or later, when what is ahead of it began"],
     );
     check(
@@ -321,7 +321,7 @@ fn as_far_from_the_person_as_told(recording: &Recording, task: &Task, segment: &
     };
     let (mut place, mut fingers, mut forces) = (0.0_f64, 0.0_f64, 0.0_f64);
     for at in 0..segment.object.len() {
-        let row = ((segment.taught_start_s + at as f64 / 100.0) * 1000.0).round() as usize;
+        let row = ((segment.demonstrated_start_s + at as f64 / 100.0) * 1000.0).round() as usize;
         let object = vector(&format!("{}.position", task.object), row);
         let [w, x, y, z] =
             ["w", "x", "y", "z"].map(|part| recording.columns[&format!("{}.rotation.{part}", task.object)].values[row]);
@@ -492,7 +492,7 @@ fn a_brush_is_part_of_the_way() {
     let touch = task.segments.iter().position(|segment| segment.touching).unwrap();
     let (way, touch) = (&task.segments[touch - 1], &task.segments[touch]);
     assert_eq!((way.primitive.as_str(), touch.primitive.as_str()), ("Approach", "Push"));
-    assert!((way.taught_start_s + way.duration_s - touch.taught_start_s).abs() < 0.02);
+    assert!((way.demonstrated_start_s + way.duration_s - touch.demonstrated_start_s).abs() < 0.02);
 }
 
 /// This person's box comes off the wall by tenths of a millimetre as it is pushed along it: the robot is to keep it a little into the wall, which is at -200 mm.
@@ -550,8 +550,8 @@ fn what_both_hands_hold_is_put_together_along_the_axis() {
         Isometry3::from_parts(Translation3::new(x, y, z), turn)
     };
     let at = |task: &Task, time: f64| {
-        let segment = task.segments.iter().rfind(|segment| segment.taught_start_s <= time).unwrap();
-        let sample = ((time - segment.taught_start_s) * commands.rate_hz).round() as usize;
+        let segment = task.segments.iter().rfind(|segment| segment.demonstrated_start_s <= time).unwrap();
+        let sample = ((time - segment.demonstrated_start_s) * commands.rate_hz).round() as usize;
         pose(segment.object[sample.min(segment.object.len() - 1)])
     };
     let inserts: Vec<usize> = (0..ring.segments.len()).filter(|at| ring.segments[*at].primitive == "Insert").collect();
@@ -559,7 +559,7 @@ fn what_both_hands_hold_is_put_together_along_the_axis() {
     let (mut deepest, mut farthest, mut askew) = (0.0_f64, 0.0_f64, 0.0_f64);
     for segment in inserts.iter().map(|at| &ring.segments[*at]) {
         for sample in 0..segment.object.len() {
-            let time = segment.taught_start_s + sample as f64 / commands.rate_hz;
+            let time = segment.demonstrated_start_s + sample as f64 / commands.rate_hz;
             let (ring, cylinder) = (at(ring, time), at(cylinder, time));
             // The ring's lower face from the top of the pole, seen from the cylinder.
             let from_rim = cylinder.inverse_transform_point(&(ring * Point3::new(0.0, 0.0, -0.012))).coords;

@@ -217,8 +217,8 @@ fn what_cannot_be_fitted_is_bad_input() {
         assert_eq!(output.status.code(), Some(2), "{args:?}: {}", all_said(&output));
         assert!(all_said(&output).contains(wanted), "{args:?}: {}", all_said(&output));
     }
-    let unlabelled = recordings(1)[0].replace(",right.label", ",other.note");
-    std::fs::write(folder.path().join("logs/2.csv"), unlabelled).unwrap();
+    let unlabeled = recordings(1)[0].replace(",right.label", ",other.note");
+    std::fs::write(folder.path().join("logs/2.csv"), unlabeled).unwrap();
     let output = fit(folder.path(), &[]);
     assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
     assert!(all_said(&output).contains("2.csv"), "{}", all_said(&output));

@@ -73,7 +73,7 @@ fn inspect_shows_the_columns_and_writes_a_binding_to_fill_in() {
     let filled = text.replace("# ?.position: tip_<xyz> [m]", "right.thumb.position: tip_<xyz> [m]");
     std::fs::write(&skeleton, filled).unwrap();
     let output = teachtree(&["inspect", log.to_str().unwrap(), "--binding", skeleton.to_str().unwrap()]);
-    assert!(said(&output).contains("nothing can be told"), "{}", said(&output));
+    assert!(said(&output).contains("nothing can be detected"), "{}", said(&output));
     assert!(said(&output).contains("the rules need `right.index.position`"), "{}", said(&output));
 }
 
@@ -105,6 +105,6 @@ fn a_hand_of_a_palm_alone_is_promised_no_grasp() {
     let document: Value = serde_json::from_str(&said(&output)).unwrap();
     let issues = document["issues"].as_array().unwrap();
     let told =
-        issues.iter().find(|issue| issue["kind"] == "not_told" && issue["message"].to_string().contains("Translate"));
+        issues.iter().find(|issue| issue["kind"] == "undetectable" && issue["message"].to_string().contains("Translate"));
     assert!(told.unwrap()["message"].to_string().contains("the hand has a palm and no fingertips"), "{issues:?}");
 }

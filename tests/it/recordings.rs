@@ -24,13 +24,13 @@ fn analysis(log: &str, binding: &str) -> Value {
 /// A stretch of time with its name, s.
 type Named = (String, f64, f64);
 
-/// The relabelled segments of all tasks of the right hand, one after the other.
+/// The relabeled segments of all tasks of the right hand, one after the other.
 fn segments(analysis: &Value) -> Vec<Named> {
     let tasks = analysis["tracks"][0]["tasks"].as_array().unwrap();
     tasks.iter().flat_map(|task| task["segments"].as_array().unwrap()).map(|it| named(it, "primitive")).collect()
 }
 
-/// The segments of the right hand before relabelling.
+/// The segments of the right hand before relabeling.
 fn raw(analysis: &Value) -> Vec<Named> {
     analysis["tracks"][0]["segments"].as_array().unwrap().iter().map(|it| named(it, "primitive")).collect()
 }
@@ -67,12 +67,12 @@ fn told(analysis: &Value) -> String {
             say(&task["segments"], &mut text);
         }
         if track["track"] == "both" {
-            say(&track["relabelled"], &mut text);
+            say(&track["relabeled"], &mut text);
         }
     }
     for issue in analysis["issues"].as_array().unwrap() {
         let said = |key: &str| issue[key].as_str().unwrap();
-        let message = if said("kind") == "not_told" { said("message") } else { "" };
+        let message = if said("kind") == "undetectable" { said("message") } else { "" };
         let _ = writeln!(text, "{}", format!("{} {} {message}", said("kind"), said("channel")).trim_end());
     }
     text

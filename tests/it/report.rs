@@ -9,7 +9,7 @@ use crate::analysis::build::{chapter, leaves};
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use teachtree::analysis::{Analysis, analyse, explain, json::Meta};
+use teachtree::analysis::{Analysis, analyze, explain, json::Meta};
 use teachtree::base::channels::{Absent, Axis, ChannelSpec, HANDLING, Shape};
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::recording::Recording;
@@ -112,8 +112,8 @@ fn meta() -> Meta {
 /// The page of a recording of which nothing is known but its frames.
 fn html(analysis: &Analysis, frames: &Frames, leaves: &[Leaves], meta: &Meta) -> String {
     let rules = Rules { channels: frames.channels.clone(), ..chapter() };
-    let analysed = explain::Analysed { rules: &rules, frames, leaves, analysis };
-    teachtree::report::html(&analysed, &Recording::default(), meta).unwrap()
+    let analyzed = explain::Analyzed { rules: &rules, frames, leaves, analysis };
+    teachtree::report::html(&analyzed, &Recording::default(), meta).unwrap()
 }
 
 /// The page without what its scripts read, and the scripts themselves.
@@ -146,7 +146,7 @@ fn experiment() -> (Analysis, Frames, [Leaves; 2]) {
     let both = [("left", own), ("right", own), ("both", "- 3000 Fit 400 - 1600")];
     let parts =
         [leaves(&rules, 0, &both), leaves(&rules, 5200, &[("left", rest), ("right", rest), ("both", "- 2800")])];
-    (analyse(&rules, &frames, &parts), frames, parts)
+    (analyze(&rules, &frames, &parts), frames, parts)
 }
 
 #[test]
@@ -216,7 +216,7 @@ fn noise_of_any_length_stays_small() {
         let rules = chapter();
         let own = "Move 300 Approach 300 Grasp 400 Translate 500 Place 300 Release 200 ".repeat(seconds / 2);
         let leaves = [leaves(&rules, 0, &[("left", &own), ("right", &own)])];
-        let page = html(&analyse(&rules, &frames, &leaves), &frames, &leaves, &meta());
+        let page = html(&analyze(&rules, &frames, &leaves), &frames, &leaves, &meta());
         assert!(page.len() < 20_000 * seconds + 12_000_000, "{} bytes for two hands and {seconds} s", page.len());
         let data = data(&page);
         data["signals"].to_string().len() + data["replay"].to_string().len()
@@ -417,7 +417,7 @@ fn long_page() -> (String, Vec<f64>) {
     }
     let rules = chapter();
     let leaves = [leaves(&rules, 0, &[("left", "Move 360000"), ("right", "Move 360000")])];
-    (html(&analyse(&rules, &frames, &leaves), &frames, &leaves, &meta()), size)
+    (html(&analyze(&rules, &frames, &leaves), &frames, &leaves, &meta()), size)
 }
 
 /// A page of the experiment: what carries the target of the right hand pushes this hard in these frames, N.
@@ -502,13 +502,13 @@ fn what_cannot_be_drawn_is_said() {
 
 #[test]
 fn a_recording_of_nothing_has_a_page() {
-    let analysed = explain::Analysed {
+    let analyzed = explain::Analyzed {
         rules: &Rules::default(),
         frames: &Frames::default(),
         leaves: &[],
         analysis: &Analysis::default(),
     };
-    let page = teachtree::report::html(&analysed, &Recording::default(), &Meta::default()).unwrap();
+    let page = teachtree::report::html(&analyzed, &Recording::default(), &Meta::default()).unwrap();
     assert!(page.contains("No task was found."));
     assert_eq!(data(&page)["signals"], serde_json::json!([]));
 }

@@ -1,10 +1,10 @@
 //! The scenarios on atom streams: what the chapter's trees must say when every condition is given by hand (docs/sources.md).
 //!
 //! A scenario is a list of phases; a phase sets conditions ("atoms"), and [`Atoms::frames`] makes channels that fulfil them.
-//! No physics, no thresholds near: this is a check of the logic of the shipped trees, tasks and relabelling.
+//! No physics, no thresholds near: this is a check of the logic of the shipped trees, tasks and relabeling.
 
 use std::collections::BTreeMap;
-use teachtree::analysis::{Analysis, Who, analyse};
+use teachtree::analysis::{Analysis, Who, analyze};
 use teachtree::base::channels::{Axis, ChannelSpec};
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::evaluator::evaluate;
@@ -181,28 +181,28 @@ fn rules(file: &str) -> Rules {
 fn analysis(rules: &Rules, phases: &[(usize, Atoms)]) -> Analysis {
     let frames = frames(phases, &rules.channels);
     let leaves = evaluate(&lower(rules), &frames).unwrap();
-    analyse(rules, &frames, &leaves)
+    analyze(rules, &frames, &leaves)
 }
 
-/// Raw sequence, relabelled sequence and tasks of the right hand.
+/// Raw sequence, relabeled sequence and tasks of the right hand.
 fn told(rules: &Rules, phases: &[(usize, Atoms)]) -> (String, String, String) {
     let analysis = analysis(rules, phases);
     let track = analysis.track(Who::Hand(Side::Right)).unwrap();
     let raw: Vec<&str> = track.segments.iter().map(|segment| segment.primitive.as_str()).collect();
-    let relabelled: Vec<Vec<&str>> = track
+    let relabeled: Vec<Vec<&str>> = track
         .tasks
         .iter()
         .map(|task| task.segments.iter().map(|segment| segment.primitive.as_str()).collect())
         .collect();
     let tasks: Vec<&str> = track.tasks.iter().map(|task| task.task.as_str()).collect();
-    (raw.join(" "), relabelled.iter().map(|task| task.join(" ")).collect::<Vec<_>>().join(" | "), tasks.join(" "))
+    (raw.join(" "), relabeled.iter().map(|task| task.join(" ")).collect::<Vec<_>>().join(" | "), tasks.join(" "))
 }
 
 struct Scenario {
     name: &'static str,
     phases: Vec<(usize, Atoms)>,
     raw: &'static str,
-    relabelled: &'static str,
+    relabeled: &'static str,
     task: &'static str,
 }
 
@@ -223,10 +223,10 @@ fn scenario(
     name: &'static str,
     middle: Vec<(usize, Atoms)>,
     raw: &'static str,
-    relabelled: &'static str,
+    relabeled: &'static str,
     task: &'static str,
 ) -> Scenario {
-    Scenario { name, phases: [reach(), middle, leave()].concat(), raw, relabelled, task }
+    Scenario { name, phases: [reach(), middle, leave()].concat(), raw, relabeled, task }
 }
 
 /// Both sequences are written without the Move that closes the recording.
@@ -268,7 +268,7 @@ fn single_hand() -> Vec<Scenario> {
             phases: [reach_inside(), vec![(2, inside(HELD)), (3, sinking(-20.0, AIR)), (3, AIR), (2, HELD)], leave()]
                 .concat(),
             raw: "Move Approach Grasp Pullout Translate Place Release",
-            relabelled: "Move Approach Grasp Pullout Translate Place Release",
+            relabeled: "Move Approach Grasp Pullout Translate Place Release",
             task: "peg_pullout_from_hole",
         },
         Scenario {
@@ -288,7 +288,7 @@ fn single_hand() -> Vec<Scenario> {
             ]
             .concat(),
             raw: "Move Approach Grasp Turn Insert Turn Pullout Turn Release",
-            relabelled: "Move Approach Grasp Turn Release",
+            relabeled: "Move Approach Grasp Turn Release",
             task: "turn_screw",
         },
         scenario(
@@ -373,7 +373,7 @@ fn contact() -> Vec<Scenario> {
             name: "aborted approach",
             phases: [reach(), vec![(2, FAR), (2, NEAR), (2, HELD), (2, AIR), (2, HELD)], leave()].concat(),
             raw: "Move Approach Move Approach Grasp Translate Place Release",
-            relabelled: "Move Approach Move Approach Grasp Translate Place Release",
+            relabeled: "Move Approach Move Approach Grasp Translate Place Release",
             task: "pick_and_place",
         },
     ]
@@ -381,10 +381,10 @@ fn contact() -> Vec<Scenario> {
 
 fn check(rules: &Rules, scenarios: &[Scenario]) {
     let mut wrong = Vec::new();
-    for Scenario { name, phases, raw, relabelled, task } in scenarios {
-        let (found_raw, found_relabelled, found_task) = told(rules, phases);
+    for Scenario { name, phases, raw, relabeled, task } in scenarios {
+        let (found_raw, found_relabeled, found_task) = told(rules, phases);
         let found_raw = found_raw.strip_suffix(" Move").unwrap_or(&found_raw).to_string();
-        for (found, wanted) in [(&found_raw, raw), (&found_relabelled, relabelled), (&found_task, task)] {
+        for (found, wanted) in [(&found_raw, raw), (&found_relabeled, relabeled), (&found_task, task)] {
             if found != wanted {
                 wrong.push(format!("{name}:\n  found  {found}\n  expected {wanted}"));
             }

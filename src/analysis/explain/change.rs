@@ -2,7 +2,7 @@
 
 use super::fact::Fact;
 use super::reason::Reason;
-use super::{Analysed, Explanation, TaskReason, block};
+use super::{Analyzed, Explanation, TaskReason, block};
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -62,7 +62,7 @@ pub struct State {
 /// # Errors
 /// When the rate cannot honour a duration of the rules.
 pub fn change<'a>(
-    analysed: &Analysed<'a>,
+    analyzed: &Analyzed<'a>,
     inspector: &mut Inspector<'a>,
     who: Who,
     frame: usize,
@@ -71,9 +71,9 @@ pub fn change<'a>(
     if inspector.tree(who.side()).is_none() || !stretch.contains(&frame) {
         return Ok(None);
     }
-    let after = block(analysed, inspector, who, frame)?;
+    let after = block(analyzed, inspector, who, frame)?;
     let before = match frame.checked_sub(1).filter(|before| stretch.contains(before)) {
-        Some(before) => Some(block(analysed, inspector, who, before)?),
+        Some(before) => Some(block(analyzed, inspector, who, before)?),
         None => None,
     };
     let decided = before.as_ref().and_then(|before| decided(before, &after));
@@ -81,8 +81,8 @@ pub fn change<'a>(
 }
 
 /// How the task around a frame of a hand came to its name; `None` when the frame is in none.
-pub fn task(analysed: &Analysed, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
-    super::task::of(analysed, inspector.leaves(), side, frame)
+pub fn task(analyzed: &Analyzed, inspector: &Inspector, side: Side, frame: usize) -> Option<TaskReason> {
+    super::task::of(analyzed, inspector.leaves(), side, frame)
 }
 
 fn decided(before: &Explanation, after: &Explanation) -> Option<Decided> {
@@ -95,7 +95,7 @@ fn decided(before: &Explanation, after: &Explanation) -> Option<Decided> {
 }
 
 /// Two reasons of one condition, with those of its parts that changed too. What decides differs with the outcome: parts that are a reason
-/// on one frame only did not change, or are told by the one that did.
+/// on one frame only did not change, or are covered by the one that did.
 fn compare(was: &Reason, is: &Reason) -> Changed {
     let same = |a: &Reason, b: &Reason| a.condition == b.condition && a.slot == b.slot;
     let pairs = is.because.iter().filter_map(|is| Some((was.because.iter().find(|was| same(was, is))?, is)));

@@ -1,6 +1,6 @@
 //! What a tree took on one frame: the choices, the leaf, and the leaf before. It is what a diagram marks.
 
-use super::{Analysed, Question, asked};
+use super::{Analyzed, Question, asked};
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -24,14 +24,14 @@ pub struct Moment {
 ///
 /// # Errors
 /// When the recording says nothing at that time, and when its rate cannot honour a duration of the rules.
-pub fn moment(analysed: &Analysed, who: Who, time_s: f64) -> Result<Option<Moment>, InputError> {
+pub fn moment(analyzed: &Analyzed, who: Who, time_s: f64) -> Result<Option<Moment>, InputError> {
     let question = Question { who, time_s: (time_s, time_s), why_not: None };
     let side: Option<Side> = match who {
         Who::Hand(side) => Some(side),
         Who::Both => None,
     };
-    let Some((leaves, frames)) = asked(analysed, &question)?.into_iter().next() else { return Ok(None) };
-    let mut inspector = Inspector::new(analysed.rules, analysed.frames, leaves);
+    let Some((leaves, frames)) = asked(analyzed, &question)?.into_iter().next() else { return Ok(None) };
+    let mut inspector = Inspector::new(analyzed.rules, analyzed.frames, leaves);
     if inspector.tree(side).is_none() {
         return Ok(None);
     }

@@ -149,7 +149,7 @@ impl<'a> Reasons<'_, 'a> {
             ExprKind::Temporal(temporal, inner) => {
                 let fact = self.over_time(temporal, inner, spot)?;
                 let now = self.holds(inner, spot)?;
-                // What is so now tells something only when it has the same sign.
+                // A condition that holds now is a reason only when it has the same sign.
                 let because = if now == holds { vec![self.bare(inner, spot)?] } else { Vec::new() };
                 (Some(fact), because)
             }

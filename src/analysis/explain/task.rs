@@ -1,6 +1,6 @@
 //! Why a task has its name: each task that was tried, with its keys.
 
-use super::Analysed;
+use super::Analyzed;
 use super::fact::{quantities, time};
 use super::reason::folded;
 use crate::analysis::measures::Measures;
@@ -54,8 +54,8 @@ pub struct Asked {
 }
 
 /// The task of a hand around a frame; `None` when the frame is in none.
-pub(super) fn of(analysed: &Analysed, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
-    let Analysed { rules, frames, analysis, .. } = *analysed;
+pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize) -> Option<TaskReason> {
+    let Analyzed { rules, frames, analysis, .. } = *analyzed;
     let rate_hz = frames.layout.rate_hz;
     let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
     let measures: BTreeMap<Side, Measures> =

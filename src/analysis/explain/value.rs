@@ -10,7 +10,7 @@ use crate::engine::runs::Leaves;
 use crate::language::rules::Expr;
 use crate::stream::frames::Frames;
 
-/// Parts of a condition that are told.
+/// Parts of a condition that are reported.
 const MAX_PARTS: usize = 4;
 
 /// The stretch and the frame that begins nearest to a time, s; `None` where the recording says nothing.

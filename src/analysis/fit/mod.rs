@@ -1,4 +1,4 @@
-//! Learning params from labelled recordings: a space of params and what points of it are worth in, better values out, and whether recordings that
+//! Learning params from labeled recordings: a space of params and what points of it are worth in, better values out, and whether recordings that
 //! were held out bear them out. docs/fitting.md says what is searched and how it is judged.
 //!
 //! Invariants: nothing is read, run or printed here; the same worths give the same result; a point that cannot run is never chosen.

@@ -16,7 +16,7 @@ const REFINED: usize = 2;
 /// Rounds over all params, at most.
 const SWEEPS: usize = 4;
 
-/// Is told which part of a search is done, 0 to 1.
+/// Receives the share of a search that is done, 0 to 1.
 pub type Progress<'a> = dyn FnMut(f64) + 'a;
 
 /// A line through the space.

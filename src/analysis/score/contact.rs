@@ -27,7 +27,7 @@ enum Contacts {
 pub(super) fn by_contact(before: &str, after: &str) -> bool {
     use Contacts::{Against, InSocket, Pressed, Supported};
     match (contacts(before), contacts(after)) {
-        // A press is told from what touches already by its force; what moves in a socket, by its motion.
+        // A press differs from a touch by its force; a motion in a socket, by its motion.
         (Some(Pressed), Some(Supported | Against)) | (Some(Supported | Against), Some(Pressed)) => false,
         (Some(InSocket), Some(Supported)) | (Some(Supported), Some(InSocket)) => false,
         (Some(before), Some(after)) => before != after,

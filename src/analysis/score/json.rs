@@ -2,7 +2,7 @@
 //!
 //! ```json
 //! {"schema":"teachtree.score/1","rules":{"files":[],"digest","params":{}},"recordings",
-//!  "results":[{"result":"relabelled"|"raw",
+//!  "results":[{"result":"relabeled"|"raw",
 //!    "all":{"scored_s","accuracy","f1":{"10","25","50"},"edit","sequences":SHARE,
 //!           "boundaries":{"all":ERRORS,"contact":ERRORS},
 //!           "tasks":{"found":SHARE,"sequences":SHARE,"false","each":[{"task","found":SHARE,"named":SHARE,"sequences":SHARE}],

@@ -1,8 +1,8 @@
 //! Truth and result of a track on one scale: named spans and segments in, two rows of pieces over the scored time out.
 //!
 //! Scored is the time that has a true name and a result. The rest (masked, or in a gap of the recording) is cut out and what is left is put
-//! together, as is usual where only a part of the frames is labelled; so neighbours of one name become one piece.
-//! The result is told in the words of the truth: see [`Layout::new`].
+//! together, as is usual where only a part of the frames is labeled; so neighbours of one name become one piece.
+//! The result uses the labels of the truth: see [`Layout::new`].
 
 use super::map::SEPARATE;
 use super::truth::Span;
@@ -66,7 +66,7 @@ impl Layout {
     /// Lays truth and result out.
     ///
     /// Where the truth has alternatives, `Move|Approach`, that is one class: a resulting segment whose name is among the alternatives of true
-    /// segments is told as the class with which it shares most time, else as the only class that has its name, and neighbours of one class are one
+    /// segments gets the class with which it shares most time, else as the only class that has its name, and neighbours of one class are one
     /// segment.
     pub fn new(truth: &[Span], result: &[(&str, f64, f64)]) -> Self {
         let moments = moments(truth, result);
@@ -101,7 +101,7 @@ impl Layout {
     }
 }
 
-/// The segments of a track as names with start and end, s; for both hands `separate` where nothing is coordinated while the hands are analysed.
+/// The segments of a track as names with start and end, s; for both hands `separate` where nothing is coordinated while the hands are analyzed.
 pub(super) fn segments<'a>(
     track: &'a Track,
     segments: &'a [Segment],

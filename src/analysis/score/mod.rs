@@ -41,17 +41,17 @@ const SAME_BOUNDARY_S: f64 = 1.0;
 /// Which result is scored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// The segments after relabelling.
-    Relabelled,
+    /// The segments after relabeling.
+    Relabeled,
     /// The segments as the trees gave them.
     Raw,
 }
 
 impl fmt::Display for Stage {
-    /// `relabelled`, `raw`.
+    /// `relabeled`, `raw`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::Relabelled => "relabelled",
+            Self::Relabeled => "relabeled",
             Self::Raw => "raw",
         })
     }
@@ -96,7 +96,7 @@ impl Score {
 /// Scores a recording: a row for each track of the truth.
 ///
 /// # Errors
-/// A true track that was not analysed, or more segments than can be compared.
+/// A true track that was not analyzed, or more segments than can be compared.
 pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> Result<Vec<Row>, InputError> {
     let rows = truth.tracks.iter().map(|truth| {
         let track = analysis.track(truth.who).ok_or_else(|| {
@@ -119,10 +119,10 @@ pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> R
 /// The counts of a track; `None` when there are too many segments.
 fn tally(truth: &TrackTruth, track: &Track, analysis: &Analysis, stage: Stage) -> Option<Tally> {
     let segments = match stage {
-        Stage::Relabelled => &track.relabelled,
+        Stage::Relabeled => &track.relabeled,
         Stage::Raw => &track.segments,
     };
-    let layout = Layout::new(&truth.primitives, &layout::segments(track, segments, &analysed(analysis)));
+    let layout = Layout::new(&truth.primitives, &layout::segments(track, segments, &analyzed(analysis)));
     let mut tally = Tally::default();
     for cell in &layout.cells {
         let (Some(truth), Some(result)) = (layout.truth.get(cell.truth), layout.result.get(cell.result)) else {
@@ -162,8 +162,8 @@ fn segments_of(row: &[Piece]) -> Vec<&Piece> {
     row.iter().filter(|piece| piece.name != SEPARATE).collect()
 }
 
-/// The time in which the hands were analysed, s, in order and apart.
-fn analysed(analysis: &Analysis) -> Vec<(f64, f64)> {
+/// The time in which the hands were analyzed, s, in order and apart.
+fn analyzed(analysis: &Analysis) -> Vec<(f64, f64)> {
     let hand = analysis.tracks.iter().find(|track| matches!(track.who, Who::Hand(_)));
     let segments = hand.map_or(&[][..], |track| &track.segments);
     let stretches = segments.chunk_by(|one, next| one.frames.end == next.frames.start);

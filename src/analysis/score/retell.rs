@@ -1,10 +1,10 @@
-//! The truth retold as relabelled results are: primitives in, the same after the settling, recognition and relabelling of the rules out.
+//! The truth retold as relabeled results are: primitives in, the same after the settling, recognition and relabeling of the rules out.
 //!
-//! A true sequence may hold what relabelling joins on purpose (a slide before the grasp, a push within a trace). Where relabelled results are to
-//! be compared with such a truth, both have to be told in the same way: what the rules would say if every leaf were right.
+//! A true sequence may hold what relabeling joins on purpose (a slide before the grasp, a push within a trace). Where relabeled results are to
+//! be compared with such a truth, both need the same form: the result of the rules if every leaf were right.
 
 use super::truth::{Span, TrackTruth, Truth};
-use crate::analysis::{Who, analyse};
+use crate::analysis::{Who, analyze};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::runs::{Leaves, Run};
@@ -13,15 +13,15 @@ use crate::stream::frames::Frames;
 use std::collections::BTreeMap;
 
 impl Truth {
-    /// The truth with the primitives of the hands relabelled; tasks and both hands stay as they are.
+    /// The truth with the primitives of the hands relabeled; tasks and both hands stay as they are.
     ///
     /// # Errors
-    /// A name that the rules do not have, or alternatives: neither can be relabelled.
+    /// A name that the rules do not have, or alternatives: neither can be relabeled.
     pub fn retold(&self, rules: &Rules, frames: &Frames) -> Result<Self, InputError> {
-        let analysis = analyse(rules, frames, &leaves(self, rules, frames)?);
+        let analysis = analyze(rules, frames, &leaves(self, rules, frames)?);
         let tracks = self.tracks.iter().map(|truth| match (truth.who, analysis.track(truth.who)) {
             (Who::Hand(_), track) => {
-                let segments = track.map_or(&[][..], |track| &track.relabelled);
+                let segments = track.map_or(&[][..], |track| &track.relabeled);
                 TrackTruth { primitives: segments.iter().map(span).collect(), ..truth.clone() }
             }
             (Who::Both, _) => truth.clone(),
@@ -48,7 +48,7 @@ fn leaves(truth: &Truth, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, 
                 };
                 let label = label.ok_or_else(|| {
                     let message =
-                        format!("`{}` is no primitive of the rules, so the truth cannot be relabelled", span.name());
+                        format!("`{}` is no primitive of the rules, so the truth cannot be relabeled", span.name());
                     InputError::new("the truth", message).help("leave out --relabel-truth")
                 })?;
                 // A span over a gap is two.

@@ -149,7 +149,7 @@ pub enum Condition {
     Delay(BitId, u32),
 }
 
-/// True or false per frame, known only when the frame before is labelled.
+/// True or false per frame, known only when the frame before is labeled.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum StatefulNode {
     /// A condition of the log, by its position in [`Plan::imports`].

@@ -1,5 +1,5 @@
 //! Numbers and the conditions that compare them, on every frame: operations of one kind that do not wait for each other are done one after the other in
-//! one loop, so that no operation has to be told from the next.
+//! one loop, so that no branch per operation is needed.
 
 use super::ranks::Ranks;
 use crate::engine::compiled::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector, position};

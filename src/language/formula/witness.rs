@@ -14,7 +14,7 @@ pub struct Frame {
     /// The leaf before, where it matters.
     pub before: Option<String>,
     /// The same for people, each a sentence.
-    told: Vec<String>,
+    sentences: Vec<String>,
 }
 
 impl Case {
@@ -33,7 +33,7 @@ impl Case {
             }
             frame.numbers.insert(key.to_string(), value);
             if let Some((text, dimension)) = &number.shown {
-                frame.told.push(format!("`{text}` is {}", shown(value, *dimension)));
+                frame.sentences.push(format!("`{text}` is {}", shown(value, *dimension)));
             }
         }
         for (key, (atom, holds)) in &self.atoms {
@@ -46,13 +46,13 @@ impl Case {
                 _ => false,
             };
             if !is_told {
-                frame.told.push(format!("`{}` {}", atom.text, if *holds { "holds" } else { "does not hold" }));
+                frame.sentences.push(format!("`{}` {}", atom.text, if *holds { "holds" } else { "does not hold" }));
             }
         }
         if self.asks_before {
             // At the beginning of a recording much has not been yet.
             let before = self.before.iter().find(|leaf| *leaf != "none").or_else(|| self.before.first())?;
-            frame.told.push(match before.as_str() {
+            frame.sentences.push(match before.as_str() {
                 "none" => "there is no leaf before".to_string(),
                 leaf => format!("the leaf before is `{leaf}`"),
             });
@@ -82,7 +82,7 @@ impl Case {
 impl Frame {
     /// What is so on it, for people.
     pub fn text(&self) -> String {
-        match self.told.split_last() {
+        match self.sentences.split_last() {
             None => "anything is so".into(),
             Some((last, [])) => last.clone(),
             Some((last, others)) => format!("{} and {last}", others.join(", ")),

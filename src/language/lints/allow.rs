@@ -7,12 +7,12 @@ use std::collections::BTreeMap;
 /// What comments of a file allow: by line, counted from 0, and code, where it is said and whether it was needed.
 type Allowed<'a> = BTreeMap<(usize, &'a str), (Vec<Span>, bool)>;
 
-/// Takes out what comments allow. With `tells`, comments in files for which it holds that allow nothing are told themselves.
+/// Takes out what comments allow. Comments that allow nothing are reported in files for which `checked` holds.
 pub fn allowed(
     mut findings: Vec<Diagnostic>,
     comments: &[&[Span]],
     sources: &Sources,
-    tells: Option<&dyn Fn(u32) -> bool>,
+    checked: Option<&dyn Fn(u32) -> bool>,
 ) -> Vec<Diagnostic> {
     let mut all: BTreeMap<u32, (Lines, Allowed)> = BTreeMap::new();
     for comments in comments {
@@ -36,8 +36,8 @@ pub fn allowed(
         *used = true;
         false
     });
-    let told = |file: &u32| tells.is_some_and(|tells| tells(*file));
-    let unused = all.iter().filter(|(file, _)| told(file)).flat_map(|(_, (_, allowed))| allowed);
+    let reported = |file: &u32| checked.is_some_and(|checked| checked(*file));
+    let unused = all.iter().filter(|(file, _)| reported(file)).flat_map(|(_, (_, allowed))| allowed);
     let unused = unused.filter(|(_, (_, used))| !used);
     findings.extend(unused.flat_map(|((_, code), (places, _))| places.iter().map(|place| idle(code, *place))));
     findings

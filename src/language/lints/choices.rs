@@ -1,6 +1,6 @@
 //! Choices of a tree that are never taken: what is asked before them and on the way to them leaves them no frame.
 //!
-//! It is decided on the conditions (`formula`), so what is told holds on every log; what cannot be decided is not told.
+//! It is decided on the conditions (`formula`), so each finding holds on every log; what cannot be decided is not reported.
 
 use super::proof::{Asked, Prover};
 use crate::base::diagnostic::{Diagnostic, Span};
@@ -79,7 +79,7 @@ impl<'a> Choices<'a> {
             if self.is_impossible(&asked) {
                 let (finding, why) = self.never(choice, asked.clone());
                 let taken = self.taken(Some(&asked), &why);
-                self.tell(choice, finding, taken);
+                self.report(choice, finding, taken);
                 continue;
             }
             let not = Asked { wanted: false, ..asked.clone() };
@@ -92,7 +92,7 @@ impl<'a> Choices<'a> {
                 self.above.push((not, false));
                 let asked = next.condition.as_ref().and_then(|condition| self.prover.asked(condition, true));
                 let taken = self.taken(asked.as_ref(), &[condition]);
-                self.tell(next, finding, taken);
+                self.report(next, finding, taken);
                 break;
             }
             self.above.push((not, false));
@@ -132,7 +132,7 @@ impl<'a> Choices<'a> {
         None
     }
 
-    fn tell(&mut self, choice: &Choice, mut finding: Diagnostic, taken: Option<(Frame, Span)>) {
+    fn report(&mut self, choice: &Choice, mut finding: Diagnostic, taken: Option<(Frame, Span)>) {
         if let Some((frame, taker)) = &taken {
             let place = self.rules.sources.place(*taker);
             finding = finding.note(format!("for instance, a frame where {} is taken at {place}", frame.text()));

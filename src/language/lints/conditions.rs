@@ -7,8 +7,8 @@ use crate::language::codes;
 use crate::language::rules::{Expr, ExprKind, Rules};
 use std::collections::BTreeSet;
 
-/// Conditions in the `named` files that never or always hold, with the warnings; save choices of which something was `told` already.
-pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span]) -> Vec<(&'a Expr, Diagnostic)> {
+/// Conditions in the `named` files that never or always hold, with the warnings; save choices that are `reported` already.
+pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, reported: &[Span]) -> Vec<(&'a Expr, Diagnostic)> {
     let mut lint = Conditions { prover: Prover::new(rules), findings: Vec::new() };
     // All that may come before: a leaf of any primitive, none, or nothing that `from` can name.
     lint.prover.before =
@@ -16,7 +16,7 @@ pub fn idle_conditions<'a>(rules: &'a Rules, named: &BTreeSet<u32>, told: &[Span
     let within = |place: &Span, all: Span| place.file == all.file && all.start <= place.start && place.end <= all.end;
     for (condition, this) in expressions(rules) {
         let span = condition.span;
-        if named.contains(&span.file) && !told.iter().any(|place| within(place, span)) {
+        if named.contains(&span.file) && !reported.iter().any(|place| within(place, span)) {
             lint.prover.this = this;
             lint.look(condition);
         }
@@ -33,7 +33,7 @@ impl<'a> Conditions<'a> {
     /// Looks at a condition, and into it when there is nothing to say of the whole.
     fn look(&mut self, expr: &'a Expr) {
         let can_be = |wanted: bool| match expr.kind {
-            // What always holds because each of its parts does is told of the parts.
+            // What always holds because each of its parts does is reported of the parts.
             ExprKind::And(_) => wanted,
             ExprKind::Or(_) => !wanted,
             // One that always holds makes an array of what stands beside it (`rules/hand_holding.rules`).
@@ -41,7 +41,7 @@ impl<'a> Conditions<'a> {
             _ => false,
         };
         for wanted in [true, false] {
-            if can_be(wanted) && self.told(expr, wanted) {
+            if can_be(wanted) && self.reports(expr, wanted) {
                 return;
             }
         }
@@ -49,7 +49,7 @@ impl<'a> Conditions<'a> {
     }
 
     /// Tells of a condition that never comes out so.
-    fn told(&mut self, expr: &'a Expr, wanted: bool) -> bool {
+    fn reports(&mut self, expr: &'a Expr, wanted: bool) -> bool {
         let Some(asked) = self.prover.asked(expr, wanted) else { return false };
         if !self.prover.is_impossible(&[(&asked.formula, wanted)]) {
             return false;

@@ -1,4 +1,4 @@
-//! Relabelling rules that undo each other: what one makes of a segment between its neighbours, the other makes into what it was.
+//! Relabeling rules that undo each other: what one makes of a segment between its neighbours, the other makes into what it was.
 //!
 //! Rules are applied until nothing changes, so two such rules go on until the rounds are given up.
 

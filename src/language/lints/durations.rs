@@ -15,9 +15,9 @@ pub fn short_durations(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> 
     let is_short =
         |duration: &&Constant| duration.value * USUAL_RATE_HZ < LEAST_SAMPLES && named.contains(&duration.span.file);
     let finding = |duration: &Constant| {
-        let told = format!("this is {} ms", duration.value * 1e3);
+        let message = format!("this is {} ms", duration.value * 1e3);
         Diagnostic::warning(codes::SHORT_DURATION, "this duration is shorter than a sample at 1 kHz")
-            .at(duration.span, told)
+            .at(duration.span, message)
             .note("logs whose samples are further apart than that are refused")
             .help("make it 1 ms or more; for the current sample alone write the condition without a window")
     };
@@ -32,7 +32,7 @@ pub fn of_windows(rules: &Rules) -> Vec<&Constant> {
     durations
 }
 
-/// The durations of settling, tasks and relabelling. Those of tasks and relabelling may be zero, and are then left out.
+/// The durations of settling, tasks and relabeling. Those of tasks and relabeling may be zero, and are then left out.
 pub fn of_segments(rules: &Rules) -> Vec<&Constant> {
     let settling = rules.trees.iter().filter_map(|tree| tree.settle.as_ref());
     let keys = rules.tasks.iter().flat_map(|task| &task.keys).filter_map(|key| key.lasting.as_ref());

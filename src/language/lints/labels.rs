@@ -1,4 +1,4 @@
-//! Which labels can occur in the tracks of hands: those that leaves give, and what relabelling rules make of them. What tasks and rules ask
+//! Which labels can occur in the tracks of hands: those that leaves give, and what relabeling rules make of them. What tasks and rules ask
 //! for beyond that never comes.
 
 use super::leaves_with_sides;
@@ -7,7 +7,7 @@ use crate::language::codes;
 use crate::language::rules::{Label, Labels, PrimitiveId, Relabel, RelabelKind, Repeat, Rules, TaskId, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Relabelling rules, and primitives, beyond which nothing is said: no person writes so many.
+/// Relabeling rules, and primitives, beyond which nothing is said: no person writes so many.
 const MAX_RULES: usize = 400;
 
 /// The labels that can occur.
@@ -194,15 +194,15 @@ fn sequence(elements: &[(Labels, Repeat)], becomes: Label, labels: &BTreeSet<Lab
     Some(if ends { Obstacle::Nothing } else { Obstacle::SameNeighbours })
 }
 
-/// Warns of what tasks and rules in the `named` files ask for though it never comes, and says of which primitives that told.
+/// Warns of what tasks and rules in the `named` files ask for though it never comes, and returns the primitives that it reported.
 pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>, BTreeSet<PrimitiveId>) {
     let Some(occurring) = Occurring::new(rules) else { return Default::default() };
-    let mut told = BTreeSet::new();
+    let mut reported = BTreeSet::new();
     let mut findings = Vec::new();
     let mut lacks = |label: Label| {
         let lacks = covered(&[label], &occurring.hands).is_empty();
         lacks.then(|| {
-            told.insert(label.primitive);
+            reported.insert(label.primitive);
             format!("`{}`", rules.label_name(label))
         })
     };
@@ -233,7 +233,7 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
         let labels = during.entry(rule.task).or_insert_with(|| occurring.during(rule.task));
         let Some(obstacle) = occurring.obstacle(rule, labels) else { continue };
         if let Obstacle::Missing(labels) = &obstacle {
-            told.extend(labels.iter().map(|label| label.primitive));
+            reported.extend(labels.iter().map(|label| label.primitive));
         }
         let text = obstacle.text(rules);
         findings.push(
@@ -242,7 +242,7 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
                 .help("correct its pattern, or remove it"),
         );
     }
-    (findings, told)
+    (findings, reported)
 }
 
 impl Obstacle {

@@ -1,4 +1,4 @@
-//! Tasks and relabelling rules.
+//! Tasks and relabeling rules.
 
 use super::Parser;
 use super::expressions::{Builder, P};
@@ -104,7 +104,7 @@ impl Builder<'_, '_, '_> {
         pair.into_inner().find(|part| part.as_rule() == Rule::name).map(|name| self.name(&name))
     }
 
-    /// The task that a relabelling block is for.
+    /// The task that a relabeling block is for.
     pub fn relabel_task(&mut self, pair: P<'_>) -> Option<Name> {
         self.word(pair)
     }
@@ -193,7 +193,7 @@ impl Builder<'_, '_, '_> {
 }
 
 impl Parser<'_> {
-    /// The rules of a relabelling block: each ends with the word behind `becomes`.
+    /// The rules of a relabeling block: each ends with the word behind `becomes`.
     pub(super) fn relabels(&mut self, tokens: Range<usize>) -> Vec<Relabel> {
         let mut rules = Vec::new();
         let mut at = tokens.start;

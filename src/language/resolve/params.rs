@@ -86,15 +86,15 @@ impl Resolver {
 
     /// The value of an override in SI. Returns nothing after reporting what is wrong with it.
     fn override_of(&mut self, name: &str, text: &str, wanted: Dimension, range: Option<(f64, f64)>) -> Option<f64> {
-        let told = format!("the override `{name}={text}`");
+        let message = format!("the override `{name}={text}`");
         let Some((value, dimension, bare)) = parse::quantity(text) else {
-            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{told} is no number with a unit"));
+            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} is no number with a unit"));
             self.report(finding.help(format!("`{name}` is {wanted}")));
             return None;
         };
         if dimension != wanted {
             let what = if bare { "has no unit".to_string() } else { format!("is {dimension}") };
-            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{told} {what}, but `{name}` is {wanted}"));
+            let finding = Diagnostic::error(codes::BAD_OVERRIDE, format!("{message} {what}, but `{name}` is {wanted}"));
             self.report(finding);
             return None;
         }
@@ -102,7 +102,7 @@ impl Resolver {
             let unit = wanted.si_unit();
             let finding = Diagnostic::error(
                 codes::BAD_OVERRIDE,
-                format!("{told} lies outside the range {low} {unit} .. {high} {unit} of `{name}`"),
+                format!("{message} lies outside the range {low} {unit} .. {high} {unit} of `{name}`"),
             );
             self.report(finding);
             return None;

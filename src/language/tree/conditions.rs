@@ -1,4 +1,4 @@
-//! What can be told about conditions without a log: they are read as formulas over atoms (whatever is no `and`, `or`, `not` or `from`),
+//! What can be proved about conditions without a log: they are read as formulas over atoms (whatever is no `and`, `or`, `not` or `from`),
 //! equal pieces are one atom, different pieces are free. So a proof holds for every log; where none is found, nothing is said.
 
 use crate::base::hands::Side;
@@ -49,7 +49,7 @@ impl<'a> Formulas<'a> {
                 self.mentioned.extend(labels);
                 Formula::From { labels: labels.clone(), none: *none }
             }
-            // Beyond the bound the proof is given up; more atoms need not be told apart.
+            // Beyond the bound the proof is given up; more atoms need not be distinguished.
             _ if self.atoms.len() > MAX_ATOMS => Formula::Atom(0),
             _ => Formula::Atom(self.atoms.iter().position(|known| same(known, expr)).unwrap_or_else(|| {
                 self.atoms.push(expr);

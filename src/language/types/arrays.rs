@@ -30,7 +30,7 @@ impl Resolver {
                 finding.help("`norm(v)` is the length of a vec3, `v.z` its component upwards")
             }
             (Shape::Bool, Shape::Scalar) => finding.help("compare it with a threshold, such as `> 0.05 N`"),
-            (Shape::Scalar, Shape::Bool) => finding.help("`count(c)` tells how many conditions of an array hold"),
+            (Shape::Scalar, Shape::Bool) => finding.help("`count(c)` returns how many conditions of an array hold"),
             _ => finding,
         });
         None

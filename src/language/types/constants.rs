@@ -74,12 +74,12 @@ impl Resolver {
             return Some(());
         }
         let (begin, until) = if rising { ("above", "below") } else { ("below", "above") };
-        let told = if rising { "at least" } else { "at most" };
+        let message = if rising { "at least" } else { "at most" };
         self.report(
             Diagnostic::error(codes::THRESHOLD_ORDER, "the thresholds stand in the wrong order")
                 .at(off.span, format!("it ends {until} this, {} {}", off.value, off.dimension.si_unit()))
                 .at(on.span, format!("it begins {begin} this, {} {}", on.value, on.dimension.si_unit()))
-                .help(format!("in `{begin} a until {until} b`, `a` is {told} `b`")),
+                .help(format!("in `{begin} a until {until} b`, `a` is {message} `b`")),
         );
         None
     }

@@ -220,16 +220,16 @@ impl Resolver {
         let (shape, dimension) = match operation {
             Arithmetic::Add | Arithmetic::Subtract => {
                 if (left.ty.shape, left.ty.dimension) != (right.ty.shape, right.ty.dimension) {
-                    let told = if operation == Arithmetic::Add { "add" } else { "subtract" };
+                    let message = if operation == Arithmetic::Add { "add" } else { "subtract" };
                     let (one, two) = if left.ty.shape == right.ty.shape {
                         (element(left.ty), element(right.ty))
                     } else {
                         (describe(left.ty), describe(right.ty))
                     };
                     let message = if operation == Arithmetic::Add {
-                        format!("cannot {told} {two} to {one}")
+                        format!("cannot {message} {two} to {one}")
                     } else {
-                        format!("cannot {told} {two} from {one}")
+                        format!("cannot {message} {two} from {one}")
                     };
                     self.report(two_sides(codes::ADDED_KINDS, message, left, right));
                     return None;
@@ -266,7 +266,7 @@ impl Resolver {
                     .at(side.span, format!("this is {}", describe(side.ty)));
                 self.report(match side.ty.shape {
                     Shape::Bool if side.ty.axis.is_some() => {
-                        finding.help("`count(c)` tells how many of the conditions hold")
+                        finding.help("`count(c)` returns how many of the conditions hold")
                     }
                     Shape::Bool => finding.help("join conditions by `and`, `or` and `not`"),
                     Shape::Vec3 => finding.help("`norm(v)` is its length, `v.z` its component upwards"),

@@ -1,7 +1,7 @@
 //! Why each boundary is where it is, and why each task has its name: explanations as small JSON. Equal texts and equal reasons stand once.
 
 use crate::analysis::explain::{
-    Analysed, Change, Changed, Explanation, Fact, Reason, State, Step, TaskReason, change, task,
+    Analyzed, Change, Changed, Explanation, Fact, Reason, State, Step, TaskReason, change, task,
 };
 use crate::analysis::{Track, Who};
 use crate::base::error::InputError;
@@ -38,18 +38,18 @@ impl Book {
 
     fn reason(&mut self, reason: &Reason) -> usize {
         let below: Vec<usize> = reason.because.iter().map(|reason| self.reason(reason)).collect();
-        let told = json!([
+        let change = json!([
             u8::from(reason.holds),
             self.text(&reason.condition),
             self.text(reason.slot.as_deref().unwrap_or("")),
             fact(reason.fact.as_ref(), reason.holds),
             below
         ]);
-        let key = told.to_string();
+        let key = change.to_string();
         if let Some(at) = self.reason_at.get(&key) {
             return *at;
         }
-        self.reasons.push(told);
+        self.reasons.push(change);
         self.reason_at.insert(key, self.reasons.len() - 1);
         self.reasons.len() - 1
     }
@@ -60,17 +60,17 @@ impl Book {
         json!([step.depth, u8::from(step.taken), choice, place, reason])
     }
 
-    fn explanation(&mut self, told: &Explanation) -> Value {
-        let path: Vec<Value> = told.path.iter().map(|step| self.step(step)).collect();
-        let latches: Vec<String> = (told.latches.iter())
+    fn explanation(&mut self, change: &Explanation) -> Value {
+        let path: Vec<Value> = change.path.iter().map(|step| self.step(step)).collect();
+        let latches: Vec<String> = (change.latches.iter())
             .map(|latch| {
                 let fact = Fact::Latch { on: latch.on, since_s: latch.since_s };
                 format!("{} {}", latch.latch, fact.words(latch.on))
             })
             .collect();
-        let mut value = json!({ "leaf": told.leaf, "time": told.time_s, "since": told.since_s, "tree": told.tree,
+        let mut value = json!({ "leaf": change.leaf, "time": change.time_s, "since": change.since_s, "tree": change.tree,
             "path": path, "latches": latches });
-        let outcomes = [("settled", &told.settled), ("relabelled", &told.relabelled)];
+        let outcomes = [("settled", &change.settled), ("relabeled", &change.relabeled)];
         for (word, became) in outcomes {
             let (Some(became), Some(fields)) = (became, value.as_object_mut()) else { continue };
             let by: Vec<Value> =
@@ -111,12 +111,12 @@ fn fact(fact: Option<&Fact>, holds: bool) -> Vec<String> {
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub(super) fn boundaries<'a>(
-    analysed: &Analysed<'a>,
+    analyzed: &Analyzed<'a>,
     inspectors: &mut [Inspector<'a>],
     track: &Track,
     book: &mut Book,
 ) -> Result<Vec<Value>, InputError> {
-    let mut told = Vec::new();
+    let mut change = Vec::new();
     for segment in &track.segments {
         let frame = segment.frames.start;
         let inspector = inspectors.iter_mut().find(|inspector| inspector.leaves().frames.contains(&frame));
@@ -126,15 +126,15 @@ pub(super) fn boundaries<'a>(
                 let both = match track.who {
                     // What both hands do begins or ends here, and speaks for the hand while it lasts.
                     Who::Hand(_) if frame > 0 && inspector.leaf(None, frame) != inspector.leaf(None, frame - 1) => {
-                        change(analysed, inspector, Who::Both, frame)?
+                        change(analyzed, inspector, Who::Both, frame)?
                     }
                     _ => None,
                 };
-                change(analysed, inspector, track.who, frame)?.map(|own| (own, both))
+                change(analyzed, inspector, track.who, frame)?.map(|own| (own, both))
             }
             _ => None,
         };
-        told.push(change.map_or(Value::Null, |(own, both)| {
+        change.push(change.map_or(Value::Null, |(own, both)| {
             let mut value = book.change(&own);
             if let (Some(both), Some(fields)) = (both, value.as_object_mut()) {
                 fields.insert("both".into(), book.change(&both));
@@ -142,15 +142,15 @@ pub(super) fn boundaries<'a>(
             value
         }));
     }
-    Ok(told)
+    Ok(change)
 }
 
 /// How each task of a track came to its name.
-pub(super) fn tasks(analysed: &Analysed, inspectors: &[Inspector], track: &Track) -> Vec<Value> {
+pub(super) fn tasks(analyzed: &Analyzed, inspectors: &[Inspector], track: &Track) -> Vec<Value> {
     let reason = |frame: usize| {
         let Who::Hand(side) = track.who else { return None };
         let inspector = inspectors.iter().find(|inspector| inspector.leaves().frames.contains(&frame))?;
-        Some(tried(&task(analysed, inspector, side, frame)?))
+        Some(tried(&task(analyzed, inspector, side, frame)?))
     };
     track.tasks.iter().map(|task| reason(task.frames.start).unwrap_or(Value::Null)).collect()
 }

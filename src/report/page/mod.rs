@@ -11,7 +11,7 @@ mod thin;
 
 use super::palette::{self, TASKS};
 use super::remarks;
-use crate::analysis::explain::Analysed;
+use crate::analysis::explain::Analyzed;
 use crate::analysis::json::Meta;
 use crate::analysis::{Segment, Track};
 use crate::base::error::InputError;
@@ -37,9 +37,9 @@ const SCRIPTS: [&str; 5] = [
 ///
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
-pub(super) fn scripts(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+pub(super) fn scripts(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
     // Within a string of JSON any letter may be written by its number; so nothing in the data ends the element.
-    let data = data(analysed, recording, meta)?.to_string();
+    let data = data(analyzed, recording, meta)?.to_string();
     let data = data.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
     Ok(format!(
         "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>\n",
@@ -47,15 +47,15 @@ pub(super) fn scripts(analysed: &Analysed, recording: &Recording, meta: &Meta) -
     ))
 }
 
-fn data(analysed: &Analysed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
-    let Analysed { rules, frames, leaves, analysis } = *analysed;
+fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
+    let Analyzed { rules, frames, leaves, analysis } = *analyzed;
     let mut inspectors: Vec<Inspector> = leaves.iter().map(|leaves| Inspector::new(rules, frames, leaves)).collect();
     let signals = quantities::all(rules, frames, &mut inspectors)?;
     let mut book = Book::default();
     let mut tracks = Vec::new();
     for track in &analysis.tracks {
-        let changes = changes::boundaries(analysed, &mut inspectors, track, &mut book)?;
-        let tried = changes::tasks(analysed, &inspectors, track);
+        let changes = changes::boundaries(analyzed, &mut inspectors, track, &mut book)?;
+        let tried = changes::tasks(analyzed, &inspectors, track);
         tracks.push(self::track(track, changes, tried));
     }
     let (texts, reasons) = book.tables();
@@ -108,7 +108,7 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
     json!({
         "who": track.who.to_string(),
         "raw": track.segments.iter().map(segment).collect::<Vec<_>>(),
-        "relabelled": track.relabelled.iter().map(segment).collect::<Vec<_>>(),
+        "relabeled": track.relabeled.iter().map(segment).collect::<Vec<_>>(),
         "tasks": tasks.collect::<Vec<_>>(),
         "changes": changes,
     })
@@ -116,6 +116,6 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
 
 /// The colours of the primitives that there are.
 fn colors(tracks: &[Track]) -> Map<String, Value> {
-    let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabelled));
+    let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabeled));
     segments.map(|segment| (segment.primitive.clone(), palette::color(&segment.primitive).hex().into())).collect()
 }

@@ -308,11 +308,11 @@ fn evaluated<'a>(
     };
     fields.insert("unit".into(), unit.into());
     if !thresholds.is_empty() {
-        let told = thresholds.iter().map(|Threshold { value, name }| {
+        let lines = thresholds.iter().map(|Threshold { value, name }| {
             let [quantity] = quantities([*value], &ty.1.si_unit());
             json!([value * scale, if name.is_empty() { quantity } else { format!("{name} {quantity}") }])
         });
-        fields.insert("thresholds".into(), told.collect());
+        fields.insert("thresholds".into(), lines.collect());
     }
     let mut shaded = Vec::new();
     for (name, condition) in shades {

@@ -386,7 +386,7 @@ class Replay {
   hand(hand, bodies, { picture, zoom, light, lit, onPicture, drawLine, sharp, names, overlays, ink }) {
     const { time, context } = this;
     const track = this.tracks.find((one) => one.who === hand.side);
-    const segment = track && segmentAt(track.relabelled, time);
+    const segment = track && segmentAt(track.relabeled, time);
     const hue = numbersIn(segment ? data.colors[segment[0]] : "#9aa4b2");
     const tips = [];
     for (const finger of hand.fingers) {
@@ -437,7 +437,7 @@ class Replay {
       const time = this.time - TRAIL * (1 - at / 40);
       const sum = led.map((finger) => finger.position.map((curve) => valueAt(curve, time))).reduce(add, [0, 0, 0]);
       const place = sum.every(Number.isFinite) && time >= data.start ? onPicture(scale(sum, 1 / led.length)) : undefined;
-      const segment = track && segmentAt(track.relabelled, time);
+      const segment = track && segmentAt(track.relabeled, time);
       points.push([place, segment ? data.colors[segment[0]] : "#9aa4b2"]);
     }
     overlays.push(() => {

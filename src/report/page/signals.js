@@ -227,7 +227,7 @@ function drawPanel(panel) {
     if (cuts.length < width / 8) for (const [, start] of cuts) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
     context.stroke();
     context.setLineDash([]);
-    for (const [name, start, end] of track.relabelled) if (end > state.from && start < state.to) { context.fillStyle = data.colors[name]; context.fillRect(x(start), 0, Math.max(1, x(end) - x(start)), 3); }
+    for (const [name, start, end] of track.relabeled) if (end > state.from && start < state.to) { context.fillStyle = data.colors[name]; context.fillRect(x(start), 0, Math.max(1, x(end) - x(start)), 3); }
   }
   const selected = state.selected && startOf(state.selected);
   if (selected !== undefined) { context.fillStyle = paint("--chosen"); context.fillRect(x(selected) - 0.75, 0, 1.5, height); }

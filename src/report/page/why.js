@@ -54,7 +54,7 @@ function changeHtml(change, who) {
   }
   html += `<h4>The way through the tree ${escaped(after.tree)} at ${seconds(after.time)}, to ${escaped(after.leaf)}</h4>${pathHtml(after.path, decided)}`;
   if (after.latches.length) html += `<p class="quiet">Latches: ${after.latches.map(escaped).join("; ")}</p>`;
-  for (const [word, became] of [["settled", after.settled], ["relabelled", after.relabelled]]) {
+  for (const [word, became] of [["settled", after.settled], ["relabeled", after.relabeled]]) {
     if (!became) continue;
     html += `<p>${word}: ${chip(became.primitive)}${became.was.length ? ` was ${became.was.map(chip).join(" ")}` : ""}</p><ul>${became.by.map(([what, place]) => `<li><code>${escaped(what)}</code> <small class="quiet">${escaped(place)}</small></li>`).join("")}</ul>`;
   }
@@ -90,7 +90,7 @@ function explain() {
   const before = track[lane][at - 1], from = before && Math.abs(before[2] - start) < 1e-6 ? chip(before[0]) : `<span class="quiet">nothing</span>`;
   const raw = lane === "raw" ? at : track.raw.findIndex((one) => Math.abs(one[1] - start) < 1e-6);
   const head = kind === "cut" ? `${from} → ${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}, ${seconds(start)}</small>` : `${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}</small>`;
-  const own = kind === "segment" || lane === "relabelled" && item[4] ? segmentHtml(item) : "";
-  const told = raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree begins anything here: relabelling put the boundary here.</p>";
+  const own = kind === "segment" || lane === "relabeled" && item[4] ? segmentHtml(item) : "";
+  const told = raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree begins anything here: relabeling put the boundary here.</p>";
   why.innerHTML = `${close}<h3>${head}</h3>${own}${told}`;
 }

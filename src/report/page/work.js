@@ -84,10 +84,10 @@ function fitting(name, room) {
 
 // ---- lanes
 
-const LANES = ["raw", "relabelled", "tasks"];
-// What relabelling took away is paler.
+const LANES = ["raw", "relabeled", "tasks"];
+// What relabeling took away is paler.
 for (const track of data.tracks) {
-  const made = track.relabelled.filter((segment) => segment[3]);
+  const made = track.relabeled.filter((segment) => segment[3]);
   track.gone = track.raw.map(([, start, end]) => made.some((one) => one[1] < end - 1e-9 && one[2] > start + 1e-9));
 }
 

@@ -44,7 +44,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
         let verdict = if outcome.done { "done" } else { "not done" };
         let (off, turned) = (decimals(outcome.off * 1e3, 1), decimals(outcome.turned.to_degrees(), 1));
         let ended = outcome.fell_s.map_or_else(
-            || format!("{off} mm and {turned}° from where the person left it"),
+            || format!("{off} mm and {turned}° from where the demonstration left it"),
             |fell_s| format!("Fell off after {} s", decimals(fell_s, 1)),
         );
         page.push_str(&format!(

@@ -65,7 +65,7 @@ pub enum Searched {
     NotWithin(f64),
 }
 
-/// As a person is told it.
+/// As a message for the user.
 impl fmt::Display for Searched {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -73,7 +73,7 @@ impl Executor {
         self.posture.poses[self.hand.palm]
     }
 
-    /// Where the palm was told to be last.
+    /// The last commanded pose of the palm.
     pub fn wanted_palm(&self) -> Isometry3<f64> {
         self.palm
     }

@@ -1,4 +1,4 @@
-//! Grip force: forces within what the hand may press with, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as people do.
+//! Grip force: forces within what the hand may press with, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as humans do.
 //! People who hold with the least force that will do feel each slip coming; a robot that copied their forces without that would lose what they held.
 
 use super::behavior::{Behavior, Progress, Sensed, holds};

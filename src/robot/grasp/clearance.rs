@@ -15,7 +15,7 @@ use parry3d::shape::SharedShape;
 /// Overlaps are looked for up to this gap, m.
 const NEAR_M: f64 = 0.05;
 
-/// The smallest gaps, m, negative for an overlap; at most 50 mm are told.
+/// The smallest gaps, m, negative for an overlap; capped at 50 mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clearance {
     /// Between links of the hand and the object; fingertips touch and are not counted.

@@ -1,4 +1,4 @@
-//! From fingers to jaws: what a person did with a thumb and several fingers as a gripper is to do it.
+//! From fingers to jaws: what the operator did with a thumb and several fingers as a gripper is to do it.
 //!
 //! The thumb's contact stays. The other jaw takes the mean of the other fingers' contacts, brought back onto the object's surface, and the sum of their
 //! forces, put into the friction cone there. Where that is more than a jaw may press with, both jaws press less, in the same measure, so that they stay in
@@ -25,7 +25,7 @@ struct Taken {
 }
 
 impl Jaws {
-    /// Gives a task of a person's fingers, whose tips have a radius (m), to these jaws of a hand.
+    /// Gives a task of the operator's fingers, whose tips have a radius (m), to these jaws of a hand.
     pub(crate) fn take_over(&self, task: &mut Task, hand: &HandModel, object: &Body, tip_radius: f64) {
         let most = self.pair.map(|jaw| (jaw.finger, hand.finger(jaw.finger).map_or(0.0, |model| model.force)));
         for index in 0..task.grasps.len() {

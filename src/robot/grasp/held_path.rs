@@ -20,5 +20,5 @@ pub(super) fn held(task: &Task, grasp: usize) -> Option<[f64; 2]> {
     let mut touching = task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
     let first = touching.next()?;
     let last = touching.next_back().unwrap_or(first);
-    Some([first.taught_start_s, last.taught_start_s + last.duration_s])
+    Some([first.demonstrated_start_s, last.demonstrated_start_s + last.duration_s])
 }

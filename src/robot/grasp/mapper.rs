@@ -198,7 +198,7 @@ impl<'a> Mapper<'a> {
         Ok(touching.chain(cost.idle(pose)).collect())
     }
 
-    /// The pose that copies the person's: the hand half closed in the middle of its ranges, laid over the taught contacts. What it is
+    /// The pose that copies the demonstrated one: the hand half closed in the middle of its ranges, laid over the demonstrated contacts. What it is
     /// worth without any search is what the search is compared with; `None` where the fingers do not reach, and for a gripper, which is no copy of a hand.
     pub fn copied(&self, wanted: &Wanted<'_>) -> Option<f64> {
         if self.hand.jaws.is_some() {

@@ -106,7 +106,7 @@ struct Holder<'a> {
 /// A grasp that was found.
 struct Held {
     mapped: MappedGrasp,
-    /// The contacts with the person's fingers and with those that take them, when those are others.
+    /// The contacts with the operator's fingers and with those that take them, when those are others.
     turned: Option<[Vec<Contact>; 2]>,
 }
 
@@ -125,11 +125,11 @@ impl<'a> Holder<'a> {
         Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene })
     }
 
-    /// Gives a person's task to a gripper: to two jaws what several fingers did.
+    /// Gives the operator's task to a gripper: to two jaws what several fingers did.
     fn give(&self, task: &mut Task) {
-        let person = Side::from_name(&task.track).and_then(|side| self.scene.hands.get(&side));
-        if let (Some(jaws), Some(person)) = (&self.hand.jaws, person) {
-            jaws.take_over(task, self.hand, self.object, person.tip_radius.0);
+        let operator = Side::from_name(&task.track).and_then(|side| self.scene.hands.get(&side));
+        if let (Some(jaws), Some(operator)) = (&self.hand.jaws, operator) {
+            jaws.take_over(task, self.hand, self.object, operator.tip_radius.0);
         }
     }
 
@@ -140,7 +140,7 @@ impl<'a> Holder<'a> {
         Wanted { contacts, object: self.object, obstacles }
     }
 
-    /// The way of the object while it is held, and where it stood before a person nudged it, which the robot does not.
+    /// The way of the object while it is held, and where it stood before the operator nudged it, which the robot does not.
     fn way(&self, task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
         let mut way = way(task, grasp);
         let stood = self.object.pose();

@@ -6,13 +6,13 @@ use crate::base::scene::{Body, Role, Scene};
 use crate::command::Task;
 use nalgebra::Isometry3;
 
-/// A taught pose goes a little into what carries the object: obstacles are lowered by this, m.
+/// A demonstrated pose goes a little into what carries the object: obstacles are lowered by this, m.
 const SUNK_M: f64 = 0.001;
 
 /// Of more things than this none is left out by itself: each takes a search.
 const MANY: usize = 24;
 
-/// Something that is in the way of a grasp, and how to tell a person of it: times are those of the recording.
+/// Something that is in the way of a grasp, and how a message names it: times are those of the recording.
 pub(crate) struct Around<'a> {
     pub(crate) obstacle: Obstacle<'a>,
     what: String,

@@ -35,7 +35,7 @@ pub struct Obstacle<'a> {
 /// What is to be held, and where.
 #[derive(Clone, Debug)]
 pub struct Wanted<'a> {
-    /// The taught contacts, at most one a finger.
+    /// The demonstrated contacts, at most one a finger.
     pub contacts: Vec<Contact>,
     /// The object.
     pub object: &'a Body,

@@ -23,7 +23,7 @@ const THUMBS: [[f64; 3]; 7] = [
 /// This many postures, the nearest in width to the contacts, are tried.
 const TRIED: usize = 14;
 const TRIED_WIDE: usize = 28;
-/// Rolls about the line of opposition, in turns, for contacts whose order tells which way is up, and for others.
+/// Rolls about the line of opposition, in turns, for contacts whose order shows which way is up, and for others.
 const ROLLS: [f64; 7] = [0.0, -0.06, 0.06, -0.13, 0.13, -0.2, 0.2];
 const ALL_ROUND: usize = 14;
 /// Tilts about the row of fingers, in turns, for fingers that push without an opponent.
@@ -114,7 +114,7 @@ struct Opposition {
     width: f64,
 }
 
-/// Of the contacts; and whether their order tells which way the hand is turned.
+/// Of the contacts; and whether their order shows which way the hand is turned.
 fn object_frame(hand: &HandModel, wanted: &Wanted<'_>) -> Option<(Opposition, bool)> {
     let tips: Vec<(Finger, Point3<f64>, Vector3<f64>)> = wanted
         .contacts

@@ -8,7 +8,7 @@ use crate::robot::kinematics::shape::Solid;
 use crate::robot::kinematics::tree::KinematicTree;
 use std::collections::BTreeSet;
 
-/// Length of a person's thumb and fingers, m (docs/sources.md, Hand: base set).
+/// Length of a human thumb and fingers, m (docs/sources.md, Hand: base set).
 const THUMB_M: f64 = 0.118;
 const FINGER_M: f64 = 0.110;
 
@@ -83,7 +83,7 @@ impl HandModel {
         Some((tip(other) - tip(thumb)).norm() - thumb.radius - other.radius)
     }
 
-    /// How large it is beside a person's hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). A gripper is not
+    /// How large it is beside a human hand: the mean over its fingers of their length over that of the base set (docs/sources.md, Hand). A gripper is not
     /// like a hand, and 1.
     pub fn scale(&self) -> f64 {
         if self.jaws.is_some() {

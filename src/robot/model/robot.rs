@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 /// A robot.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    /// Its name, for people.
+    /// Its name.
     pub name: String,
     /// Its links and joints.
     pub tree: KinematicTree,
@@ -17,7 +17,7 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// How large its hands are beside a person's, the mean of them: see [`HandModel::scale`]; 1 without hands.
+    /// How large its hands are beside human hands, the mean of them: see [`HandModel::scale`]; 1 without hands.
     pub fn hands_scale(&self) -> f64 {
         let sum: f64 = self.hands.values().map(HandModel::scale).sum();
         if self.hands.is_empty() { 1.0 } else { sum / self.hands.len() as f64 }

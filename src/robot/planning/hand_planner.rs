@@ -14,7 +14,7 @@ use nalgebra::Isometry3;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
-/// Radius of a person's fingertips where the scene has none for the hand, m.
+/// Radius of the demonstrated fingertips where the scene has none for the hand, m.
 const TIP_RADIUS_M: f64 = 0.010;
 
 /// Where an object is, reference frame; `None` for what is no body of the scene.
@@ -25,8 +25,8 @@ pub(crate) type Place<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
 pub(crate) struct HandPlanner {
     pub(crate) side: Side,
     pub(crate) hand: HandModel,
-    /// Radius of the person's fingertips, m.
-    taught_radius: f64,
+    /// Radius of the demonstrated fingertips, m.
+    demonstrated_radius: f64,
     /// Its first task, and when of the plan of that it begins, s, until that plan is made.
     fresh: Option<(usize, f64)>,
 }
@@ -45,11 +45,11 @@ impl HandPlanner {
     ) -> Result<(Self, Start, Target), InputError> {
         let lacks = || InputError::new("commands", "are of no hand of the robot");
         let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-        let taught_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let demonstrated_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
         let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
         let groups = groups(tasks);
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let mut planner = Self { side, hand, taught_radius, fresh: None };
+        let mut planner = Self { side, hand, demonstrated_radius, fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
         let (start, from_s) =
             Start::of_plan(limb, &planner.hand, &plan).map_err(|message| at_task(tasks, number, message))?;
@@ -125,7 +125,7 @@ impl HandPlanner {
             return Err(at_task(tasks, number, format!("goes into `{}`, which is no body of the scene", into.body)));
         }
         let found = found(tasks, group, number, &place(object).ok_or_else(lacks)?);
-        let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.taught_radius);
+        let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.demonstrated_radius);
         plan.map_err(|message| at_task(tasks, number, message))
     }
 }

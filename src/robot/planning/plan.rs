@@ -1,9 +1,9 @@
 //! What hand and object are to do at each instant of a task: from commands and a mapped grasp to targets of palm and fingertips.
 //!
-//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the person's
+//! While the object is touched, the palm goes where the object goes, by the one pose of the grasp. Before and after, it goes as the middle of the operator's
 //! fingertips went, turned as in the grasp. Fingers close and open along the contact normals with minimum jerk. A task begins with a way from
-//! wherever the palm is. When the object is found elsewhere than it was taught, everything is done relative to it, until the first
-//! carrying segment has brought it onto the taught way.
+//! wherever the palm is. When the object is found elsewhere than it was demonstrated, everything is done relative to it, until the first
+//! carrying segment has brought it onto the demonstrated way.
 
 use super::interpolation::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
 use super::resolved_grasp::{Grip, resting};
@@ -29,7 +29,7 @@ const LEAVING_S: f64 = 1.0;
 const SHORTEST_S: f64 = 0.05;
 /// Before it goes into a socket, an object comes to rest, s.
 const STEADIES_S: f64 = 1.0;
-/// Into a socket it goes no faster, m/s: hasty people's hands give way where a robot's jam.
+/// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
 /// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
 const HINGED_M_S2: f64 = 1.5;
@@ -89,9 +89,9 @@ impl Target {
 /// Where an object is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
-    /// From where it was taught to where it is, reference frame.
+    /// From where it was demonstrated to where it is, reference frame.
     pub off: Isometry3<f64>,
-    /// When something else has brought it onto the taught way, s of the recording; infinite when nothing does.
+    /// When something else has brought it onto the demonstrated way, s of the recording; infinite when nothing does.
     pub until_s: f64,
 }
 
@@ -114,8 +114,8 @@ struct Phase<'a> {
     /// From where the commands want the object to where it is, and how far that has faded at the beginning and at the end, 0 to 1.
     anchor: Isometry3<f64>,
     faded: [f64; 2],
-    /// From when to when the person did it, s of the recording; the same twice for what no one showed.
-    taught: [f64; 2],
+    /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
+    demonstrated: [f64; 2],
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -156,21 +156,21 @@ impl<'a> Plan<'a> {
         let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
         let mut clock = 0.0;
         let mut anchor = found.off;
-        // For how long the hand has held the object since it began to bring it onto the taught way, and how long that takes, s.
+        // For how long the hand has held the object since it began to bring it onto the demonstrated way, and how long that takes, s.
         let mut fading: Option<(f64, f64)> = None;
         for (index, segment) in task.segments.iter().enumerate() {
-            let begins = segment.taught_start_s;
+            let begins = segment.demonstrated_start_s;
             let ends = begins + segment.duration_s;
             // Samples have their own beginning in each task.
             let ends = task
                 .segments
                 .get(index + 1)
-                .map(|next| next.taught_start_s)
+                .map(|next| next.demonstrated_start_s)
                 .filter(|next| (next - ends).abs() < SAMPLE_S)
                 .unwrap_or(ends);
-            // Who touches an object after something else has brought it onto the taught way goes there on the taught way.
+            // Who touches an object after something else has brought it onto the demonstrated way goes there on the demonstrated way.
             let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
-            if touch.taught_start_s > found.until_s - SAMPLE_S {
+            if touch.demonstrated_start_s > found.until_s - SAMPLE_S {
                 anchor = Isometry3::identity();
             }
             let role = match (segment.touching, segment.primitive.as_str()) {
@@ -190,7 +190,7 @@ impl<'a> Plan<'a> {
                     duration: CLOSING_S,
                     anchor,
                     faded: [0.0; 2],
-                    taught: [begins; 2],
+                    demonstrated: [begins; 2],
                 });
                 clock += CLOSING_S;
             }
@@ -203,7 +203,7 @@ impl<'a> Plan<'a> {
             let inserts = role == Role::Hold && segment.primitive == "Insert";
             if inserts {
                 let (role, duration) = (Role::Steady, STEADIES_S);
-                let taught = [begins; 2];
+                let demonstrated = [begins; 2];
                 plan.phases.push(Phase {
                     segment,
                     grip,
@@ -212,7 +212,7 @@ impl<'a> Plan<'a> {
                     duration,
                     anchor,
                     faded: [0.0; 2],
-                    taught,
+                    demonstrated,
                 });
                 clock += duration;
             }
@@ -220,7 +220,7 @@ impl<'a> Plan<'a> {
             let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(Grip::is_hinge);
             let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow).max(gently);
-            let taught = [begins, ends];
+            let demonstrated = [begins, ends];
             if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
                 anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
             }
@@ -232,11 +232,11 @@ impl<'a> Plan<'a> {
                 faded = [since_s, since_s + duration].map(|time| time / whole_s);
                 fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
             }
-            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, taught });
+            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, demonstrated });
             clock += duration;
             match role {
                 Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
-                // A hand that closes waits for the object to come along; by how much a person moved it while grasping is made up for later.
+                // A hand that closes waits for the object to come along; by how much the operator moved it while grasping is made up for later.
                 Role::Close => {
                     if let (Some(first), Some(last)) = (segment.object.first(), segment.object.last()) {
                         anchor = anchor * from_seven(first) * from_seven(last).inverse();
@@ -276,8 +276,8 @@ impl<'a> Plan<'a> {
             if may && (way > JUMP.0 || turn > JUMP.1) {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, grip, start, anchor, .. } = self.phases[after];
-                let taught = [self.phases[before].taught[1], self.phases[after].taught[0]];
-                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], taught };
+                let demonstrated = [self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]];
+                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], demonstrated };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;
@@ -336,11 +336,11 @@ impl<'a> Plan<'a> {
         (self.transfer + first, self.transfer + last)
     }
 
-    /// Its parts, with when they were taught, in order.
+    /// Its parts, with when they were demonstrated, in order.
     pub fn parts(&self) -> Vec<Part> {
-        let begins = self.phases.first().map_or(0.0, |phase| phase.taught[0]);
-        let transfer = Part { taught: [begins; 2], needs_s: self.transfer };
-        let phases = self.phases.iter().map(|phase| Part { taught: phase.taught, needs_s: phase.duration });
+        let begins = self.phases.first().map_or(0.0, |phase| phase.demonstrated[0]);
+        let transfer = Part { demonstrated: [begins; 2], needs_s: self.transfer };
+        let phases = self.phases.iter().map(|phase| Part { demonstrated: phase.demonstrated, needs_s: phase.duration });
         std::iter::once(transfer).chain(phases).collect()
     }
 
@@ -349,15 +349,15 @@ impl<'a> Plan<'a> {
         if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
     }
 
-    /// How much of where it is to be is told at a time, s, by the body whose hole the object goes into: 0 far from it, 1 from just above it on.
+    /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
     pub fn leans(&self, time: f64) -> f64 {
         let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
         let (from, to) = (self.phases[over.saturating_sub(1)].start, self.phases[over].start);
         minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
     }
 
-    /// Where the person left the object.
-    pub fn taught_end(&self) -> Isometry3<f64> {
+    /// Where the operator left the object.
+    pub fn demonstrated_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());
         last.map_or_else(Isometry3::identity, from_seven)
     }
@@ -484,7 +484,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// How long it takes to bring an object that stands elsewhere onto the taught way, s: soon, when it is carried, since another hand may be about to come to
+/// How long it takes to bring an object that stands elsewhere onto the demonstrated way, s: soon, when it is carried, since another hand may be about to come to
 /// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
 /// too short for it.
 fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {

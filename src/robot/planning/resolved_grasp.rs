@@ -26,11 +26,11 @@ pub(crate) struct Grip {
 }
 
 impl Grip {
-    /// The grip of a mapped grasp; `taught_radius` is that of the person's fingertips, m.
+    /// The grip of a mapped grasp; `demonstrated_radius` is that of the demonstrated fingertips, m.
     ///
     /// # Errors
     /// A grasp that was not mapped, or not to this hand.
-    pub(crate) fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, taught_radius: f64) -> Result<Self, String> {
+    pub(crate) fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, demonstrated_radius: f64) -> Result<Self, String> {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
@@ -65,7 +65,7 @@ impl Grip {
             // As far as the finger goes.
             let open = model.posture(&model.reach(closed + way).angles).tip;
             tips.push((finger, closed, open));
-            middle += (point + normal * taught_radius).coords;
+            middle += (point + normal * demonstrated_radius).coords;
         }
         if tips.is_empty() {
             return Err("has a grasp without contacts".into());

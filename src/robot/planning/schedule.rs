@@ -1,4 +1,4 @@
-//! The schedule of a group of tasks: tasks of both hands that a person did at the same time are planned together and run on one time scale. A task that
+//! The schedule of a group of tasks: tasks of both hands that the operator did at the same time are planned together and run on one time scale. A task that
 //! nothing else overlaps is a group of its own, planned when the one before is over and the object is seen where it is.
 
 use super::plan::{Found, Plan};
@@ -30,13 +30,13 @@ pub(crate) fn groups(tasks: &[Task]) -> Vec<Vec<usize>> {
 }
 
 /// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
-/// taught way is there afterwards.
+/// demonstrated way is there afterwards.
 pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
     let same = || group.iter().filter(|other| tasks[**other].object == tasks[number].object);
-    // Whoever touches it first finds it there; before that a person may have dropped it elsewhere, which is left out.
+    // Whoever touches it first finds it there; before that the operator may have dropped it elsewhere, which is left out.
     let touched_s = |other: &&usize| {
         let touch = tasks[**other].segments.iter().find(|segment| segment.touching);
-        touch.map_or(f64::INFINITY, |segment| segment.taught_start_s)
+        touch.map_or(f64::INFINITY, |segment| segment.demonstrated_start_s)
     };
     let first = same().min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)));
     let off = first.map_or_else(Isometry3::identity, |first| object * tasks[*first].taken_at().inverse());
@@ -89,12 +89,12 @@ impl<'a> Schedule<'a> {
         plans.last().map(|(number, plan)| (*number, plan, plan.duration()))
     }
 
-    /// Where the person left an object in the end, as the last of the tasks about it says.
-    pub(crate) fn taught_end(&self, tasks: &[Task], object: &str) -> Isometry3<f64> {
+    /// Where the operator left an object in the end, as the last of the tasks about it says.
+    pub(crate) fn demonstrated_end(&self, tasks: &[Task], object: &str) -> Isometry3<f64> {
         let about =
             self.hands.iter().flat_map(|hand| &hand.plans).filter(|(number, _)| tasks[*number].object == object);
         let last = about.max_by(|a, b| tasks[a.0].end_s.total_cmp(&tasks[b.0].end_s));
-        last.map_or_else(Isometry3::identity, |(_, plan)| plan.taught_end())
+        last.map_or_else(Isometry3::identity, |(_, plan)| plan.demonstrated_end())
     }
 }
 

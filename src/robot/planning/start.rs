@@ -52,7 +52,7 @@ impl Start {
         Ok(Self { q, root, fingers, palm: target.palm })
     }
 
-    /// Returns the start of a plan, and when of the plan that is, s: a person may come from where the arm cannot be, so as much of the first free motion is
+    /// Returns the start of a plan, and when of the plan that is, s: the operator may come from where the arm cannot be, so as much of the first free motion is
     /// left out as must be.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! One time scale for all hands: it maps the time of a group of tasks to the time of each hand's own plans.
 //!
-//! A person's hands did what they did at the same times. A robot's hand may need longer for a part of it, and for some things that no one demonstrated.
+//! The operator's hands did what they did at the same times. A robot's hand may need longer for a part of it, and for some things that no one demonstrated.
 //! Between two times of the recording at which any hand begins something, the time scale takes as long as the hand that needs most; the others are slowed
 //! by the same factor. So what two hands did together they do together, and one waits for the other as it did in the demonstration.
 
@@ -10,8 +10,8 @@ const SAME_S: f64 = 1e-6;
 /// A part of what a hand does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    /// From when to when the person did it, s of the recording; the same twice for what no one showed.
-    pub taught: [f64; 2],
+    /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
+    pub demonstrated: [f64; 2],
     /// How long the robot needs for it, s.
     pub needs_s: f64,
 }
@@ -57,25 +57,25 @@ struct Knot {
 }
 
 impl TimeScale {
-    /// Returns the time scale of hands whose parts are in order; one that was taught before the one ahead of it ended begins when that ended. Where it
+    /// Returns the time scale of hands whose parts are in order; one that was demonstrated before the one ahead of it ended begins when that ended. Where it
     /// changes its speed it does so within `eased_s` before and after.
     pub fn of(hands: &[Vec<Part>], eased_s: f64) -> Self {
         let hands: Vec<Vec<Part>> = hands.iter().map(|parts| in_order(parts)).collect();
         let hands = hands.as_slice();
-        let mut times: Vec<f64> = hands.iter().flatten().flat_map(|part| part.taught).collect();
+        let mut times: Vec<f64> = hands.iter().flatten().flat_map(|part| part.demonstrated).collect();
         times.sort_by(f64::total_cmp);
         times.dedup_by(|after, before| *after - *before < SAME_S);
         let mut made: Vec<Vec<Knot>> = hands.iter().map(|_| vec![Knot::default()]).collect();
         let mut now = 0.0;
         for (index, &time) in times.iter().enumerate() {
             let at_once = |part: &Part| {
-                let shown = part.taught[1] - part.taught[0] >= SAME_S;
-                if !shown && (part.taught[0] - time).abs() < SAME_S { part.needs_s } else { 0.0 }
+                let shown = part.demonstrated[1] - part.demonstrated[0] >= SAME_S;
+                if !shown && (part.demonstrated[0] - time).abs() < SAME_S { part.needs_s } else { 0.0 }
             };
             go_on(hands, &mut made, &mut now, &at_once);
             let Some(&next) = times.get(index + 1) else { continue };
             let between = |part: &Part| {
-                let [from, to] = part.taught;
+                let [from, to] = part.demonstrated;
                 let covers = from < time + SAME_S && to > next - SAME_S;
                 if covers && to - from >= SAME_S { part.needs_s * (next - time) / (to - from) } else { 0.0 }
             };
@@ -121,9 +121,9 @@ impl TimeScale {
 fn in_order(parts: &[Part]) -> Vec<Part> {
     let mut ended = f64::NEG_INFINITY;
     let ordered = parts.iter().map(|part| {
-        let from = part.taught[0].max(ended);
-        ended = part.taught[1].max(from);
-        Part { taught: [from, ended], ..*part }
+        let from = part.demonstrated[0].max(ended);
+        ended = part.demonstrated[1].max(from);
+        Part { demonstrated: [from, ended], ..*part }
     });
     ordered.collect()
 }

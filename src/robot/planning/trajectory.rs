@@ -110,7 +110,7 @@ impl JointTrajectory {
     }
 }
 
-/// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were taught. The joints of both hands are in one
+/// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were demonstrated. The joints of both hands are in one
 /// trajectory, and tasks that both did at the same time are slowed down together.
 ///
 /// # Errors
@@ -163,7 +163,7 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
         made.slowed.push(Slowed { tasks: numbers.clone(), times: timed.slower, joint });
         append(&mut made.points, timed);
         for &number in numbers {
-            places.insert(&tasks[number].object, schedule.taught_end(tasks, &tasks[number].object));
+            places.insert(&tasks[number].object, schedule.demonstrated_end(tasks, &tasks[number].object));
         }
     }
     Ok(made)

@@ -1,4 +1,4 @@
-//! How near the robot's two arms pass each other. Nothing keeps them apart in the simulation, so it is told when they go through each other.
+//! How near the robot's two arms pass each other. Nothing keeps them apart in the simulation, so a collision of the arms is reported.
 //!
 //! Pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
 

@@ -1,11 +1,11 @@
-//! The tolerance of contact forces: what a person pressed with, as far as a robot may be from it.
+//! The tolerance of contact forces: what the operator pressed with, as far as a robot may be from it.
 //!
 //! A task keeps its profile when
 //! - each fingertip presses into the surface as it is asked to, within [`WITHIN_N`] or [`WITHIN`] of that, for [`MOSTLY`] of the time in which it is asked to;
 //! - the total force of the hand on the object is as near to the one that is asked for, for as long; of that, the shares count of what the fingers press with;
-//! - no fingertip presses harder than the hardest that was taught, times [`FIRMER`] and [`WITHIN_N`] more, nor than the hand may.
+//! - no fingertip presses harder than the hardest that was demonstrated, times [`FIRMER`] and [`WITHIN_N`] more, nor than the hand may.
 //!
-//! What is asked for is what was taught, more firmly where the hand feels the object about to slip (`grip_force`).
+//! What is asked for is what was demonstrated, more firmly where the hand feels the object about to slip (`grip_force`).
 
 use super::observer::{Observer, Step};
 use crate::base::hands::Finger;
@@ -21,7 +21,7 @@ pub const WITHIN_N: f64 = 0.3;
 pub const WITHIN: f64 = 0.3;
 /// For at least this share of the time.
 pub const MOSTLY: f64 = 0.9;
-/// A hand that feels slip may press this many times as hard as the hardest that was taught.
+/// A hand that feels slip may press this many times as hard as the hardest that was demonstrated.
 pub const FIRMER: f64 = 2.5;
 /// Less than this is not asked for, N.
 const ASKED_N: f64 = 0.05;
@@ -82,7 +82,7 @@ struct Tally {
     total: Share,
     /// How hard the worst fingertip pressed, and how hard it might, N.
     worst: Option<[f64; 2]>,
-    hardest_taught: f64,
+    hardest_demonstrated: f64,
 }
 
 /// How often something was so.
@@ -107,12 +107,12 @@ impl Tally {
     /// The profile of a task.
     fn of(task: &Task) -> Self {
         let tips = task.segments.iter().flat_map(|segment| &segment.tips).flat_map(|tip| &tip.force);
-        let hardest_taught = tips.map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
-        Self { hardest_taught, ..Self::default() }
+        let hardest_demonstrated = tips.map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
+        Self { hardest_demonstrated, ..Self::default() }
     }
 
     fn allowed(&self) -> f64 {
-        self.hardest_taught * FIRMER + WITHIN_N
+        self.hardest_demonstrated * FIRMER + WITHIN_N
     }
 
     /// A step of it: the fingertips on `body` beside those of the target.

@@ -44,7 +44,7 @@ pub(super) struct Doing<'t> {
 }
 
 impl<'t> HandAgent<'t> {
-    /// Returns the hand of a side before its first task. `scene` has the person's hands.
+    /// Returns the hand of a side before its first task. `scene` has the operator's hands.
     ///
     /// # Errors
     /// As [`HandPlanner::begin`].
@@ -81,7 +81,7 @@ impl<'t> HandAgent<'t> {
         Ok(plans)
     }
 
-    /// Sets its target to what a plan has at a time of its own, s; `lost` tells whether a body is lost.
+    /// Sets its target to what a plan has at a time of its own, s; `lost` returns whether a body is lost.
     pub(super) fn follow(
         &mut self,
         now: Option<(usize, &Plan<'t>, f64)>,
@@ -94,7 +94,7 @@ impl<'t> HandAgent<'t> {
         let Some((number, plan, own_s)) = now else { return };
         let (task, body) = (&tasks[number], bodies[number]);
         self.target = plan.at(own_s);
-        // The hole is where its body is, which need not be where the person's was; what is not known of it is felt.
+        // The hole is where its body is, which need not be where the operator's was; what is not known of it is felt.
         let hole_off = task.into.as_ref().and_then(|into| Some(see(&into.body)? * from_seven(&into.pose).inverse()));
         let lost = lost(body);
         if let Some(off) = hole_off.filter(|_| !lost) {

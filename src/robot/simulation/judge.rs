@@ -1,4 +1,4 @@
-//! The judge: how far each task ended from where the person left its object, and how well palm and fingertips followed.
+//! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
 
 use super::force_tolerance::Forces;
 use super::observer::{Observer, Step};
@@ -9,7 +9,7 @@ use crate::robot::control::behavior::Searched;
 use crate::world::Observation;
 use nalgebra::{Isometry3, Vector3};
 
-/// Where the object must end, m, to be where the person left it.
+/// Where the object must end, m, to be where the operator left it.
 pub const WITHIN_M: f64 = 0.005;
 /// The same of its turn, rad.
 pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
@@ -25,7 +25,7 @@ pub struct Outcome {
     pub side: Side,
     /// The object.
     pub object: String,
-    /// How far the object is from where the person left it, m; when another hand took it on, from where that one left it.
+    /// How far the object is from where the demonstration left it, m; when another hand took it on, from where that one left it.
     pub off: f64,
     /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
     pub turned: f64,
@@ -45,7 +45,7 @@ pub struct Outcome {
     pub searched: Option<Searched>,
     /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
     pub fell_s: Option<f64>,
-    /// Whether the object is where the person left it.
+    /// Whether the object is where the operator left it.
     pub done: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The robot's recording: the columns of a person's, measured without noise.
+//! The robot's recording: the columns of the operator's, measured without noise.
 
 use super::observer::{Observer, Step};
 use crate::base::recording::{Column, Recording};

@@ -34,7 +34,7 @@ const REPORTED: usize = 500;
 /// What a robot made of commands.
 #[derive(Clone, Debug)]
 pub struct Performance {
-    /// As a person's recording.
+    /// As the operator's recording.
     pub recording: Recording,
     /// Of each task.
     pub outcomes: Vec<Outcome>,
@@ -153,7 +153,7 @@ impl<'t> Simulation<'t> {
         Ok(Self { tasks, scene: own, bodies, sight, world, hands, step: 0, observers, outcomes })
     }
 
-    /// Performs a group of tasks, and judges them; `progress` is told for how long, s.
+    /// Performs a group of tasks, and judges them; `progress` receives the simulated time, s.
     fn perform(&mut self, group: &[usize], progress: &mut dyn FnMut(f64)) -> Result<(), InputError> {
         let there: Vec<usize> = group.iter().copied().filter(|task| !self.is_lost(*task)).collect();
         let schedule = self.plan(&there)?;
@@ -242,7 +242,7 @@ impl<'t> Simulation<'t> {
                 fell_s: self.observers.drops.fell_s(body),
                 forces: self.observers.forces.judge(number),
             };
-            let end = schedule.taught_end(self.tasks, &task.object);
+            let end = schedule.demonstrated_end(self.tasks, &task.object);
             let seen = self.world.observation();
             let outcome = self.observers.judge.outcome((number, task), body, found, &end, &self.scene, seen);
             self.outcomes[number] = Some(outcome);
@@ -266,7 +266,7 @@ fn seen(scene: &Scene, seen: &Observation, sight: &Translation3<f64>, object: &s
     seen.bodies.get(body).map(|body| *sight * body.pose)
 }
 
-/// The scene with the robot's hands in place of the person's.
+/// The scene with the robot's hands in place of the operator's.
 fn with_hands(scene: &Scene, sides: &[Side], limbs: &[Robot]) -> Scene {
     let mut scene = scene.clone();
     let hands = sides.iter().zip(limbs).filter_map(|(side, limb)| {

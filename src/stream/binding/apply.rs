@@ -301,7 +301,7 @@ impl Header {
                 }
                 to_si
             }
-            // A number of metres that is one of millimetres makes a flag that never changes, and nobody is told.
+            // A number in metres where millimetres are expected makes a flag that never changes, without any message.
             (None, None) if pattern.threshold.is_some() && dimension != Dimension::NONE => {
                 return Err(format!(
                     "the column `{name}` has no unit to compare with the limit's, expected `{name} [unit]`"

@@ -37,11 +37,11 @@ impl BindingFile {
             });
             match Stranger::of(&column, scene) {
                 None => {}
-                Some(stranger @ Stranger::Body(_)) => return Err(self.error(key, stranger.told(&column, scene))),
+                Some(stranger @ Stranger::Body(_)) => return Err(self.error(key, stranger.message(&column, scene))),
                 Some(stranger) => {
-                    let told = stranger.told(&channel, scene);
-                    if told.contains("did you mean") {
-                        slips.push((channel, self.error(key, told)));
+                    let message = stranger.message(&channel, scene);
+                    if message.contains("did you mean") {
+                        slips.push((channel, self.error(key, message)));
                     }
                 }
             }

@@ -66,7 +66,7 @@ impl<'a> Placed<'a> {
         }
     }
 
-    /// The normal of a contact on this body, towards the other one, as far as role and shape tell; `force` is what the other body feels.
+    /// The normal of a contact on this body, towards the other one, as far as role and shape show; `force` is what the other body feels.
     fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
         let body = self.body?;
         match body.role {

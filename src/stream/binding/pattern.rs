@@ -235,7 +235,7 @@ impl Columns {
         }
     }
 
-    /// What the columns make together for a channel of this shape, as far as their form tells.
+    /// What the columns make together for a channel of this shape, as far as their form shows.
     pub fn form(&self, wanted: Option<Shape>) -> Form {
         match self {
             Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),

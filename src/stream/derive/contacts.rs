@@ -170,7 +170,7 @@ fn flagged<'a>(
     Contact::derived(&forces, normals.into_iter(), &flags)
 }
 
-/// The normal of a contact as far as the roles tell: upwards from a support, level from a wall, else out of the other body towards the object.
+/// The normal of a contact as far as the roles show: upwards from a support, level from a wall, else out of the other body towards the object.
 fn normal_by_role(
     measured: &Measured,
     motions: &[Motion],
@@ -208,7 +208,7 @@ pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts
             it.fixed_to.is_some() || measured.channels().iter().any(|channel| turns(channel))
         })
     };
-    let told = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
+    let messages = objects.iter().filter(|object| !carried(**object) && !fixed(**object)).filter_map(|object| body(*object)).map(|(name, it)| {
         let support = measured.scene.bodies.iter().find(|(_, body)| body.role == Role::Support);
         let support_name = support.map_or("table", |(name, _)| name.as_str());
         let lacking = if it.parts.is_empty() || support.is_none_or(|(_, support)| support.parts.is_empty()) {
@@ -217,10 +217,10 @@ pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts
             format!("its true place: by its shape `{name}` never comes near anything")
         };
         let message = format!(
-            "nothing tells when `{name}` is carried: Grasp cannot be told from Translate, and Place is not found; expected \
+            "no channel shows when `{name}` is carried: Grasp cannot be distinguished from Translate, and Place is not found; expected \
              `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene"
         );
         measured.over_all("no_support", &format!("contact.{name}"), message)
     });
-    told.collect()
+    messages.collect()
 }

@@ -90,7 +90,7 @@ struct Sure {
     reach: Vec<f64>,
 }
 
-/// What tells a hand's objects apart.
+/// What distinguishes a hand's objects.
 struct Feelers<'a> {
     motions: &'a [Motion<'a>],
     objects: &'a [usize],
@@ -170,7 +170,7 @@ impl<'a> Feelers<'a> {
         if sure.as_ref().is_some_and(|sure| Some(sure.target) == target && self.still(sure, frame)) {
             return target;
         }
-        let distances: Vec<(usize, f64)> = self.distances(frame, |finger| self.tells(finger)).collect();
+        let distances: Vec<(usize, f64)> = self.distances(frame, |finger| self.measures(finger)).collect();
         let Some((body, distance)) = self.least(distances.iter().copied()) else { return target };
         let of_target =
             |target| distances.iter().find(|(body, _)| Some(*body) == target).map(|(_, distance)| *distance);
@@ -194,12 +194,12 @@ impl<'a> Feelers<'a> {
     }
 
     /// Whether a fingertip counts for what is near.
-    fn tells(&self, finger: &Feeler) -> bool {
+    fn measures(&self, finger: &Feeler) -> bool {
         finger.tip || !self.any_tip
     }
 
     fn tips(&self, frame: usize) -> impl Iterator<Item = Vector3<f64>> {
-        let fingers = self.fingers.iter().filter(|finger| self.tells(finger)).filter_map(|finger| finger.position);
+        let fingers = self.fingers.iter().filter(|finger| self.measures(finger)).filter_map(|finger| finger.position);
         fingers.map(move |columns| vector(&columns, frame))
     }
 

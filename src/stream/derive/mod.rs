@@ -51,9 +51,9 @@ pub fn frames_trusting(
     let mut measured = Measured::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
     issues.extend(tare::tare(&mut measured));
-    let mut told = Told::default();
-    let mut frames = derived_frames(&measured, channels, &mut told)?;
-    issues.extend(told.issues(&measured, &frames.layout));
+    let mut findings = Findings::default();
+    let mut frames = derived_frames(&measured, channels, &mut findings)?;
+    issues.extend(findings.issues(&measured, &frames.layout));
     frames.time.clone_from(&measured.time);
     frames.stretches.clone_from(&measured.stretches);
     issues.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
@@ -61,9 +61,9 @@ pub fn frames_trusting(
     Ok(frames)
 }
 
-/// What is to be told of a log that may come in windows: what each window would tell anew, from the last one, and what adds up.
+/// The findings about a log that may come in windows: those that the last window replaces, and those that add up.
 #[derive(Default)]
-pub struct Told {
+pub struct Findings {
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
     read: Vec<Issue>,
@@ -72,7 +72,7 @@ pub struct Told {
     findings: plausible::Findings,
 }
 
-impl Told {
+impl Findings {
     /// All of it, once the whole log was seen.
     pub fn issues(&self, measured: &Measured, layout: &Layout) -> Vec<Issue> {
         let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
@@ -86,12 +86,12 @@ impl Told {
 }
 
 /// The columns that the rules read, of a log or of a window of it; without its times.
-pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut Told) -> Result<Frames, InputError> {
+pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], findings: &mut Findings) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
-    told.orders.get_or_insert_with(|| orders::swapped(measured));
-    told.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
+    findings.orders.get_or_insert_with(|| orders::swapped(measured));
+    findings.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
         .map(|side| HandLayout { side, fingers: hands::fingers(measured, side), contacts: vec![] })
@@ -112,9 +112,9 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
             // Refused below if a rule reads it.
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
-        plausible::far_touches(measured, &motions, hand, &touches, &mut told.findings);
+        plausible::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
         let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
-        plausible::pushes(measured, &motions, &hand.fingers, &track, &mut told.findings);
+        plausible::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
         tracks.push(track);
         if read {
             touched.insert(hand.side, touches);
@@ -122,8 +122,8 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
     }
     let contacts = contacts::contacts(measured, &motions, &tracks, &objects);
     if channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
-        told.carried = contacts::never_carried(measured, &objects, &contacts);
-        plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut told.findings);
+        findings.carried = contacts::never_carried(measured, &objects, &contacts);
+        plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut findings.findings);
     }
     let partners: BTreeSet<usize> = contacts.keys().map(|(_, partner)| *partner).collect();
     let partners: Vec<usize> = partners.into_iter().collect();
@@ -163,7 +163,7 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], told: &mut 
         }
     }
     (frames.objects, frames.bodies) = names(measured.scene);
-    told.read = issues;
+    findings.read = issues;
     Ok(frames)
 }
 
@@ -177,7 +177,7 @@ pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, Inp
     Ok(measured.recording())
 }
 
-/// Whether no contact of an object has to be told from shapes, which takes the whole log.
+/// Whether no contact of an object has to be computed from shapes, which takes the whole log.
 pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> bool {
     let logged = |a: &str, b: &str| has(&format!("contact.{a}.{b}")) || has(&format!("contact.{a}.{b}.force.x"));
     objects(scene).into_iter().all(|object| {
@@ -255,7 +255,7 @@ fn not_derived(name: &str) -> InputError {
 }
 
 /// The hands of a log: those that its columns measure, of the scene's hands when the scene lists any. Where they measure none of them, all of them,
-/// so that what is lacking gets told.
+/// so that missing channels are reported.
 pub fn sides<'a>(scene: &Scene, columns: impl Iterator<Item = &'a str> + Clone) -> Vec<Side> {
     let listed = |side: &Side| scene.hands.is_empty() || scene.hands.contains_key(side);
     let seen = |side: &Side| columns.clone().any(|column| column.split('.').next() == Some(side.name()));

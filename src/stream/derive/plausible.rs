@@ -14,7 +14,7 @@ use crate::stream::measured::Measured;
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 
-/// What cannot be true for this long in all is told, s.
+/// An impossible state is reported from this total duration on, s.
 const LASTS: f64 = 0.25;
 /// A fingertip that touches is not farther than this from every object, m.
 const REACH: f64 = 0.100;
@@ -69,7 +69,7 @@ impl Found {
         self.sum += value;
     }
 
-    /// The mean of what was found, when it lasted long enough to be told.
+    /// The mean of what was found, when it lasted long enough to be reported.
     fn mean(&self, measured: &Measured) -> Option<f64> {
         let n = self.frames as f64;
         (n > 0.0 && n / measured.rate_hz >= LASTS).then(|| self.sum / n)

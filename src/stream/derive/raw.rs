@@ -60,7 +60,7 @@ pub fn read(
                 constant(0.0)
             }
             None if is_palm(slot) => {
-                let message = "the log lacks it; nothing that is asked of where the hand is can be told".to_string();
+                let message = "the log lacks it; conditions on the position of the hand cannot be evaluated".to_string();
                 issues.push(measured.over_all("missing_channel", slot, message));
                 constant(0.0)
             }
@@ -129,7 +129,7 @@ fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, instead:
         match instead {
             None => format!("the rules need {}, which the log lacks", shown(&spec.name, side)),
             Some(instead) => format!(
-                "the rules need {}; the log has neither that nor {instead} to tell it from",
+                "the rules need {}; the log has neither that nor {instead} to derive it from",
                 shown(&spec.name, side)
             ),
         },
@@ -141,7 +141,7 @@ fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, instead:
     ))
 }
 
-/// Half the time over which a force is averaged before it is told from noise, s.
+/// Half the time over which a force is averaged before it is compared with noise, s.
 const CALMED_SECS: f64 = 0.010;
 /// How many standard deviations of noise a force must have to begin, and to go on.
 const BEGINS_ABOVE: f64 = 4.0;

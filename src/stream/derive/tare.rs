@@ -28,7 +28,7 @@ pub fn samples(frames: usize) -> impl Iterator<Item = [usize; 2]> {
     (0..frames).step_by(stride).map(move |frame| [frame, (frame + 1).min(frames - 1)])
 }
 
-/// Whether what sensors read at rest is told from this column: where the fingertips and the objects are, and what the fingertips feel.
+/// Whether the bias of sensors is estimated from this column: where the fingertips and the objects are, and what the fingertips feel.
 pub fn asks(scene: &Scene, column: &str) -> bool {
     let Some(meaning) = names::meaning(column) else { return false };
     let Some((owner, quantity)) = meaning.channel.rsplit_once('.') else { return false };
@@ -47,7 +47,7 @@ pub fn rests(measured: &Measured, samples: &[[usize; 2]]) -> Vec<(String, Rest)>
     sensors.filter_map(rest).collect()
 }
 
-/// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; tells of what was subtracted.
+/// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; reports what was subtracted.
 pub fn tare(measured: &mut Measured) -> Vec<Issue> {
     let found = rests(measured, &samples(measured.len()).collect::<Vec<_>>());
     correct(measured, &found)
@@ -86,7 +86,7 @@ fn objects<'a>(measured: &'a Measured) -> Vec<(usize, Motion<'a>)> {
     bodies.map(|(index, (name, body))| (index, Motion::of_poses(measured, name, body))).collect()
 }
 
-/// What the sensor of a finger reads far from everything; `None` when the log does not tell where it is, or when it is never far.
+/// What the sensor of a finger reads far from everything; `None` when the log does not say where it is, or when it is never far.
 fn rest(measured: &Measured, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<Rest> {
     let force = measured.vec3(&format!("{finger}.force"))?;
     let tip = measured.vec3(&format!("{finger}.position"))?;

@@ -2,7 +2,7 @@
 //!
 //! Two bodies touch while the gap between their shapes is less than a tolerance, which grows with the noise of the poses. Scenes are measured by
 //! hand: what an object rests on while no hand touches it is as far from it as the scene is wrong there, and gaps count from that.
-//! Where the balance of forces is known, a touch that bears nothing is told from a contact that bears a load.
+//! Where the balance of forces is known, a touch without load is distinguished from a contact that bears a load.
 
 use super::balance::Balance;
 use super::contacts::{Contact, TOUCH_OFF, TOUCH_ON};

@@ -24,7 +24,7 @@ pub(super) struct Spread {
 
 impl Spread {
     /// The columns of an array whose dimensions behind the first one are these; `None` if a row has more than [`MAX_WIDTH`] numbers, or none.
-    /// `first` is its first row, by which poses are told from other matrices.
+    /// `first` is its first row, which distinguishes poses from other matrices.
     pub fn new(name: &str, dimensions: &[usize], first: &[f64]) -> Option<Self> {
         let width = width(dimensions)?;
         let (mut dimensions, mut poses) = (dimensions.to_vec(), false);

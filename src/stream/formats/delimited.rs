@@ -1,8 +1,8 @@
 //! Delimited text: comma, semicolon or tab separated values, and tables whose columns are set apart by blanks.
 //!
-//! The first line tells which. A first line of numbers only is no header: the columns are then called `1`, `2`, … A header may stand in
+//! The first line decides which. A first line of numbers only is no header: the columns are then called `1`, `2`, … A header may stand in
 //! a comment line (`#` or `%`) above the numbers. Lines about the recording may stand before the header, and units below it. Rows are counted as lines of the file, the header being row 1. A row that repeats the
-//! stamp before it is dropped, a last row that was cut short is dropped, both are told; time that runs backwards and a cell that is no
+//! stamp before it is dropped, a last row that was cut short is dropped, both are reported; time that runs backwards and a cell that is no
 //! number end the reading with their place.
 
 use super::super::sheet::titled;

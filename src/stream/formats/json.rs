@@ -5,7 +5,7 @@
 use super::super::names;
 use super::super::sheet::Memory;
 use super::rosmsg::{Failure, MAX_ARRAY};
-use crate::base::json::told;
+use crate::base::json::message_of;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
 use std::fmt;
@@ -75,7 +75,7 @@ impl<'de> Visitor<'de> for UniqueVisitor {
 
 /// What is wrong with a text that is no such value.
 pub fn fault(error: &serde_json::Error) -> String {
-    if error.is_data() { told(error) } else { format!("found no JSON object: {}", told(error)) }
+    if error.is_data() { message_of(error) } else { format!("found no JSON object: {}", message_of(error)) }
 }
 
 /// The deepest nesting that is spread into names.

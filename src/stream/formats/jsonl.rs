@@ -7,7 +7,7 @@ use super::json::{self, Unique, fault};
 use super::rosmsg::Failure;
 use super::truncated;
 use crate::base::error::InputError;
-use crate::base::json::told;
+use crate::base::json::message_of;
 use crate::base::scene::Scene;
 use serde_json::Value;
 use std::io::{BufRead, Read};
@@ -35,7 +35,7 @@ pub fn read(bytes: impl BufRead, file: String) -> Result<Source, InputError> {
     Ok(source(rows, scene, cut))
 }
 
-/// A log of these rows; `cut` is what is to be told when the last one was cut short.
+/// A log of these rows; `cut` is the message when the last one was cut short.
 pub fn source(rows: Memory, scene: Option<Scene>, cut: Option<String>) -> Source {
     let issues = cut.into_iter().map(|message| truncated(0.0, message)).collect();
     Source { scene, issues, ..Source::one(rows.place.clone(), rows.header(), Box::new(rows)) }
@@ -132,7 +132,7 @@ impl<R: BufRead> Lines<R> {
 
     fn scene(&self, scene: Value) -> Result<Line, InputError> {
         let scene: Scene =
-            serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {}", told(&error))))?;
+            serde_json::from_value(scene).map_err(|error| self.error(format!("scene: {}", message_of(&error))))?;
         check_scene(&scene).map_err(|error| self.error(format!("scene.{}: {}", error.place, error.message)))?;
         Ok(Line::Scene(Box::new(scene)))
     }

@@ -89,7 +89,7 @@ const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const DATA_END: u8 = 15;
 
-/// Reads the messages of a file, which may be compressed as a whole; what is to be told when it ends too early.
+/// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
 fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
     let unreadable = |error: std::io::Error| InputError::unreadable(file, &error);
     let mut bytes = std::io::BufReader::new(bytes);

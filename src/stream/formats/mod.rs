@@ -1,4 +1,4 @@
-//! The formats of logs, one file each: a path in, tables of raw columns out. Which format a log has, its content tells before its name.
+//! The formats of logs, one file each: a path in, tables of raw columns out. The content of a log decides its format before its name does.
 
 #[cfg(feature = "hdf5")]
 mod arrays;
@@ -84,7 +84,7 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     }
 }
 
-/// Refuses a name under which a recording could not be read again: what it ends in tells the format.
+/// Refuses a name under which a recording could not be read again: its extension is the format.
 ///
 /// # Errors
 /// When it is one.
@@ -98,7 +98,7 @@ pub fn check_name(path: &Path) -> Result<(), InputError> {
     Err(InputError::new(path.display().to_string(), message))
 }
 
-/// Writes a recording as a log of the format that the name tells: Parquet, or CSV with files beside it.
+/// Writes a recording as a log of the format that the name ends in: Parquet, or CSV with files beside it.
 ///
 /// # Errors
 /// When a file cannot be written, or a column is not as long as the time; then the log is not there.
@@ -193,7 +193,7 @@ fn unknown(path: &Path) -> InputError {
     }
 }
 
-/// What is told about a log that ends before it should.
+/// The message about a log that ends too early.
 fn truncated(at: f64, message: String) -> Issue {
     Issue { kind: "truncated".into(), start_s: at, end_s: at, channel: String::new(), message }
 }

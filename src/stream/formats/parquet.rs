@@ -66,7 +66,7 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     Ok(source)
 }
 
-/// A file that tells where it ends. Of a plain file the library takes the memory that a damaged length asks for, and goes on reading nothing
+/// A file that knows its end. Of a plain file the library takes the memory that a damaged length asks for, and goes on reading nothing
 /// behind its end.
 struct Whole {
     file: File,
@@ -363,7 +363,7 @@ impl Leaf {
     ) -> Result<usize, ParquetError> {
         let places = &mut self.places;
         levels(reader, self.max_def, self.max_rep, before, rows, |row, place, value: Option<&T::T>| {
-            // One place more than is read tells that the list is too long.
+            // One place more than is read shows that the list is too long.
             if place > MAX_LIST {
                 return;
             }

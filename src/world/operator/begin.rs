@@ -1,4 +1,4 @@
-//! From a goal to a motion: what is drawn for this person, where the way leads, and what cannot be performed.
+//! From a goal to a motion: what is drawn for this operator, where the way leads, and what cannot be performed.
 
 use super::goals::{Bring, Carry, Close, Goal, Open, Press, Reach, Slip, Step, Together, Turn};
 use super::grips::{Held, body, refused};

@@ -1,4 +1,4 @@
-//! Chance: what a seed draws for one person, and the tremor that comes of it.
+//! Chance: what a seed draws for one operator, and the tremor that comes of it.
 
 use super::variation::Tremor;
 use nalgebra::{ComplexField, Vector3};

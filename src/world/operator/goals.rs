@@ -1,5 +1,5 @@
-//! Goals: what a hand can be told to do, one step after the other. A goal says what is to become of the object; how the hand gets
-//! there, what it feels under way and how people differ in it is the performer's business.
+//! Goals: what a hand can be made to do, one step after the other. A goal says what is to become of the object; how the hand gets
+//! there, what it feels under way and how operators differ in it is the performer's business.
 
 use super::Incident;
 use crate::base::quantity::{Angle, AngularSpeed, Force, Length, Quantity, Speed, Time};
@@ -23,7 +23,7 @@ pub struct Step {
     pub written: usize,
 }
 
-/// What a hand can be told to do.
+/// What a hand can be made to do.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Goal {
     /// Bring the opened fingers to a grip, or somewhere beside it.

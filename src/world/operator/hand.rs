@@ -28,7 +28,7 @@ const YIELDING: f64 = 0.015;
 const TIGHTENING: f64 = 0.010;
 const TIGHTEST: f64 = 0.010;
 
-/// Streams of chance of what a person's strength is drawn from, one each hand.
+/// Streams of chance of what an operator's strength is drawn from, one each hand.
 const STRENGTH_STREAM: u64 = 4;
 /// No motion is tried for longer, s.
 const PATIENCE_S: f64 = 25.0;
@@ -50,7 +50,7 @@ pub(in crate::world) struct Performer<'a> {
     pub(super) hand: &'a Hand,
     pub(super) scene: &'a Scene,
     pub(super) operator: &'a Operator,
-    /// The script as this person performs it, and the number of the step that comes next.
+    /// The script as this operator performs it, and the number of the step that comes next.
     pub(super) steps: Vec<Step>,
     pub(super) next: usize,
     pub(super) chance: Chance,

@@ -1,4 +1,4 @@
-//! Incidents: what happens to people while they demonstrate. The seed says which, and a script gets the steps that they take.
+//! Incidents: what happens to operators while they demonstrate. The seed says which, and a script gets the steps that they take.
 //!
 //! INVARIANT (each to its share): whether an incident happens to a seed is a Weyl sequence of its own, so that among any 200 neighbouring seeds
 //! it happens to its share of them, give or take three, and incidents fall together as if they were independent.
@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 /// Streams of chance of the incidents, one each and hand: after those of hands and sensors.
 const STREAM: u64 = 64;
-/// How long people stand still when they hesitate, s.
+/// How long operators stand still when they hesitate, s.
 const HESITATION_S: [f64; 2] = [0.4, 1.2];
 /// How far an object is nudged, m.
 const NUDGE_M: [f64; 2] = [0.004, 0.010];
@@ -129,24 +129,24 @@ pub(in crate::world) fn cuts(operator: &Operator, seed: u64) -> [Option<f64>; 2]
 /// The steps of a script with the incidents of a seed.
 pub(super) fn with_incidents(operator: &Operator, script: &Script, side: Side, seed: u64) -> Vec<Step> {
     let stream = |incident: Incident| Chance::new(seed, STREAM + 2 * incident as u64 + side.index() as u64);
-    let mut told = Told { operator, chance: stream(Incident::Hesitation), steps: script.steps.clone() };
+    let mut perturbed = Perturbed { operator, chance: stream(Incident::Hesitation), steps: script.steps.clone() };
     for incident in Incident::ALL {
-        told.chance = stream(incident);
+        perturbed.chance = stream(incident);
         if incident.happens(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident) {
-            told.add(incident);
+            perturbed.add(incident);
         }
     }
-    told.steps
+    perturbed.steps
 }
 
-/// A script as it is told to one person.
-struct Told<'a> {
+/// A script with the perturbations that one seed draws.
+struct Perturbed<'a> {
     operator: &'a Operator,
     chance: Chance,
     steps: Vec<Step>,
 }
 
-impl Told<'_> {
+impl Perturbed<'_> {
     /// Adds the steps of an incident, where the script has a place for it.
     fn add(&mut self, incident: Incident) {
         let wait = Goal::Hold(Quantity(self.chance.between(HESITATION_S)));

@@ -1,4 +1,4 @@
-//! Operators: people who demonstrate. A YAML script says in terms of the task what a hand does (`reach`, `close`, `carry`, `insert`, …), and a
+//! Operators: operators who demonstrate. A YAML script says in terms of the task what a hand does (`reach`, `close`, `carry`, `insert`, …), and a
 //! seed says which person does it today. The script becomes targets of the fingertips, and nothing else reaches the world.
 //!
 //! Everything is relative to *grips*: points of an object's surface where fingertips go. Directions are those of the reference frame.
@@ -39,9 +39,9 @@ use serde::Deserialize;
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Operator {
-    /// A name for people.
+    /// A name to show.
     pub name: String,
-    /// How people differ, and how one person differs from run to run; a machine when left out.
+    /// How operators differ, and how one operator differs from run to run; a machine when left out.
     #[serde(default, deserialize_with = "variation::read")]
     pub variation: Variation,
     /// What this script offers to the incidents of its variation.
@@ -105,7 +105,7 @@ impl Operator {
         yaml::read(text, file)
     }
 
-    /// The same person with virtual hands that are `scale` times as large as their own, 0.5 to 2: what a robot with other hands is taught with
+    /// The same operator with virtual hands that are `scale` times as large as their own, 0.5 to 2: what a robot with other hands is demonstrated with
     /// (chapter, section 2.6). Fingertips stand farther from the palm, and farther apart where they are on one face of an object; they stay on it.
     #[must_use]
     pub fn with_hands(self, scale: f64) -> Self {

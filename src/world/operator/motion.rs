@@ -1,4 +1,4 @@
-//! How people move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
+//! How operators move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
 
 use crate::base::easing::minimum_jerk;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};

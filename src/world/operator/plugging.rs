@@ -1,4 +1,4 @@
-//! Putting an object into a socket and pulling it out again, as people do it: by eye above the rim, by feeling on it, giving way inside.
+//! Putting an object into a socket and pulling it out again, as operators do it: by eye above the rim, by feeling on it, giving way inside.
 
 use super::grips::Held;
 use super::guided::EASING;

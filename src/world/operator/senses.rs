@@ -1,4 +1,4 @@
-//! What a person feels and sees, a reaction time late.
+//! What an operator feels and sees, a reaction time late.
 
 use crate::world::Observation;
 use crate::world::bodies::BodyContact;

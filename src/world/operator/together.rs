@@ -1,4 +1,4 @@
-//! Two hands of one person: a hand knows which phases the other one has begun and how it moves, and moves along with it while both are at one object.
+//! Two hands of one operator: a hand knows which phases the other one has begun and how it moves, and moves along with it while both are at one object.
 
 use super::grips::Held;
 use super::senses::Glimpse;

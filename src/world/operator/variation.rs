@@ -1,14 +1,14 @@
-//! Human variation: how people differ from each other and from themselves (docs/variation.md). Everything is drawn from the seed, in the order of
+//! Human variation: how operators differ from each other and from themselves (docs/variation.md). Everything is drawn from the seed, in the order of
 //! the script.
 //!
-//! Each number is the size of a difference; 0, the default of most, is a machine. [`Variation::human`] is the model of people.
+//! Each number is the size of a difference; 0, the default of most, is a machine. [`Variation::human`] is the model of operators.
 
 use crate::base::quantity::{Force, Frequency, Length, Quantity, Time};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
-/// How much people vary: `variation: human` in a script, or numbers of its own.
+/// How much operators vary: `variation: human` in a script, or numbers of its own.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
@@ -16,7 +16,7 @@ pub struct Variation {
     pub pace: f64,
     /// Forces are multiplied by 1/(1 + squeeze) to 1 + squeeze.
     pub squeeze: f64,
-    /// A person's squeeze over that of the script lies between these factors, evenly in proportion.
+    /// An operator's squeeze over that of the script lies between these factors, evenly in proportion.
     pub strength: [f64; 2],
     /// How far a free way arches, at most; and never more than a sixth of its length.
     pub path: Length,
@@ -34,7 +34,7 @@ pub struct Variation {
     pub tremor: Tremor,
     /// Noise of the force sensors, in the recording only: the world does not feel it.
     pub force_noise: ForceNoise,
-    /// The share of people to whom each incident happens.
+    /// The share of operators to whom each incident happens.
     pub incidents: f64,
 }
 
@@ -84,7 +84,7 @@ impl Variation {
         }
     }
 
-    /// The same people, varying this many times as much: 0 is a machine.
+    /// The same operators, varying this many times as much: 0 is a machine.
     #[must_use]
     pub fn scaled(&self, by: f64) -> Self {
         let by = by.max(0.0);
@@ -144,7 +144,7 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variati
     impl<'de> Visitor<'de> for HumanOrNumbers {
         type Value = Variation;
         fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-            f.write_str("`human`, or how much people vary")
+            f.write_str("`human`, or how much operators vary")
         }
         fn visit_str<E: Error>(self, name: &str) -> Result<Variation, E> {
             if name == "human" { Ok(Variation::human()) } else { Err(E::invalid_value(Unexpected::Str(name), &self)) }

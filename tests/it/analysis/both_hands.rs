@@ -38,7 +38,7 @@ fn e2_a_hand_over_is_a_pass_and_two_tasks() {
         both(&analysis, |track| &track.segments),
         ["0.55–0.67 MainGrasp(left)", "0.67–0.77 EqualGrasp", "0.77–0.90 MainGrasp(right)"]
     );
-    assert_eq!(both(&analysis, |track| &track.relabelled), ["0.55–0.90 Pass"]);
+    assert_eq!(both(&analysis, |track| &track.relabeled), ["0.55–0.90 Pass"]);
     let pass = &analysis.track(Who::Hand(Side::Left)).unwrap().tasks[0].segments[4];
     assert_eq!(pass.was, ["MainGrasp(left)", "EqualGrasp", "MainGrasp(right)"]);
     assert_eq!(pass.by, ["(MainGrasp or EqualGrasp)+ … becomes Pass"]);
@@ -71,7 +71,7 @@ fn e3_a_short_fit_is_a_fluctuation_and_the_insertion_stays() {
     assert_eq!(tasks(&analysis, Side::Right), [inserted]);
     // The translation before the fit is coordination: it is not given back.
     assert_eq!(
-        both(&analysis, |track| &track.relabelled),
+        both(&analysis, |track| &track.relabeled),
         ["0.30–0.90 Translate", "0.90–1.25 Fit", "1.25–1.50 Insert"]
     );
 }
@@ -97,11 +97,11 @@ fn two_independent_carries_are_given_back_to_the_hands() {
         ["0.00–1.20 pick_and_place: Move Approach Grasp Translate Place Release"]
     );
     assert_eq!(both(&analysis, |track| &track.segments).len(), 3);
-    assert!(both(&analysis, |track| &track.relabelled).is_empty());
+    assert!(both(&analysis, |track| &track.relabeled).is_empty());
     // The left hand's Slide begins when its own tree says so, not when the coordination ended.
-    let slide = &left.relabelled[4];
+    let slide = &left.relabeled[4];
     assert_eq!((slide.primitive.as_str(), slide.start_s, slide.end_s), ("Slide", 0.9, 1.0));
-    let translate = &left.relabelled[3];
+    let translate = &left.relabeled[3];
     assert_eq!(translate.was, ["Translate", "Fit", "Translate"]);
     assert_eq!(translate.by, ["Translate in both without Fit Insert Pullout Turn becomes separate"]);
 }
@@ -120,7 +120,7 @@ fn a_mirrored_recording_gives_the_mirrored_analysis() {
     for side in Side::BOTH {
         assert_eq!(tasks(&one, side), tasks(&other, side.other()));
     }
-    assert_eq!(both(&one, |track| &track.relabelled), both(&other, |track| &track.relabelled));
+    assert_eq!(both(&one, |track| &track.relabeled), both(&other, |track| &track.relabeled));
 }
 
 #[test]
@@ -159,13 +159,13 @@ fn a_rule_over_both_hands_gives_a_brush_back_to_them() {
     let mut rules = chapter();
     in_hands(&mut rules, "MainGrasp EqualGrasp", ["Translate", "Translate"], ["Approach", "Approach"], None);
     let analysis = run(&rules, &BRUSH);
-    let of = |side| names(&analysis.track(Who::Hand(side)).unwrap().relabelled);
+    let of = |side| names(&analysis.track(Who::Hand(side)).unwrap().relabeled);
     assert_eq!(of(Side::Left), "Move Approach Move");
     assert_eq!(of(Side::Right), "Move Approach Grasp Translate Place Release");
-    assert!(both(&analysis, |track| &track.relabelled).is_empty());
+    assert!(both(&analysis, |track| &track.relabeled).is_empty());
     assert_eq!(both(&analysis, |track| &track.segments), ["0.40–0.60 MainGrasp(right)"]);
 
     // A hand that takes hold of it does help.
     let helped = [("left", "Move 20 Approach 20 Grasp 20 Release 20 Move 40"), BRUSH[1], BRUSH[2]];
-    assert_eq!(both(&run(&rules, &helped), |track| &track.relabelled), ["0.40–0.60 MainGrasp(right)"]);
+    assert_eq!(both(&run(&rules, &helped), |track| &track.relabeled), ["0.40–0.60 MainGrasp(right)"]);
 }

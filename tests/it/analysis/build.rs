@@ -1,7 +1,7 @@
 //! Small rule sets, frames and leaves, written as short texts.
 
 use std::ops::Range;
-use teachtree::analysis::{Analysis, Segment, Who, analyse};
+use teachtree::analysis::{Analysis, Segment, Who, analyze};
 use teachtree::base::channels::{Absent, ChannelSpec, DERIVED};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::Side;
@@ -17,7 +17,7 @@ pub const RATE_HZ: f64 = 100.0;
 const PRIMITIVES: &str = "Move Approach Grasp Translate Slide Insert Pullout Release Place Turn Press Follow Push Trace \
                           EqualGrasp MainGrasp Pass Fit";
 
-/// A rule set with the primitives of the chapter, without tasks and relabelling.
+/// A rule set with the primitives of the chapter, without tasks and relabeling.
 pub fn bare(settle_s: f64) -> Rules {
     let primitives = PRIMITIVES.split_whitespace();
     let primitive = |name: &str| Primitive { name: name.into(), sided: name == "MainGrasp", span: Span::default() };
@@ -35,7 +35,7 @@ pub fn bare(settle_s: f64) -> Rules {
     }
 }
 
-/// The tasks and relabelling rules of the shipped files in short.
+/// The tasks and relabeling rules of the shipped files in short.
 pub fn chapter() -> Rules {
     let mut rules = bare(0.05);
     task(&mut rules, "turn_screw", "Turn turning 0.1745", "").joined = true;
@@ -243,13 +243,13 @@ pub fn column(frames: &mut Frames, name: &str, value: impl Fn(usize, u32) -> f64
 /// Analyses one stretch of tracks without columns.
 pub fn run(rules: &Rules, tracks: &[(&str, &str)]) -> Analysis {
     let leaves = leaves(rules, 0, tracks);
-    analyse(rules, &frames(std::slice::from_ref(&leaves.frames)), &[leaves])
+    analyze(rules, &frames(std::slice::from_ref(&leaves.frames)), &[leaves])
 }
 
 /// Analyses one hand; the target goes 1 mm and turns 0.01 rad in each frame.
 pub fn one_hand(rules: &Rules, text: &str) -> Analysis {
     let leaves = leaves(rules, 0, &[("right", text)]);
-    analyse(rules, &moving(std::slice::from_ref(&leaves.frames)), &[leaves])
+    analyze(rules, &moving(std::slice::from_ref(&leaves.frames)), &[leaves])
 }
 
 /// Frames in which the target goes 1 mm and turns 0.01 rad in each frame.

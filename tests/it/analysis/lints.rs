@@ -1,11 +1,11 @@
-//! What is told about tasks and relabelling rules is so: on any leaves that the trees can give, nothing shows a case against it, and what is
+//! What is told about tasks and relabeling rules is so: on any leaves that the trees can give, nothing shows a case against it, and what is
 //! shown to go round does.
 
 use super::build::*;
 use super::property::{any_label, any_labels, any_leaves, any_rules};
 use proptest::prelude::*;
 use std::collections::BTreeSet;
-use teachtree::analysis::{Analysis, Segment, analyse};
+use teachtree::analysis::{Analysis, Segment, analyze};
 use teachtree::base::diagnostic::{Diagnostic, Span};
 use teachtree::base::hands::Side;
 use teachtree::engine::runs::{Leaves, Run};
@@ -42,18 +42,18 @@ fn fitted(mut rules: Rules, leaves: &Leaves) -> Rules {
 }
 
 fn run_leaves(rules: &Rules, leaves: &Leaves) -> Analysis {
-    analyse(rules, &moving(std::slice::from_ref(&leaves.frames)), std::slice::from_ref(leaves))
+    analyze(rules, &moving(std::slice::from_ref(&leaves.frames)), std::slice::from_ref(leaves))
 }
 
 fn told(findings: &[Diagnostic], code: &str) -> BTreeSet<Span> {
     findings.iter().filter(|finding| finding.code == code).filter_map(Diagnostic::place).collect()
 }
 
-fn relabelled(analysis: &Analysis) -> impl Iterator<Item = &Segment> {
+fn relabeled(analysis: &Analysis) -> impl Iterator<Item = &Segment> {
     analysis
         .tracks
         .iter()
-        .flat_map(|track| track.relabelled.iter().chain(track.tasks.iter().flat_map(|task| &task.segments)))
+        .flat_map(|track| track.relabeled.iter().chain(track.tasks.iter().flat_map(|task| &task.segments)))
 }
 
 /// What is told about labels of a rule set, held against leaves; how much there was to hold against them.
@@ -63,7 +63,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
     let analysis = run_leaves(&rules, leaves);
     let idle = told(&findings, codes::IDLE_RELABEL);
     for rule in rules.relabels.iter().filter(|rule| idle.contains(&rule.span)) {
-        assert!(!relabelled(&analysis).any(|segment| segment.by.contains(&rule.text)), "{rule:?}");
+        assert!(!relabeled(&analysis).any(|segment| segment.by.contains(&rule.text)), "{rule:?}");
         assert!(!analysis.issues.iter().any(|issue| issue.message.contains(&format!("`{}`", rule.text))), "{rule:?}");
     }
     // When tasks are recognised the rules of tasks have not been applied yet.
@@ -74,7 +74,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
     for key in rules.tasks.iter().flat_map(|task| &task.keys).filter(|key| missing.contains(&key.span)) {
         let name = rules.label_name(key.label);
         let is = |segment: &Segment| segment.primitive == name || segment.primitive.starts_with(&format!("{name}("));
-        assert!(!relabelled(&before).any(is), "{name}");
+        assert!(!relabeled(&before).any(is), "{name}");
     }
     [idle.len(), missing.len()]
 }
@@ -100,7 +100,7 @@ fn hold_undoing(rules: Rules, leaves: &Leaves) -> usize {
         let shown = Leaves { frames, hands: [(Side::Right, runs)].into_iter().collect(), both: Vec::new() };
         let analysis = run_leaves(&alone, &shown);
         let stopped = analysis.issues.iter().any(|issue| {
-            issue.kind == "relabelling_stopped" && texts.iter().all(|text| issue.message.contains(text.as_str()))
+            issue.kind == "relabeling_stopped" && texts.iter().all(|text| issue.message.contains(text.as_str()))
         });
         assert!(stopped, "{:?}: {undoing:?}", analysis.issues);
         run += 1;

@@ -1,7 +1,7 @@
-//! The chapter's experiments (docs/sources.md) and tasks, one hand: raw sequence, task, relabelled sequence.
+//! The chapter's experiments (docs/sources.md) and tasks, one hand: raw sequence, task, relabeled sequence.
 
 use super::build::*;
-use teachtree::analysis::{Who, analyse};
+use teachtree::analysis::{Who, analyze};
 use teachtree::base::hands::Side;
 
 /// Leaves of ten frames each, but for those with a length of their own: `Move Slide:4 Grasp`.
@@ -148,7 +148,7 @@ fn strokes_of_turn_are_one_task_on_one_target_only() {
     frames.columns.clear();
     column(&mut frames, "target", |frame, _| if frame < 80 { 0.0 } else { 1.0 });
     column(&mut frames, "target.spin", |_, _| 0.01 * RATE_HZ);
-    let analysis = analyse(&rules, &frames, &[leaves]);
+    let analysis = analyze(&rules, &frames, &[leaves]);
     let found: Vec<String> = tasks(&analysis, Side::Right);
     assert_eq!(found.len(), 3, "{found:?}");
     assert_eq!(found[0], "0.00–0.75 turn_screw (peg_in_hole): Move Approach Grasp Turn Release");
@@ -182,7 +182,7 @@ fn a_gap_cuts_a_task_in_two() {
         leaves(&rules, 0, &[("right", "Move 10 Approach 10 Grasp 10 Translate 10")]),
         leaves(&rules, 60, &[("right", "Translate 20 Place 10 Release 10")]),
     ];
-    let analysis = analyse(&rules, &moving(&stretches), &parts);
+    let analysis = analyze(&rules, &moving(&stretches), &parts);
     assert_eq!(
         tasks(&analysis, Side::Right),
         [
@@ -204,7 +204,7 @@ fn settling_counts_samples_at_the_rate() {
 
 #[test]
 fn an_empty_recording_has_no_tracks() {
-    let analysis = analyse(&chapter(), &frames(&[]), &[]);
+    let analysis = analyze(&chapter(), &frames(&[]), &[]);
     assert!(analysis.tracks.is_empty());
     assert_eq!(analysis.end_s, 0.0);
 }

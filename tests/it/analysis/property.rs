@@ -1,9 +1,9 @@
-//! Any leaves and any relabelling rules: it ends, tracks stay whole, trails say what was there.
+//! Any leaves and any relabeling rules: it ends, tracks stay whole, trails say what was there.
 
 use super::build::*;
 use proptest::prelude::*;
 use std::ops::Range;
-use teachtree::analysis::{Analysis, Segment, Who, analyse};
+use teachtree::analysis::{Analysis, Segment, Who, analyze};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::Side;
 use teachtree::engine::runs::{Leaves, Run, append};
@@ -127,10 +127,10 @@ fn check(rules: &Rules, analysis: &Analysis, frames: &Range<usize>) {
     let separates = rules.relabels.iter().any(|rule| rule.kind.becomes().is_none());
     for track in &analysis.tracks {
         let hand = track.who != Who::Both;
-        for segments in [&track.segments, &track.relabelled] {
+        for segments in [&track.segments, &track.relabeled] {
             assert!(if hand { is_whole(segments, frames) } else { is_ordered(segments) }, "{segments:?}");
         }
-        for segment in &track.relabelled {
+        for segment in &track.relabeled {
             let there = track
                 .segments
                 .iter()
@@ -160,13 +160,13 @@ proptest! {
     #[test]
     fn tracks_stay_whole_and_trails_are_true(rules in any_rules(), leaves in any_leaves(0)) {
         let whole = leaves.frames.clone();
-        let analysis = analyse(&rules, &moving(std::slice::from_ref(&whole)), std::slice::from_ref(&leaves));
+        let analysis = analyze(&rules, &moving(std::slice::from_ref(&whole)), std::slice::from_ref(&leaves));
         check(&rules, &analysis, &whole);
         let without = Rules { relabels: Vec::new(), ..rules };
-        let untouched = analyse(&without, &moving(std::slice::from_ref(&whole)), std::slice::from_ref(&leaves));
+        let untouched = analyze(&without, &moving(std::slice::from_ref(&whole)), std::slice::from_ref(&leaves));
         for (one, other) in analysis.tracks.iter().zip(&untouched.tracks) {
             prop_assert_eq!(&one.segments, &other.segments);
-            prop_assert_eq!(&other.segments, &other.relabelled);
+            prop_assert_eq!(&other.segments, &other.relabeled);
         }
     }
 
@@ -174,11 +174,11 @@ proptest! {
     fn stretches_know_nothing_of_each_other(rules in any_rules(), first in any_leaves(0), second in any_leaves(150)) {
         let stretches = [first.frames.clone(), second.frames.clone()];
         let frames = moving(&stretches);
-        let together = analyse(&rules, &frames, &[first.clone(), second.clone()]);
-        let (one, two) = (analyse(&rules, &frames, &[first]), analyse(&rules, &frames, &[second]));
+        let together = analyze(&rules, &frames, &[first.clone(), second.clone()]);
+        let (one, two) = (analyze(&rules, &frames, &[first]), analyze(&rules, &frames, &[second]));
         for ((together, one), two) in together.tracks.iter().zip(&one.tracks).zip(&two.tracks) {
             prop_assert_eq!(&together.segments, &[one.segments.clone(), two.segments.clone()].concat());
-            prop_assert_eq!(&together.relabelled, &[one.relabelled.clone(), two.relabelled.clone()].concat());
+            prop_assert_eq!(&together.relabeled, &[one.relabeled.clone(), two.relabeled.clone()].concat());
             prop_assert_eq!(&together.tasks, &[one.tasks.clone(), two.tasks.clone()].concat());
         }
     }

@@ -1,4 +1,4 @@
-//! Relabelling rules one by one: patterns, durations, trails, the bound.
+//! Relabeling rules one by one: patterns, durations, trails, the bound.
 
 use super::build::*;
 use teachtree::analysis::{Analysis, MAX_ROUNDS, Who};
@@ -6,13 +6,13 @@ use teachtree::base::hands::Side;
 use teachtree::base::units::Dimension;
 use teachtree::language::rules::{RelabelKind, Rules};
 
-/// The relabelled segments of the right hand.
+/// The relabeled segments of the right hand.
 fn after(rules: &Rules, text: &str) -> String {
-    names(&one_hand(rules, text).tracks[0].relabelled)
+    names(&one_hand(rules, text).tracks[0].relabeled)
 }
 
 fn trails(analysis: &Analysis) -> Vec<String> {
-    let changed = analysis.tracks[0].relabelled.iter().filter(|segment| !segment.by.is_empty());
+    let changed = analysis.tracks[0].relabeled.iter().filter(|segment| !segment.by.is_empty());
     changed
         .map(|segment| format!("{} was {} by {}", segment.primitive, segment.was.join(" "), segment.by.join("; ")))
         .collect()
@@ -76,7 +76,7 @@ fn the_time_belongs_to_the_surviving_label_and_the_trail_is_kept() {
     become_(&mut rules, "", "Turn Slide", "Press");
     let analysis = one_hand(&rules, "Approach 5 Slide 5 Grasp 5 Turn 5 Slide 5");
     let track = &analysis.tracks[0];
-    let times: Vec<_> = track.relabelled.iter().map(|s| (s.primitive.as_str(), s.start_s, s.end_s)).collect();
+    let times: Vec<_> = track.relabeled.iter().map(|s| (s.primitive.as_str(), s.start_s, s.end_s)).collect();
     assert_eq!(times, [("Approach", 0.0, 0.05), ("Grasp", 0.05, 0.15), ("Press", 0.15, 0.25)]);
     assert_eq!(
         trails(&analysis),
@@ -117,13 +117,13 @@ fn rules_that_undo_each_other_are_stopped_and_reported() {
     become_(&mut rules, "", "Turn", "Slide");
     become_(&mut rules, "", "Press", "Push");
     let analysis = one_hand(&rules, "Move 5 Slide 5 Press 10");
-    assert_eq!(names(&analysis.tracks[0].relabelled), "Move Slide Push");
+    assert_eq!(names(&analysis.tracks[0].relabeled), "Move Slide Push");
     let [issue] = &analysis.issues[..] else { panic!("{:?}", analysis.issues) };
-    assert_eq!((issue.kind.as_str(), issue.start_s, issue.end_s), ("relabelling_stopped", 0.0, 0.2));
+    assert_eq!((issue.kind.as_str(), issue.start_s, issue.end_s), ("relabeling_stopped", 0.0, 0.2));
     assert_eq!(
         issue.message,
         format!(
-            "relabelling was stopped after {MAX_ROUNDS} rounds, when these rules still changed labels: \
+            "relabeling was stopped after {MAX_ROUNDS} rounds, when these rules still changed labels: \
              `Slide become Turn`, `Turn become Slide`"
         )
     );
@@ -136,13 +136,13 @@ fn a_bound_on_the_way_asks_how_far_the_target_goes() {
     let RelabelKind::Between { shorter: Some(limit), .. } = &mut rules.relabels[0].kind else { panic!("no bound") };
     limit.dimension = Dimension::LENGTH;
     // The target goes 1 mm in each frame.
-    let relabelled = |text: &str| {
+    let relabeled = |text: &str| {
         let analysis = one_hand(&rules, text);
-        names(&analysis.track(Who::Hand(Side::Right)).unwrap().relabelled)
+        names(&analysis.track(Who::Hand(Side::Right)).unwrap().relabeled)
     };
-    assert_eq!(relabelled("Move 5 Approach 5 Push 20 Release 5"), "Move Approach Release");
-    assert_eq!(relabelled("Move 5 Approach 5 Push 22 Release 5"), "Move Approach Push Release");
+    assert_eq!(relabeled("Move 5 Approach 5 Push 20 Release 5"), "Move Approach Release");
+    assert_eq!(relabeled("Move 5 Approach 5 Push 22 Release 5"), "Move Approach Push Release");
     // A log that does not say where the target is fulfills no such bound.
     let unknown = run(&rules, &[("right", "Move 5 Approach 5 Push 20 Release 5")]);
-    assert_eq!(names(&unknown.track(Who::Hand(Side::Right)).unwrap().relabelled), "Move Approach Push Release");
+    assert_eq!(names(&unknown.track(Who::Hand(Side::Right)).unwrap().relabeled), "Move Approach Push Release");
 }

@@ -77,6 +77,6 @@ fn a_timeline_without_anything() {
         "timeline_nothing",
         text(&nothing, &meta(), Style { color: false, unicode: true, width: 80 })
     );
-    let empty = teachtree::analysis::analyse(&rules, &frames(&[]), &[]);
+    let empty = teachtree::analysis::analyze(&rules, &frames(&[]), &[]);
     insta::assert_snapshot!("timeline_empty", text(&empty, &meta(), Style { color: false, unicode: true, width: 80 }));
 }

@@ -156,7 +156,7 @@ fn random_conditions_are_worth_telling() {
 
 /// A comment that allows a warning is used up by it, at the end of its line and above it, and others stay.
 #[test]
-fn what_is_allowed_is_not_told() {
+fn what_is_allowed_is_undetectable() {
     let told = |text: &str| -> Vec<&str> {
         let tree = "primitive Move\ntree t for each hand { else => Move }\n";
         let loaded = language::load_text("my.rules", &format!("{text}\n{tree}"));

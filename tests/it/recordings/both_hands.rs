@@ -12,7 +12,7 @@ fn listed(track: &Value, list: &str) -> Vec<Named> {
     track[list].as_array().unwrap().iter().map(|it| named(it, "primitive")).collect()
 }
 
-/// The relabelled primitives of each task of a hand, and what the task is called.
+/// The relabeled primitives of each task of a hand, and what the task is called.
 fn told(analysis: &Value, hand: &str) -> Vec<(String, Vec<String>)> {
     let tasks = track(analysis, hand)["tasks"].as_array().unwrap();
     let names = |task: &Value| {
@@ -24,7 +24,7 @@ fn told(analysis: &Value, hand: &str) -> Vec<(String, Vec<String>)> {
 
 /// From the receiver's touch that was not lost again to the giver's last one, s.
 fn is_handed_over(analysis: &Value, from: f64, to: f64) {
-    let both = listed(track(analysis, "both"), "relabelled");
+    let both = listed(track(analysis, "both"), "relabeled");
     let [(_, start, end)] = of(&both, &["Pass"])[..] else { panic!("{both:?}") };
     near(*start, from, 0.25);
     near(*end, to, 0.25);
@@ -44,7 +44,7 @@ fn a_hammer_is_handed_over_from_the_right_to_the_left() {
     is_handed_over(&analysis, 9.80, 12.15);
     assert_eq!(told(&analysis, "right")[0].1, ["Move", "Approach", "Grasp", "Translate", "Pass", "Release"]);
     assert_eq!(told(&analysis, "left")[0].1, ["Move", "Approach", "Pass", "Translate"]);
-    assert_eq!(listed(track(&analysis, "both"), "relabelled").len(), 1);
+    assert_eq!(listed(track(&analysis, "both"), "relabeled").len(), 1);
 }
 
 #[test]
@@ -58,7 +58,7 @@ fn every_hand_over_is_found_among_touches_that_come_to_nothing() {
 /// Both arms grasp the pot, which leaves the table at 12.75 s.
 fn is_lifted_together(analysis: &Value) {
     let both = track(analysis, "both");
-    for list in ["segments", "relabelled"] {
+    for list in ["segments", "relabeled"] {
         let segments = listed(both, list);
         near(segments[0].1, 12.75, 0.25);
         assert!(segments.len() <= 5, "{segments:?}");
@@ -79,7 +79,7 @@ fn a_pot_is_lifted_with_both_arms() {
 
 /// Peg and plate touch from 13.00 s to the end; they bump into each other before, for up to 1.6 s.
 fn is_mated(analysis: &Value) {
-    let both = listed(track(analysis, "both"), "relabelled");
+    let both = listed(track(analysis, "both"), "relabeled");
     let mated = of(&both, &["Fit", "Insert"]);
     near(mated[0].1, 13.00, 0.30);
     near(mated.last().unwrap().2, 14.07, 0.05);
@@ -105,7 +105,7 @@ fn a_peg_that_goes_from_gripper_to_gripper_is_passed() {
     for log in ["S4_T1", "S4_T4", "S4_T5", "S2_T3", "S3_T6"] {
         let Some(path) = given(&format!("desk_yumi/{log}.csv")) else { return };
         let analysis = analysis(&path, YUMI);
-        let both = listed(track(&analysis, "both"), "relabelled");
+        let both = listed(track(&analysis, "both"), "relabeled");
         assert_eq!(of(&both, &["Pass"]).len(), 3, "{log}: {both:?}");
     }
 }
@@ -162,7 +162,7 @@ fn a_hand_over_to_the_other_side_is_told_with_the_hands_exchanged() {
     let found = analysis(&format!("demos/{log}"), path.to_str().unwrap());
     let plain = shipped(log);
     for (one, other) in [("left", "right"), ("right", "left"), ("both", "both")] {
-        for list in ["segments", "relabelled", "tasks"] {
+        for list in ["segments", "relabeled", "tasks"] {
             let exchange =
                 |text: String| text.replace("(left)", "(?)").replace("(right)", "(left)").replace("(?)", "(right)");
             let exchanged = exchange(track(&found, other)[list].to_string());

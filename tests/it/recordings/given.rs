@@ -25,7 +25,7 @@ fn wiping_is_approach_trace_move() {
     for log in ["wiping_rim_2", "wiping_circular_0"] {
         let Some(path) = given(&format!("icsc_hmm/{log}.csv")) else { return };
         let labels = path.replace(".csv", "_segments.csv");
-        // The last 70 ms of one recording are labelled as the beginning of another pass.
+        // The last 70 ms of one recording are labeled as the beginning of another pass.
         let map = "1=Approach|Move,2=Trace|Slide,3=Approach|Move";
         let score = json(&[
             "score",

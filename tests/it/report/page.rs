@@ -67,7 +67,7 @@ fn lanes_hold_what_was_found() {
     no_complaints(&browser);
     let analysis: Value = serde_json::from_str(&std::fs::read_to_string(page.with_extension("json")).unwrap()).unwrap();
     let track = &analysis["tracks"][0];
-    for (lane, found) in [("raw", "segments"), ("relabelled", "relabelled"), ("tasks", "tasks")] {
+    for (lane, found) in [("raw", "segments"), ("relabeled", "relabeled"), ("tasks", "tasks")] {
         let kind = if lane == "tasks" { "task" } else { "segment" };
         let count = browser.eval(&format!("document.querySelectorAll('[data-pick^=\"{kind} 0 {lane} \"]').length"));
         assert_eq!(count, track[found].as_array().unwrap().len(), "{lane}");
@@ -223,8 +223,8 @@ fn a_boundary_is_explained_as_explain_does() {
     ] {
         assert!(why.contains(piece), "{piece}\n{why}");
     }
-    // A relabelled segment says what it was, a task how it came to its name.
-    browser.click("[data-pick='segment 0 relabelled 2']");
+    // A relabeled segment says what it was, a task how it came to its name.
+    browser.click("[data-pick='segment 0 relabeled 2']");
     let why = browser.text("#why");
     assert!(why.contains("was Slide Grasp") && why.contains("becomes Grasp"), "{why}");
     browser.click("[data-pick='task 0 tasks 0']");

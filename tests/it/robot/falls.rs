@@ -33,7 +33,7 @@ fn what_is_pushed_off_the_table_ends_the_simulation() {
     assert_eq!(status, Some(1), "{told}");
     let fell_s: f64 =
         told.split("not done push: `box` fell off after ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(!told.contains("from where the person left it"), "{told}");
+    assert!(!told.contains("from where the demonstration left it"), "{told}");
     let last = |name: &str| *recording.columns[name].values.last().unwrap();
     let (end_s, [y, z]) =
         (*recording.time.last().unwrap(), ["y", "z"].map(|part| last(&format!("box.position.{part}"))));
@@ -72,7 +72,7 @@ fn a_hand_whose_first_task_is_gone_does_not_jump() {
         shift(&mut task["start_s"]);
         shift(&mut task["end_s"]);
         let segments = task["segments"].as_array_mut().unwrap();
-        segments.iter_mut().for_each(|segment| shift(&mut segment["taught_start_s"]));
+        segments.iter_mut().for_each(|segment| shift(&mut segment["demonstrated_start_s"]));
         task["left_out"] = Value::Array(vec![]);
         if let Some(object) = object {
             task["object"] = object.into();

@@ -256,8 +256,8 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
     // It was taught some time after the recording began.
     let task = &mut commands.tasks[0];
     (task.start_s, task.end_s) = (7.0, 10.0);
-    for (segment, taught_start_s) in task.segments.iter_mut().zip([7.0, 7.5, 9.0]) {
-        segment.taught_start_s = taught_start_s;
+    for (segment, demonstrated_start_s) in task.segments.iter_mut().zip([7.0, 7.5, 9.0]) {
+        segment.demonstrated_start_s = demonstrated_start_s;
     }
     let why = |beside: &[(&str, &str)]| {
         let mut scene = scene.clone();

@@ -43,7 +43,7 @@ pub fn truth(text: &str) -> Truth {
     Truth { tracks: vec![TrackTruth { who: RIGHT, primitives: spans(text), tasks: None }] }
 }
 
-/// A result of the right hand, the same before and after relabelling.
+/// A result of the right hand, the same before and after relabeling.
 pub fn result(text: &str) -> Analysis {
     analysis(segments(0.0, text), Vec::new())
 }
@@ -64,7 +64,7 @@ pub fn with_tasks(text: &str, tasks: &str) -> Analysis {
 
 fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
     let end_s = segments.last().map_or(0.0, |last| last.end_s);
-    let track = Track { who: RIGHT, relabelled: segments.clone(), segments, tasks };
+    let track = Track { who: RIGHT, relabeled: segments.clone(), segments, tasks };
     let frames = (end_s * RATE_HZ).round() as usize;
     Analysis { frames, rows: frames, rate_hz: RATE_HZ, start_s: 0.0, end_s, tracks: vec![track], issues: Vec::new() }
 }
@@ -74,7 +74,7 @@ pub fn meta(log: &str) -> Meta {
 }
 
 pub fn rows(truth: &Truth, analysis: &Analysis) -> Vec<Row> {
-    score(truth, analysis, Stage::Relabelled, &meta("log.csv")).unwrap()
+    score(truth, analysis, Stage::Relabeled, &meta("log.csv")).unwrap()
 }
 
 /// The counts of the one track of a truth.

@@ -35,7 +35,7 @@ fn a_folder_is_its_logs_one_by_one() {
     assert!(std::fs::read_to_string(&picture).unwrap().starts_with("<svg"));
     let together: Value = serde_json::from_str(&together).unwrap();
     assert_eq!(together["recordings"], 2);
-    for (at, result) in [(0, "relabelled"), (1, "raw")] {
+    for (at, result) in [(0, "relabeled"), (1, "raw")] {
         assert_eq!(together["results"][at]["result"], result);
         for (row, seed) in [(0, "1"), (1, "2")] {
             let log = folder.path().join(format!("{seed}.csv"));
@@ -74,7 +74,7 @@ fn own_labels_in_a_file_score_as_in_the_log() {
 }
 
 #[test]
-fn a_relabelled_truth_is_told_as_the_result_is() {
+fn a_relabeled_truth_is_told_as_the_result_is() {
     let folder = tempfile::tempdir().unwrap();
     recorded(folder.path(), &["1"]);
     let name = folder.path().to_str().unwrap();

@@ -167,7 +167,7 @@ fn quantiles_go_straight_between_values() {
 
 #[test]
 fn masked_time_is_cut_out() {
-    // Two of the six labelled seconds are wrong; nobody says what is right from 2 to 4 s.
+    // Two of the six labeled seconds are wrong; nobody says what is right from 2 to 4 s.
     let tally = tally("Move 2 - 2 Grasp 2 Place 2", "Move 4.5 Grasp 2 Place 1.5");
     near(Some(tally.scored_s()), 6.0);
     near(tally.accuracy(), 5.0 / 6.0);
@@ -223,7 +223,7 @@ fn coordination_is_scored_where_the_hands_are() {
     use teachtree::analysis::{Track, Who};
     let mut analysis = result("Move 4 - 1 Move 5");
     let both = segments(0.0, "- 1 Pass 2");
-    analysis.tracks.push(Track { who: Who::Both, relabelled: both.clone(), segments: both, tasks: Vec::new() });
+    analysis.tracks.push(Track { who: Who::Both, relabeled: both.clone(), segments: both, tasks: Vec::new() });
     let primitives: Vec<Span> = spans("separate 1.5 Pass 2 separate 6.5");
     let truth = Truth { tracks: vec![TrackTruth { who: Who::Both, primitives, tasks: None }] };
     let tally = rows(&truth, &analysis).remove(0).tally;
@@ -235,7 +235,7 @@ fn coordination_is_scored_where_the_hands_are() {
 }
 
 #[test]
-fn a_track_that_was_not_analysed_is_refused() {
+fn a_track_that_was_not_analyzed_is_refused() {
     let mut truth = truth("Move 1");
     truth.tracks[0].who = teachtree::analysis::Who::Both;
     let error = score(&truth, &result("Move 1"), Stage::Raw, &meta("log.csv")).unwrap_err();

@@ -22,7 +22,7 @@ fn example() -> Score {
         ("Move 1 Approach 1 Grasp 1 Translate 2 Place 0.5 Release 0.5 Move 2", "pick_and_place 6"),
         ("Move 1 Approach 1 Grasp 1.004 Translate 1.996 Place 0.5 Release 0.5 Move 2", "pick_and_place 6 slide 2"),
     );
-    Score::new(Stage::Relabelled, vec![first, second])
+    Score::new(Stage::Relabeled, vec![first, second])
 }
 
 #[test]

@@ -38,9 +38,9 @@ impl Program {
         let opened = open(&OpenRequest { log, ..OpenRequest::default() }).ok()?;
         let frames = opened.frames(&analysis::channels(&self.rules)).ok()?;
         let leaves = evaluate(&self.graph, &frames).unwrap();
-        let found = analysis::analyse(&self.rules, &frames, &leaves);
+        let found = analysis::analyze(&self.rules, &frames, &leaves);
         let labels = found.tracks.iter().map(|track| {
-            let segments = track.relabelled.iter().map(|segment| segment.primitive.clone()).collect();
+            let segments = track.relabeled.iter().map(|segment| segment.primitive.clone()).collect();
             (segments, track.tasks.iter().map(|task| task.task.clone()).collect())
         });
         Some(Found { labels: labels.collect(), issues: frames.issues })

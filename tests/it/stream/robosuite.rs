@@ -111,7 +111,7 @@ fn tasks(log: &str, binding: &str) -> Vec<(String, Vec<(String, f64)>)> {
     let rules = language::load(&request).rules.unwrap();
     let frames = opened.frames(&analysis::channels(&rules)).unwrap();
     let leaves = engine::evaluator::evaluate(&graph::lower(&rules), &frames).unwrap();
-    let found = analysis::analyse(&rules, &frames, &leaves);
+    let found = analysis::analyze(&rules, &frames, &leaves);
     let tasks = &found.track(analysis::Who::Hand(Side::Right)).unwrap().tasks;
     tasks
         .iter()
