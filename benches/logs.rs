@@ -20,8 +20,8 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-use teachtree::stream::formats;
-use teachtree::stream::table::Want;
+use teachtree::stream::read::formats;
+use teachtree::stream::read::table::Want;
 
 /// One hour at 1 kHz.
 const HOUR: usize = 3_600_000;
@@ -166,9 +166,10 @@ fn analyze(logs: &[PathBuf], cores: usize) -> Took {
     let mut resident_kb = 0;
     let status = loop {
         // The peak memory, where the system reports it.
-        let told = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let most =
-            told.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse().ok());
+        let printed = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let most = printed
+            .lines()
+            .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix("kB")?.trim().parse().ok());
         resident_kb = most.unwrap_or(resident_kb);
         if let Some(status) = child.try_wait().expect("it ends") {
             break status;

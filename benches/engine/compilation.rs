@@ -103,8 +103,8 @@ fn peak(rules: &Path) -> (f64, f64) {
         Command::new(PROGRAM).arg("check").arg(rules).stdout(Stdio::null()).spawn().expect("the program runs");
     let mut peak = f64::NAN;
     let status = loop {
-        let told = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
-        let line = told.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+        let printed = fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap_or_default();
+        let line = printed.lines().find_map(|line| line.strip_prefix("VmHWM:"));
         let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
         peak = kilobytes.map_or(peak, |kilobytes| kilobytes / 1024.0);
         if let Some(status) = child.try_wait().expect("it can be waited for") {

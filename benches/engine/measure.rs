@@ -54,11 +54,11 @@ pub fn heading(text: &str) {
 /// Prints a row of a table: the figure and its target.
 pub fn figure(name: &str, found: f64, unit: &str, wanted: Wanted) {
     let digits = if found.abs() < 10.0 { 2 } else { 1 };
-    let (told, met) = match wanted {
+    let (printed, met) = match wanted {
         AtLeast(bound) => (format!("at least {bound}"), found >= bound),
         AtMost(bound) => (format!("at most {bound}"), found <= bound),
         Nothing => (String::new(), true),
     };
     let missed = if met { "" } else { "  MISSED" };
-    println!("  {name:<62} {found:>9.digits$} {unit:<11} {told}{missed}");
+    println!("  {name:<62} {found:>9.digits$} {unit:<11} {printed}{missed}");
 }

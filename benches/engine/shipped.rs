@@ -84,12 +84,12 @@ fn against_by_hand(scene: &str, job: &Shipped) {
     let [narrow, wide] = [by_hand::in_rows::<f32, CONTACTS>(&rows), by_hand::in_rows::<f64, CONTACTS>(&rows)];
     let by_rules = runs_by_rules::<f32>(&job.graph, &job.frames, &LABELS);
     let kinds = by_rules.iter().fold(0_u32, |kinds, (label, _)| kinds | 1 << label).count_ones();
-    let told = |what: &str| format!("{scene}: {what}");
-    figure(&told("kinds of leaves"), f64::from(kinds), "", Wanted::Nothing);
-    figure(&told("runs of leaves"), by_rules.len() as f64, "", Wanted::Nothing);
+    let printed = |what: &str| format!("{scene}: {what}");
+    figure(&printed("kinds of leaves"), f64::from(kinds), "", Wanted::Nothing);
+    figure(&printed("runs of leaves"), by_rules.len() as f64, "", Wanted::Nothing);
     let [narrow, wide] = [narrow, wide].map(|runs| differing(&runs, &by_rules) as f64);
-    figure(&told("frames labeled otherwise by hand, f64"), wide, "", Wanted::AtMost(0.0));
-    figure(&told("frames labeled otherwise by hand, f32"), narrow, "", Wanted::AtMost(0.0));
+    figure(&printed("frames labeled otherwise by hand, f64"), wide, "", Wanted::AtMost(0.0));
+    figure(&printed("frames labeled otherwise by hand, f32"), narrow, "", Wanted::AtMost(0.0));
     let speeds: Vec<f64> = race(
         ROUNDS,
         &mut [
@@ -102,10 +102,10 @@ fn against_by_hand(scene: &str, job: &Shipped) {
     .map(|time| job.frames.len as f64 / time / 1e6)
     .collect();
     let [wide, narrow, rules] = [speeds[0], speeds[1], speeds[2]];
-    figure(&told("by hand, arithmetic in f64"), wide, "M frames/s", Wanted::Nothing);
-    figure(&told("by hand, arithmetic in f32"), narrow, "M frames/s", Wanted::Nothing);
-    figure(&told("rules"), rules, "M frames/s", Wanted::Nothing);
-    figure(&told("rules to the faster one by hand"), rules / wide.max(narrow), "", Wanted::AtLeast(0.6));
+    figure(&printed("by hand, arithmetic in f64"), wide, "M frames/s", Wanted::Nothing);
+    figure(&printed("by hand, arithmetic in f32"), narrow, "M frames/s", Wanted::Nothing);
+    figure(&printed("rules"), rules, "M frames/s", Wanted::Nothing);
+    figure(&printed("rules to the faster one by hand"), rules / wide.max(narrow), "", Wanted::AtLeast(0.6));
 }
 
 /// Compares all three rule files with two hands with the row loop of the job with twelve predicates.

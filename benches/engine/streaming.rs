@@ -43,9 +43,9 @@ pub fn week() {
 
 /// Returns the resident memory of the program, kB, where the system reports it.
 fn resident_kb() -> f64 {
-    let told = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let printed = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let resident =
-        told.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse().ok());
+        printed.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix("kB")?.trim().parse().ok());
     resident.unwrap_or(f64::NAN)
 }
 

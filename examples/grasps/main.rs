@@ -222,9 +222,10 @@ fn known(grasp: &Value) -> Isometry3<f64> {
 
 /// Returns the processor time of this thread, s, which other work on the machine does not affect; the time of day where the system has no such clock.
 fn on_processor() -> f64 {
-    let told = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
-    let told = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
-    told.map_or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |it| it.as_secs_f64()), |ns| ns * 1e-9)
+    let printed = std::fs::read_to_string("/proc/thread-self/schedstat").ok();
+    let printed = printed.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    printed
+        .map_or_else(|| SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |it| it.as_secs_f64()), |ns| ns * 1e-9)
 }
 
 fn measure(hand: &HandModel) {

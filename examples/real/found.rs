@@ -10,8 +10,10 @@ use teachtree::base::diagnostic::{Severity, render};
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::lower;
 use teachtree::language::{self, Request};
-use teachtree::stream::labels;
-use teachtree::stream::{self, OpenRequest, Opened};
+use teachtree::stream;
+use teachtree::stream::OpenRequest;
+use teachtree::stream::Opened;
+use teachtree::stream::read::labels;
 use teachtree::{base::hands::Side, report};
 
 /// A boundary that is farther off than this was not found, s.
@@ -38,7 +40,7 @@ pub struct Found {
     /// Time that is covered, of the time that should be, s.
     pub covered: Option<(&'static str, f64, f64)>,
     /// What was found, for whoever wants to see.
-    pub told: String,
+    pub printed: String,
 }
 
 /// The names of DESK's surgemes, and with those taken together that differ only in which pole is near.
@@ -54,7 +56,7 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
     let two = opened.hands().len() > 1;
     let usual = if two { "bimanual.rules" } else { "contact.rules" };
     let (analysis, known) = analyze(&opened, shipped(rules, usual))?;
-    let mut found = Found { told: told(&analysis), ..Found::default() };
+    let mut found = Found { printed: printed(&analysis), ..Found::default() };
     match kind.set() {
         Set::OneArm => {
             boundaries(&analysis, &gold::one_arm(&opened.recording), &mut found);
@@ -103,11 +105,11 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
                 .labels
                 .push(("5 classes", tally(&five, &renamed(&seven, &[("Transfer", "Lift"), ("Bring", "Place")]))?));
         }
-        // A sensor that is stuck measures nothing: what counts is that this is told.
+        // A sensor that is stuck measures nothing: what counts is that this is reported.
         Set::Wiping if analysis.issues.iter().any(|issue| issue.kind == "stuck_sensor") => {
             let mut share = Share::default();
             share.count(!analysis.tracks.iter().flat_map(|it| &it.relabeled).any(|it| it.primitive == "Trace"));
-            found.shares.push(("a stuck sensor is told and makes no contact", share));
+            found.shares.push(("a stuck sensor is printed and makes no contact", share));
         }
         Set::Wiping => {
             let truth = track(Who::Hand(Side::Right), spans(&label_file(path), &opened, WIPING)?);
@@ -263,7 +265,7 @@ fn attempts_joined(spans: Vec<Span>) -> Vec<Span> {
     joined
 }
 
-/// A hand-over is found where a Pass meets the time that people call one; it is false where all of it is called something else.
+/// A hand-over is found where a Pass meets the time that operators call one; it is false where all of it is called something else.
 fn desk_passes(analysis: &Analysis, exchanges: &[Span], labeled: &[Span], found: &mut Found) {
     let passes: Vec<&Segment> = relabeled(analysis, Who::Both).iter().filter(|it| it.primitive == "Pass").collect();
     let meets = |it: &Segment, span: &Span| it.start_s < span.end_s + PASS_S && span.start_s < it.end_s + PASS_S;
@@ -275,14 +277,14 @@ fn desk_passes(analysis: &Analysis, exchanges: &[Span], labeled: &[Span], found:
     found.false_passes += passes.iter().filter(elsewhere).count();
 }
 
-fn covered(analysis: &Analysis, who: Who, names: &[&str], told: &'static str, gold: &[Gold], found: &mut Found) {
+fn covered(analysis: &Analysis, who: Who, names: &[&str], printed: &'static str, gold: &[Gold], found: &mut Found) {
     let segments = relabeled(analysis, who).iter().filter(|it| names.contains(&it.primitive.as_str()));
     let segments: Vec<&Segment> = segments.collect();
     let shared = |gold: &Gold| -> f64 {
         segments.iter().map(|it| (it.end_s.min(gold.to_s) - it.start_s.max(gold.from_s)).max(0.0)).sum()
     };
     let all: f64 = gold.iter().map(|gold| gold.to_s - gold.from_s).sum();
-    found.covered = Some((told, gold.iter().map(shared).sum(), all));
+    found.covered = Some((printed, gold.iter().map(shared).sum(), all));
 }
 
 /// The end of the first Approach against the state file, and whether the part is found to go in.
@@ -373,7 +375,7 @@ fn in_order(task: &str, segments: &[Segment]) -> usize {
     most.into_iter().max().unwrap_or_default()
 }
 
-fn told(analysis: &Analysis) -> String {
+fn printed(analysis: &Analysis) -> String {
     let mut lines = Vec::new();
     for track in &analysis.tracks {
         let tasks: Vec<String> = track

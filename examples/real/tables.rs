@@ -46,7 +46,7 @@ pub fn line(name: &str, found: &Found) -> String {
         let off = off.map_or("not found".into(), |off| format!("off by {off:.2} s"));
         format!("\n    {name} at {at_s:.2} s {off}")
     });
-    format!("{name}\n  {}{}\n{}", measures.collect::<Vec<_>>().join("; "), off.collect::<String>(), found.told)
+    format!("{name}\n  {}{}\n{}", measures.collect::<Vec<_>>().join("; "), off.collect::<String>(), found.printed)
 }
 
 fn rows(found: &[&Found]) -> Vec<Row> {

@@ -292,7 +292,8 @@ fn compare_one(expected: &[&Line], found: &[&Line], tolerance_s: f64) -> Vec<(us
                 }
             }
             (Some(wanted), None) => {
-                let message = format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
+                let message =
+                    format!("{} from {:.3} to {:.3} s is missing", named(wanted), wanted.start_s, wanted.end_s);
                 differences.push((line, message));
             }
             (None, Some(got)) => {

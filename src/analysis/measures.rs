@@ -1,12 +1,12 @@
 //! What a key asks beyond its primitive: how long, how far, how much turned (`lasting`, `travelling`, `turning`).
 
-use super::lane::Piece;
+use super::labeled_span::LabeledSpan;
 use super::stretch::samples;
 use crate::base::channels::{ChannelSpec, Derived, HANDLING, derived, handling};
 use crate::base::hands::Side;
 use crate::language::rules::{Key, Rules};
 use crate::stream::frames::{ColumnKey, Frames};
-use crate::stream::series::Series;
+use crate::stream::spilled_columns::Series;
 use std::ops::Range;
 
 /// The channels to make frames with, so that the keys of the tasks can be judged and the objects of segments are known: those of the rules
@@ -108,13 +108,13 @@ impl<'a> Measures<'a> {
 
     /// Whether a key is found among pieces: its primitive lasts and travels far enough in one piece,
     /// and turns far enough over all those pieces. A condition that the log cannot decide does not hold.
-    pub fn found(&self, key: &Key, pieces: &[Piece]) -> bool {
+    pub fn found(&self, key: &Key, pieces: &[LabeledSpan]) -> bool {
         let asked = pieces.iter().filter(|piece| {
             key.label.covers(piece.label)
                 && key.lasting.as_ref().is_none_or(|least| piece.frames.len() >= samples(least.value, self.rate_hz))
                 && key.travelling.as_ref().is_none_or(|least| self.travelled(&piece.frames) >= least.value)
         });
-        let pieces: Vec<&Piece> = asked.collect();
+        let pieces: Vec<&LabeledSpan> = asked.collect();
         !pieces.is_empty() && key.turning.as_ref().is_none_or(|least| self.turned(&pieces) >= least.value)
     }
 
@@ -137,7 +137,7 @@ impl<'a> Measures<'a> {
     }
 
     /// The greatest angle by which the target was turned from the beginning of the first piece, within the pieces, rad.
-    pub fn turned(&self, pieces: &[&Piece]) -> f64 {
+    pub fn turned(&self, pieces: &[&LabeledSpan]) -> f64 {
         let Some(spin) = self.spin else { return 0.0 };
         let (mut angle, mut greatest) = (0.0, 0.0_f64);
         for frames in pieces.iter().flat_map(|piece| together(&piece.frames)) {

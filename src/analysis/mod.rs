@@ -13,21 +13,21 @@ pub mod csv;
 pub mod expect;
 pub mod explain;
 pub mod fit;
+mod fixpoint;
 pub mod json;
-mod lane;
+mod labeled_span;
 mod measures;
+mod naming;
 pub mod number;
 mod relabel;
-mod rounds;
 pub mod score;
-mod show;
 mod spans;
 mod stretch;
 mod subject;
 mod tasks;
 
+pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
-pub use rounds::MAX_ROUNDS;
 pub use subject::Subject;
 
 use crate::base::error::InputError;
@@ -37,10 +37,10 @@ use crate::engine::semantics::samples;
 use crate::language::lints::durations;
 use crate::language::rules::{Constant, Rules};
 use crate::stream::frames::{Frames, Issue};
-use crate::stream::series::Series;
-use lane::Piece;
+use crate::stream::spilled_columns::Series;
+use labeled_span::LabeledSpan;
 use measures::Measures;
-use show::Show;
+use naming::Naming;
 use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
@@ -197,7 +197,7 @@ pub fn analyze(rules: &Rules, frames: &Frames, leaves: &[Leaves]) -> Analysis {
 pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leaves: &[Leaves]) -> Analysis {
     let rate_hz = frames.layout.rate_hz;
     let handling = Handling::new(frames, series);
-    let show = Show { rules, frames, handling: &handling };
+    let show = Naming { rules, frames, handling: &handling };
     let of_hand = |side| leaves.iter().any(|leaves| leaves.hands.contains_key(&side));
     let sides: Vec<Side> = Side::BOTH.into_iter().filter(|side| of_hand(*side)).collect();
     let measures: BTreeMap<Side, Measures> =
@@ -210,13 +210,13 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     let settling = Settling::new(rules, rate_hz);
     for leaves in leaves {
         let mut stretch = Stretch::new(leaves, settling);
-        let mut undone = rounds::before_recognition(rules, &mut stretch, &measures);
+        let mut undone = fixpoint::before_recognition(rules, &mut stretch, &measures);
         let mut named: BTreeMap<Side, Vec<Named>> = BTreeMap::new();
         for (side, measures) in &measures {
             let lane = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
             named.insert(*side, tasks::recognise(rules, lane, measures));
         }
-        undone.extend(rounds::of_tasks(rules, &mut named, &measures));
+        undone.extend(fixpoint::of_tasks(rules, &mut named, &measures));
         issues.extend(show.undone(&undone, &stretch.frames()));
 
         for (side, track) in &mut hands {
@@ -224,12 +224,12 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             stretch.put_back(*side, tasks.iter().flat_map(|task| &task.pieces));
             let raw = stretch.raw.get(side).map_or(&[][..], Vec::as_slice);
             let relabeled = stretch.hands.get(side).map_or(&[][..], Vec::as_slice);
-            let segment = |piece: &Piece| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
+            let segment = |piece: &LabeledSpan| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
             track.segments.extend(raw.iter().map(segment));
             track.relabeled.extend(relabeled.iter().map(segment));
             track.tasks.extend(tasks.iter().map(|task| show.task(*side, task, raw, &stretch.frames())));
         }
-        let segment = |piece: &Piece| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
+        let segment = |piece: &LabeledSpan| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
         both.relabeled.extend(stretch.coordination().iter().map(segment));
     }

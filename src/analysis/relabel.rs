@@ -3,14 +3,19 @@
 //! Invariants: the frames of a lane never change, only the labels and where they meet; every piece that a rule changes carries the rule;
 //! a rule reads the lane as it was before the rule, and its matches do not overlap.
 
-use super::lane::{Piece, add, append};
+use super::labeled_span::{LabeledSpan, add, append};
 use super::measures::{Measures, POSITION};
 use super::stretch::samples;
 use crate::language::rules::{Label, Relabel, RelabelKind, Repeat};
 use std::ops::Range;
 
 /// Applies a rule on one lane; `None` when it changes nothing. Rules over both hands change nothing here.
-pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, measures: &Measures) -> Option<Vec<Piece>> {
+pub(super) fn in_lane(
+    lane: &[LabeledSpan],
+    at: usize,
+    rule: &Relabel,
+    measures: &Measures,
+) -> Option<Vec<LabeledSpan>> {
     let (matches, becomes) = match &rule.kind {
         RelabelKind::Between { what, run, between, becomes, .. } => {
             let what = What { labels: what, run: *run, rule, measures };
@@ -28,11 +33,11 @@ pub(super) fn in_lane(lane: &[Piece], at: usize, rule: &Relabel, measures: &Meas
 
 /// Applies a rule over the lanes of both hands; `None` when it changes nothing.
 pub(super) fn in_hands(
-    lanes: [&[Piece]; 2],
+    lanes: [&[LabeledSpan]; 2],
     at: usize,
     rule: &Relabel,
     measures: [&Measures; 2],
-) -> Option<[Vec<Piece>; 2]> {
+) -> Option<[Vec<LabeledSpan>; 2]> {
     let RelabelKind::BetweenInHands { becomes: Some(becomes), .. } = &rule.kind else {
         return None;
     };
@@ -48,7 +53,11 @@ pub(super) fn in_hands(
 }
 
 /// The frames that a rule over both hands gives back to them (`becomes separate`), in order, apart.
-pub(super) fn separated_in_hands(lanes: [&[Piece]; 2], rule: &Relabel, measures: [&Measures; 2]) -> Vec<Range<usize>> {
+pub(super) fn separated_in_hands(
+    lanes: [&[LabeledSpan]; 2],
+    rule: &Relabel,
+    measures: [&Measures; 2],
+) -> Vec<Range<usize>> {
     let RelabelKind::BetweenInHands { becomes: None, .. } = &rule.kind else {
         return Vec::new();
     };
@@ -67,7 +76,7 @@ pub(super) fn separated_in_hands(lanes: [&[Piece]; 2], rule: &Relabel, measures:
 }
 
 /// Where a rule over both hands fits, in each lane. Which hand is the one and which the other is tried both ways; the two matches must share time.
-fn matches_in_hands(lanes: [&[Piece]; 2], rule: &Relabel, measures: [&Measures; 2]) -> [Vec<Range<usize>>; 2] {
+fn matches_in_hands(lanes: [&[LabeledSpan]; 2], rule: &Relabel, measures: [&Measures; 2]) -> [Vec<Range<usize>>; 2] {
     let mut matches = [Vec::new(), Vec::new()];
     let RelabelKind::BetweenInHands { what, run, one, other, .. } = &rule.kind else {
         return matches;
@@ -97,7 +106,7 @@ fn stands(labels: &[Label], label: Label) -> bool {
     labels.iter().any(|pattern| pattern.covers(label))
 }
 
-fn span(lane: &[Piece], range: &Range<usize>) -> Range<usize> {
+fn span(lane: &[LabeledSpan], range: &Range<usize>) -> Range<usize> {
     let pieces = lane.get(range.clone()).unwrap_or(&[]);
     pieces.first().map_or(0, |piece| piece.frames.start)..pieces.last().map_or(0, |piece| piece.frames.end)
 }
@@ -123,7 +132,7 @@ impl What<'_> {
 
     /// Where this stands between two neighbours. A run is as long as it can be: a neighbour that is itself one of the
     /// labels ends the run only when there is none farther out.
-    fn between(&self, lane: &[Piece], (before, after): &(Vec<Label>, Vec<Label>)) -> Vec<Range<usize>> {
+    fn between(&self, lane: &[LabeledSpan], (before, after): &(Vec<Label>, Vec<Label>)) -> Vec<Range<usize>> {
         let is = |at: Option<usize>, labels: &[Label]| {
             at.and_then(|at| lane.get(at)).is_some_and(|piece| stands(labels, piece.label))
         };
@@ -153,7 +162,7 @@ impl What<'_> {
 }
 
 /// Where the elements of a sequence stand one after the other: the leftmost matches, each as long as it can be.
-fn sequences(lane: &[Piece], elements: &[(Vec<Label>, Repeat)]) -> Vec<Range<usize>> {
+fn sequences(lane: &[LabeledSpan], elements: &[(Vec<Label>, Repeat)]) -> Vec<Range<usize>> {
     // longest[at][element]: where the farthest match of the remaining elements ends that begins at this piece.
     let mut longest = vec![vec![None; elements.len() + 1]; lane.len() + 1];
     for at in (0..=lane.len()).rev() {
@@ -184,7 +193,7 @@ fn sequences(lane: &[Piece], elements: &[(Vec<Label>, Repeat)]) -> Vec<Range<usi
 }
 
 /// Gives ranges of pieces (in order, apart) a label; `None` when all of them have it.
-fn rewrite(lane: &[Piece], matches: &[Range<usize>], becomes: Label, rule: usize) -> Option<Vec<Piece>> {
+fn rewrite(lane: &[LabeledSpan], matches: &[Range<usize>], becomes: Label, rule: usize) -> Option<Vec<LabeledSpan>> {
     let mut rewritten = Vec::with_capacity(lane.len());
     let mut changed = false;
     let mut next = matches.iter().peekable();

@@ -4,7 +4,7 @@
 //! A span begins with the first primitive, and goes on over further ones (an aborted approach stays in) until the last primitive
 //! has come. What comes then begins the next span: the first primitive again, or a new touch.
 
-use super::lane::Piece;
+use super::labeled_span::LabeledSpan;
 use crate::language::rules::Label;
 use std::ops::Range;
 
@@ -58,7 +58,7 @@ impl Spans {
     }
 
     /// All spans of a lane.
-    pub fn of(lane: &[Piece], first: Label, last: Label) -> Vec<Span> {
+    pub fn of(lane: &[LabeledSpan], first: Label, last: Label) -> Vec<Span> {
         let mut spans = Self::new(first, last);
         let mut found: Vec<Span> = lane.iter().filter_map(|piece| spans.push(piece.label)).collect();
         found.extend(spans.finish());

@@ -3,7 +3,7 @@
 //! In: the leaves of the trees. Out: for each hand a lane of settled labels with the coordination of both hands laid over them
 //! (grammar/README.md, Meaning of a run, points 4 and 5), and what is left of the coordination after relabeling.
 
-use super::lane::{self, Piece, add, append, at, pieces, within};
+use super::labeled_span::{self, LabeledSpan, add, append, at, pieces, within};
 use crate::base::hands::Side;
 use crate::engine::runs::{Leaves, Run, cover, settle};
 use crate::language::rules::{Label, Rules, Tree, TreeScope};
@@ -39,11 +39,11 @@ pub(super) struct Stretch<'a> {
     leaves: &'a Leaves,
     settling: Settling,
     /// The settled labels of each hand as the trees gave them.
-    pub raw: BTreeMap<Side, Vec<Piece>>,
+    pub raw: BTreeMap<Side, Vec<LabeledSpan>>,
     /// The settled coordination as its tree gave it, with gaps where it is `separate`.
-    pub raw_both: Vec<Piece>,
+    pub raw_both: Vec<LabeledSpan>,
     /// The same labels of each hand, to be relabeled.
-    pub hands: BTreeMap<Side, Vec<Piece>>,
+    pub hands: BTreeMap<Side, Vec<LabeledSpan>>,
     /// The leaves of coordination that have not been given back to the hands.
     both: Vec<Run>,
     /// The rules that gave coordination back.
@@ -65,18 +65,18 @@ impl<'a> Stretch<'a> {
     }
 
     /// Puts pieces (in order, apart) in the place of what a hand's lane has there.
-    pub fn put_back<'p>(&mut self, side: Side, pieces: impl Iterator<Item = &'p Piece>) {
+    pub fn put_back<'p>(&mut self, side: Side, pieces: impl Iterator<Item = &'p LabeledSpan>) {
         let Some(lane) = self.hands.get_mut(&side) else { return };
-        let new: Vec<Piece> = pieces.cloned().collect();
+        let new: Vec<LabeledSpan> = pieces.cloned().collect();
         let kept = lane.iter().filter(|old| within(&new, &old.frames).is_empty()).cloned();
-        let mut all: Vec<Piece> = kept.chain(new.iter().cloned()).collect();
+        let mut all: Vec<LabeledSpan> = kept.chain(new.iter().cloned()).collect();
         all.sort_by_key(|piece| piece.frames.start);
         lane.clear();
         all.into_iter().for_each(|piece| append(lane, piece));
     }
 
     /// The coordination after relabeling: where rules gave both hands the same label, that one, else what the tree said.
-    pub fn coordination(&self) -> Vec<Piece> {
+    pub fn coordination(&self) -> Vec<LabeledSpan> {
         let mut settled = pieces(&settle(&self.both, self.settling.both));
         mark(&mut settled, &self.raw_both, &self.separated_by);
         let (Some(left), Some(right)) = (self.hands.get(&Side::Left), self.hands.get(&Side::Right)) else {
@@ -96,7 +96,7 @@ impl<'a> Stretch<'a> {
                     add(&mut by, &one.by);
                     add(&mut by, &other.by);
                 }
-                append(&mut coordination, Piece { frames, label, by });
+                append(&mut coordination, LabeledSpan { frames, label, by });
             }
         }
         coordination
@@ -135,12 +135,12 @@ impl<'a> Stretch<'a> {
     }
 }
 
-fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<Item = (Side, Vec<Piece>)> {
-    leaves.hands.iter().map(move |(side, own)| (*side, lane::pieces(&settle(&cover(own, both), frames))))
+fn settled_hands(leaves: &Leaves, both: &[Run], frames: usize) -> impl Iterator<Item = (Side, Vec<LabeledSpan>)> {
+    leaves.hands.iter().map(move |(side, own)| (*side, labeled_span::pieces(&settle(&cover(own, both), frames))))
 }
 
 /// Names the rules that gave coordination back on every piece that is not what the trees gave.
-fn mark(lane: &mut [Piece], raw: &[Piece], rules: &[usize]) {
+fn mark(lane: &mut [LabeledSpan], raw: &[LabeledSpan], rules: &[usize]) {
     for piece in lane {
         // What settles otherwise once coordination is gone may be where no coordination was.
         let before = within(raw, &piece.frames);
@@ -151,7 +151,7 @@ fn mark(lane: &mut [Piece], raw: &[Piece], rules: &[usize]) {
 }
 
 /// An interval cut wherever one of two lanes changes.
-fn cuts(frames: &Range<usize>, left: &[Piece], right: &[Piece]) -> Vec<Range<usize>> {
+fn cuts(frames: &Range<usize>, left: &[LabeledSpan], right: &[LabeledSpan]) -> Vec<Range<usize>> {
     let inner = within(left, frames).iter().chain(within(right, frames)).map(|piece| piece.frames.start);
     let mut at: Vec<usize> = inner.filter(|start| frames.contains(start)).chain([frames.start, frames.end]).collect();
     at.sort_unstable();

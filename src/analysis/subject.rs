@@ -5,12 +5,12 @@
 //! that it touches next, else the one nearest to its fingertips at the end. The partner is the body that is it for most of the time.
 
 use super::Who;
-use super::lane::Piece;
+use super::labeled_span::LabeledSpan;
 use super::measures::{TARGET, together};
 use crate::base::channels::{PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
 use crate::base::hands::Side;
 use crate::stream::frames::{ColumnKey, Frames};
-use crate::stream::series::Series;
+use crate::stream::spilled_columns::Series;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -103,11 +103,11 @@ impl<'a> Handling<'a> {
     pub fn of_task(
         &self,
         side: Side,
-        pieces: &[Piece],
-        is_key: impl Fn(&Piece) -> bool,
+        pieces: &[LabeledSpan],
+        is_key: impl Fn(&LabeledSpan) -> bool,
         stretch: &Range<usize>,
     ) -> Subject {
-        let found = |piece: &Piece| (self.found(side, &piece.frames, stretch), piece.frames.len());
+        let found = |piece: &LabeledSpan| (self.found(side, &piece.frames, stretch), piece.frames.len());
         let mut all: Vec<(Found, usize)> = pieces.iter().filter(|piece| is_key(piece)).map(found).collect();
         if !all.iter().any(|(found, _)| found.touched) {
             all = pieces.iter().map(found).collect();

@@ -4,7 +4,7 @@
 //! primitives; spans that are taken never overlap. A span in which something was let go but no key was found is a task
 //! without a name. A span cut off before it shows a key or its last primitive is no task: there is nothing to say about it.
 
-use super::lane::Piece;
+use super::labeled_span::LabeledSpan;
 use super::measures::Measures;
 use super::spans::{Span, Spans, join};
 use crate::language::rules::{Label, Rules, Task, TaskId};
@@ -19,11 +19,11 @@ pub(super) struct Named {
     /// Where it is in its lane.
     pub span: Span,
     /// Its pieces, to be relabeled.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<LabeledSpan>,
 }
 
 /// Names the tasks of a lane, in order of time.
-pub(super) fn recognise(rules: &Rules, lane: &[Piece], measures: &Measures) -> Vec<Named> {
+pub(super) fn recognise(rules: &Rules, lane: &[LabeledSpan], measures: &Measures) -> Vec<Named> {
     let lane = Lane { rules, pieces: lane, measures };
     let mut claims: Vec<(bool, TaskId, Span)> = Vec::new();
     for (id, task) in (0..).map(TaskId).zip(&rules.tasks) {
@@ -97,12 +97,12 @@ fn ends(rules: &Rules) -> Vec<(Label, Label)> {
 /// A lane with what is known about it.
 struct Lane<'a> {
     rules: &'a Rules,
-    pieces: &'a [Piece],
+    pieces: &'a [LabeledSpan],
     measures: &'a Measures<'a>,
 }
 
 impl Lane<'_> {
-    fn of(&self, span: &Span) -> &[Piece] {
+    fn of(&self, span: &Span) -> &[LabeledSpan] {
         self.pieces.get(span.pieces.clone()).unwrap_or(&[])
     }
 
@@ -113,7 +113,7 @@ impl Lane<'_> {
         if !task.joined {
             return spans;
         }
-        let is_key = |piece: &Piece| task.keys.iter().any(|key| key.label.covers(piece.label));
+        let is_key = |piece: &LabeledSpan| task.keys.iter().any(|key| key.label.covers(piece.label));
         let is_stroke = |span: &Span| self.of(span).iter().any(is_key) || self.matching(span).next().is_none();
         join(&spans, |one, next| self.target(one) == self.target(next) && is_stroke(one) && is_stroke(next))
     }

@@ -14,7 +14,10 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
     }
     serde_json::from_str(text).map_err(|error| {
         let message = message_of(&error);
-        InputError::new(place(&error, file), if error.is_syntax() { format!("no JSON here, {message}") } else { message })
+        InputError::new(
+            place(&error, file),
+            if error.is_syntax() { format!("no JSON here, {message}") } else { message },
+        )
     })
 }
 

@@ -3,7 +3,7 @@
 
 use super::analyze::timeline;
 use super::retarget::{open_robot, summary, touch_forces};
-use super::simulate::{format_outcomes, perform, format_clearance};
+use super::simulate::{format_clearance, format_outcomes, perform};
 use super::teach::record;
 use super::{Failure, output};
 use crate::base::recording::Recording;
@@ -12,8 +12,9 @@ use crate::report;
 use crate::robot;
 use crate::robot::simulation::Performance;
 use crate::session::{Analysis, Log, Rules, Track};
-use crate::stream::whole::Files;
-use crate::stream::{OpenRequest, csv};
+use crate::stream::OpenRequest;
+use crate::stream::atomic_write::Files;
+use crate::stream::read::csv;
 use std::path::{Path, PathBuf};
 
 /// The chapter's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.

@@ -7,7 +7,7 @@ use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
-use crate::analysis::fit::{self, Fit, Knob, MIN_LOGS, Space, Verdict, Worths};
+use crate::analysis::fit::{self, Fit, FitParam, MIN_LOGS, Objectives, Space, Verdict};
 use crate::analysis::score::{Known, NameMap, Stage};
 use crate::base::error::InputError;
 use crate::language::param_sites::{ParamSite, param_sites, thresholds};
@@ -64,7 +64,7 @@ pub struct Args {
 enum Format {
     /// Tables for the terminal
     Text,
-    /// `teachtree.fit/1`
+    /// `teachtree.fit/2`
     Json,
 }
 
@@ -81,9 +81,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (runner, params) = opened(args, &logs)?;
     let space = space(&runner.rules, &params);
-    let fitted = fitted(args, runner.names(), &space, groups, &mut |points| runner.worths(&space, points));
+    let fitted = fitted(args, runner.names(), &space, groups, &mut |points| runner.objectives(&space, points));
     let found = if fitted.verdict == Verdict::Gain || args.anyway && !fitted.changed().is_empty() {
-        Some(patch(&runner.rules, &params, &space.knobs, &fitted.point))
+        Some(patch(&runner.rules, &params, &space.params, &fitted.point))
     } else {
         None
     };
@@ -198,25 +198,29 @@ fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<
 }
 
 fn space(rules: &Rules, params: &[ParamSite]) -> Space {
-    let knob =
-        |one: &ParamSite| Knob { name: one.name.clone(), unit: one.unit.clone(), value: one.value, range: one.range };
+    let param = |one: &ParamSite| FitParam {
+        name: one.name.clone(),
+        unit: one.unit.clone(),
+        value: one.value,
+        range: one.range,
+    };
     let at = |id: crate::language::rules::ParamId| {
         let name = &rules.params.get(id.index())?.name;
         params.iter().position(|one| one.name == *name)
     };
     let pairs = thresholds(rules).into_iter().filter_map(|(on, off)| Some((at(on)?, at(off)?)));
-    Space { knobs: params.iter().map(knob).collect(), pairs: pairs.collect() }
+    Space { params: params.iter().map(param).collect(), pairs: pairs.collect() }
 }
 
 /// Searches, and holds recordings out.
-fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, worths: &mut Worths) -> Fit {
+fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, objectives: &mut Objectives) -> Fit {
     let all: Vec<usize> = (0..logs.len()).collect();
     let start = space.start();
-    let worth_of = |worths: &mut Worths, point: &fit::Point| {
-        let found = worths(std::slice::from_ref(point)).pop().flatten();
+    let objective_of = |objectives: &mut Objectives, point: &fit::ParamVector| {
+        let found = objectives(std::slice::from_ref(point)).pop().flatten();
         found.map(|found| fit::mean(&found, &all)).unwrap_or_default()
     };
-    let before = worth_of(worths, &start);
+    let before = objective_of(objectives, &start);
     let mut fitted = Fit {
         space: space.clone(),
         idle: Vec::new(),
@@ -233,21 +237,27 @@ fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, worths: 
     }
     let progress = Progress::new("fitting");
     let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
-    fitted.idle = fit::idle(space, worths);
-    fitted.point = fit::search(space, &all, &fitted.idle, worths, &mut |part| progress.set(part / searches));
-    fitted.after = worth_of(worths, &fitted.point);
+    fitted.idle = fit::idle(space, objectives);
+    fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| progress.set(part / searches));
+    fitted.after = objective_of(objectives, &fitted.point);
     if fitted.changed().is_empty() {
         fitted.verdict = Verdict::NothingToGain;
     } else if !too_few {
         let mut inner = |part: f64| progress.set((1.0 + part * groups as f64) / searches);
-        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, worths, &mut inner);
+        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
         fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
         fitted.held_out = Some(held_out);
     }
     fitted
 }
 
-fn print_fit(args: &Args, logs: &[PathBuf], rules: &Rules, fitted: &Fit, found: Option<&Patch>) -> Result<(), InputError> {
+fn print_fit(
+    args: &Args,
+    logs: &[PathBuf],
+    rules: &Rules,
+    fitted: &Fit,
+    found: Option<&Patch>,
+) -> Result<(), InputError> {
     let files: Vec<String> = rules.sources.files.iter().map(|file| file.name.clone()).collect();
     if let (Some(path), Some(found)) = (&args.out, found) {
         let named = [&args.truth.labels, &args.source.binding, &args.source.scene].into_iter().flatten();

@@ -33,7 +33,7 @@ mod truth;
 
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
-use crate::stream::whole;
+use crate::stream::atomic_write;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
@@ -154,7 +154,7 @@ fn command() -> clap::Command {
 fn interruptible() {
     // Where it cannot be, the next run removes them.
     let _ = ctrlc::set_handler(|| {
-        let _nothing_is_written = whole::give_up();
+        let _nothing_is_written = atomic_write::give_up();
         std::process::exit(INTERRUPTED);
     });
 }

@@ -1,9 +1,9 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
 use crate::base::error::InputError;
-use crate::stream::csv::beside;
-use crate::stream::formats;
-use crate::stream::whole::Files;
+use crate::stream::atomic_write::Files;
+use crate::stream::read::csv::beside;
+use crate::stream::read::formats;
 use std::borrow::Cow;
 use std::fmt::Write as _;
 use std::io::{IsTerminal, Write};

@@ -10,7 +10,7 @@ use crate::command::{self, Commands, TouchForces};
 use crate::robot::{self, Robot};
 use crate::session::Rules;
 use crate::stream;
-use crate::stream::text;
+use crate::stream::read::text;
 use nalgebra::Vector3;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -126,7 +126,7 @@ pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
 
 /// The scene of this name, or in this file.
 pub fn open_scene(name: &str) -> Result<Scene, InputError> {
-    if is_yaml(name) { stream::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
+    if is_yaml(name) { stream::read::csv::read_scene(Path::new(name)) } else { crate::world::scene(name) }
 }
 
 /// What is commanded.

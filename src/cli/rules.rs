@@ -3,7 +3,7 @@
 use super::source::SourceArgs;
 use crate::language::{self, Request};
 use crate::session::{Error, Log, Rules, RulesOptions};
-use crate::stream::binding::BindingFile;
+use crate::stream::bind::BindingFile;
 use crate::stream::hand_file_of;
 use std::path::{Path, PathBuf};
 

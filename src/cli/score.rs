@@ -12,7 +12,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::report;
 use crate::session::files::all_logs;
-use crate::stream::whole::Files;
+use crate::stream::atomic_write::Files;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -14,9 +14,9 @@ use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::MinDistance;
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
 use crate::robot::simulation::{Outcome, Performance, simulate};
-use crate::stream::formats;
-use crate::stream::text;
-use crate::stream::whole::Files;
+use crate::stream::atomic_write::Files;
+use crate::stream::read::formats;
+use crate::stream::read::text;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 

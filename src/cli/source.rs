@@ -3,7 +3,7 @@
 use crate::base::error::InputError;
 use crate::base::yaml;
 use crate::session::{Error, Log, LogOptions};
-use crate::stream::text;
+use crate::stream::read::text;
 use std::path::{Path, PathBuf};
 
 /// Options that say how a log is read.

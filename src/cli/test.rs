@@ -13,7 +13,7 @@ use crate::language::Rules;
 use crate::language::mutate::mutants;
 use crate::session::files::all_logs;
 use crate::session::{Analysis, leaves};
-use crate::stream::text;
+use crate::stream::read::text;
 use rayon::prelude::*;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

@@ -6,7 +6,9 @@ use crate::analysis::score::{Known, NameMap, Truth};
 use crate::analysis::{Analysis, Who};
 use crate::base::error::InputError;
 use crate::session::files::LABEL_ENDINGS;
-use crate::stream::{Opened, labels, text};
+use crate::stream::Opened;
+use crate::stream::read::labels;
+use crate::stream::read::text;
 use std::path::{Path, PathBuf};
 
 /// Options that say what is true.

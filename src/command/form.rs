@@ -40,7 +40,7 @@ pub struct Task {
     /// When the operator was done.
     pub end_s: f64,
     /// How the object is touched, in order of time.
-    pub grasps: Vec<Grasp>,
+    pub grasps: Vec<GraspSpec>,
     /// What is to be done, one after the other.
     pub segments: Vec<Segment>,
     /// The other object whose hole this one goes into, if it does.
@@ -63,7 +63,7 @@ pub struct Into {
 /// Contact points that are kept from one touch to the next release.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Grasp {
+pub struct GraspSpec {
     /// One for each finger that touches.
     pub contacts: Vec<Contact>,
     /// The robot's hand on them.

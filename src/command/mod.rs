@@ -17,7 +17,7 @@ pub mod smooth;
 mod touching;
 
 pub use form::{
-    Commands, Contact, Grasp, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
+    Commands, Contact, GraspSpec, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
 };
 pub use insertion::{Opening, hole_of};
 pub use series::into_cone;

@@ -1,6 +1,6 @@
 //! Reading commands strictly: whatever a user or a program has changed in them is either still sound or refused, with its place.
 
-use super::form::{Commands, Contact, Grasp, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task};
+use super::form::{Commands, Contact, GraspSpec, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::json;
@@ -80,7 +80,10 @@ impl Task {
             ended_s = segment.start_s + segment.duration_s;
             if segment.demonstrated_start_s < demonstrated_s - SAME_S {
                 let found = format!("was demonstrated from {} s on, expected", Shown(segment.demonstrated_start_s));
-                return Err(named(format!("{found} {} s or later, when what is ahead of it began", Shown(demonstrated_s))));
+                return Err(named(format!(
+                    "{found} {} s or later, when what is ahead of it began",
+                    Shown(demonstrated_s)
+                )));
             }
             demonstrated_s = segment.demonstrated_start_s;
         }
@@ -96,7 +99,8 @@ impl Task {
     fn agrees(&self) -> Check {
         let Some(last) = self.segments.last() else { return Ok(()) };
         let left_out = self.left_out.iter().map(|left| left.end_s);
-        let (from, to) = (last.demonstrated_start_s, left_out.fold(last.demonstrated_start_s + last.duration_s, f64::max));
+        let (from, to) =
+            (last.demonstrated_start_s, left_out.fold(last.demonstrated_start_s + last.duration_s, f64::max));
         if (from - SAME_S..=to + LINGERS_S).contains(&self.end_s) {
             return Ok(());
         }
@@ -115,7 +119,7 @@ impl LeftOut {
     }
 }
 
-impl Grasp {
+impl GraspSpec {
     fn check(&self) -> Check {
         if self.contacts.is_empty() {
             return Err("has no contacts".into());

@@ -1,7 +1,7 @@
 //! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
 
 use super::episodes::{Episode, Piece};
-use super::form::{Contact, Grasp, Quality, Segment, Tip};
+use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::{TouchForces, touching};
 use super::{FRICTION, RATE_HZ};
@@ -130,7 +130,7 @@ impl Series {
     }
 
     /// The contact points of an episode: the means over the time in which each finger touches, on the surface of the object.
-    pub(super) fn contacts(&self, body: &Body, episode: &Episode) -> Grasp {
+    pub(super) fn contacts(&self, body: &Body, episode: &Episode) -> GraspSpec {
         let samples =
             episode.pieces.iter().filter(|piece| piece.touching).flat_map(|piece| piece.samples.iter().copied());
         // A hand that goes away for long after it let go touches no less for that.
@@ -150,11 +150,11 @@ impl Series {
                 normal: rounded(normal),
             });
         }
-        Grasp { contacts, mapped: None, infeasible: None }
+        GraspSpec { contacts, mapped: None, infeasible: None }
     }
 
     /// A commanded segment.
-    pub(super) fn segment(&self, piece: &Piece, grasp: Option<&Grasp>) -> Segment {
+    pub(super) fn segment(&self, piece: &Piece, grasp: Option<&GraspSpec>) -> Segment {
         let mut quality = Quality::default();
         let at = &piece.samples;
         let first = self.wanted[at[0]].rotation;

@@ -1,6 +1,6 @@
-//! What was fitted, for terminals: worth before and after, the params, each recording while it was held out, and what is to be thought of it.
+//! What was fitted, for terminals: objective before and after, the params, each recording while it was held out, and what is to be thought of it.
 
-use crate::analysis::fit::{Fit, HeldOut, MIN_GAIN, MIN_LOGS, Verdict, Worth};
+use crate::analysis::fit::{Fit, HeldOut, MIN_GAIN, MIN_LOGS, Objective, Verdict};
 use crate::analysis::number::fixed;
 use std::fmt::{Display, Write};
 
@@ -13,7 +13,7 @@ pub fn fit(fit: &Fit, rules: &[String]) -> String {
     let plural = if fit.logs.len() == 1 { "" } else { "s" };
     let _ = writeln!(text, "{} recording{plural}, rules {}", fit.logs.len(), rules.join(", "));
     let names = |at: &[usize]| -> String {
-        at.iter().filter_map(|at| Some(fit.space.knobs.get(*at)?.name.as_str())).collect::<Vec<_>>().join(", ")
+        at.iter().filter_map(|at| Some(fit.space.params.get(*at)?.name.as_str())).collect::<Vec<_>>().join(", ")
     };
     let changed = fit.changed();
     // A threshold that moves along with the other one of its hysteresis has an effect.
@@ -22,7 +22,7 @@ pub fn fit(fit: &Fit, rules: &[String]) -> String {
         let _ = writeln!(text, "no effect on these recordings: {}", names(&idle));
     }
     if !changed.is_empty() {
-        worths(&mut text, fit);
+        objectives(&mut text, fit);
         params(&mut text, fit, &changed);
     }
     if let Some(held) = &fit.held_out {
@@ -37,13 +37,13 @@ fn percent(part: f64) -> String {
     format!("{} %", fixed(part * 100.0, 1))
 }
 
-fn worths(text: &mut String, fit: &Fit) {
+fn objectives(text: &mut String, fit: &Fit) {
     let held = fit.held_out.as_ref();
     let head = if held.is_some() { "  held out: in the files    fitted" } else { "" };
     let _ = writeln!(text, "\n                    in the files    fitted{head}");
-    for (number, name) in ["worth", "  frame accuracy", "  segmental F1", "  boundaries"].into_iter().enumerate() {
-        let part = |worth: &Worth| {
-            let parts = [worth.worth, worth.accuracy, worth.f1, worth.boundaries];
+    for (number, name) in ["objective", "  frame accuracy", "  segmental F1", "  boundaries"].into_iter().enumerate() {
+        let part = |objective: &Objective| {
+            let parts = [objective.objective, objective.accuracy, objective.f1, objective.boundaries];
             parts.get(number).map_or(String::new(), |part| percent(*part))
         };
         let mut line = format!("{name:18}{:>14}{:>10}", part(&fit.before), part(&fit.after));
@@ -57,17 +57,17 @@ fn worths(text: &mut String, fit: &Fit) {
 fn params(text: &mut String, fit: &Fit, changed: &[(usize, f64)]) {
     let mut rows = vec![["param", "in the file", "fitted", "range", "while others were held out"].map(String::from)];
     for (at, value) in changed {
-        let Some(knob) = fit.space.knobs.get(*at) else { continue };
+        let Some(param) = fit.space.params.get(*at) else { continue };
         let values = fit.held_out.iter().flat_map(|held| &held.folds).filter_map(|fold| fold.point.get(*at).copied());
         let mut values: Vec<f64> = values.collect();
         values.sort_by(f64::total_cmp);
         let folds = match (values.first(), values.last()) {
-            (Some(low), Some(high)) if low < high => format!("{} to {}", knob.show(*low), knob.show(*high)),
-            (Some(one), _) => format!("{} always", knob.show(*one)),
+            (Some(low), Some(high)) if low < high => format!("{} to {}", param.show(*low), param.show(*high)),
+            (Some(one), _) => format!("{} always", param.show(*one)),
             _ => String::new(),
         };
-        let range = format!("{} .. {}", knob.show(knob.range.0), knob.show(knob.range.1));
-        rows.push([knob.name.clone(), knob.show(knob.value), knob.show(*value), range, folds]);
+        let range = format!("{} .. {}", param.show(param.range.0), param.show(param.range.1));
+        rows.push([param.name.clone(), param.show(param.value), param.show(*value), range, folds]);
     }
     table(text, &rows);
 }
@@ -79,8 +79,8 @@ fn recordings(text: &mut String, fit: &Fit, held: &HeldOut) {
             let name = fit.logs.get(*log).map_or("", String::as_str);
             let count = name.chars().count();
             let short: String = name.chars().skip(count.saturating_sub(LOG)).collect();
-            let gain = after.worth - before.worth;
-            let (before, after) = (percent(before.worth), percent(after.worth));
+            let gain = after.objective - before.objective;
+            let (before, after) = (percent(before.objective), percent(after.objective));
             rows.push([(number + 1).to_string(), short, before, after, percent(gain)]);
         }
     }
@@ -128,8 +128,8 @@ pub fn patch(fit: &Fit, lacking: &[String], place: Option<impl Display>) -> Stri
         .changed()
         .into_iter()
         .filter_map(|(at, value)| {
-            let knob = fit.space.knobs.get(at)?;
-            Some(format!("--set '{}={}'", knob.name, knob.show(value)))
+            let param = fit.space.params.get(at)?;
+            Some(format!("--set '{}={}'", param.name, param.show(value)))
         })
         .collect();
     let place = place.map_or("the patch below".to_string(), |place| place.to_string());

@@ -111,8 +111,7 @@ impl Page<'_> {
         let name = track.who.to_string();
         let mut lines = vec![format!("{}{}", self.bold(&format!("{name:GUTTER$}")), self.axis())];
         lines.push(format!("{:GUTTER$}{}", "raw", self.lane(&bars(&track.segments))));
-        if track.relabeled.iter().any(|segment| !segment.by.is_empty())
-            || track.relabeled.len() != track.segments.len()
+        if track.relabeled.iter().any(|segment| !segment.by.is_empty()) || track.relabeled.len() != track.segments.len()
         {
             lines.push(format!("{:GUTTER$}{}", "relabeled", self.lane(&bars(&track.relabeled))));
         }

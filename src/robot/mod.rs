@@ -15,9 +15,9 @@ pub mod planning;
 pub mod simulation;
 
 pub use grasp::mapping::map;
-pub use grasp::{Grasp, Mapper};
+pub use grasp::{GraspCandidate, Mapper};
 pub use kinematics::finger::{FingerModel, Posture};
-pub use kinematics::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
+pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
 pub use kinematics::shape::Solid;
 pub use kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
 #[cfg(feature = "internals")]

@@ -1,9 +1,10 @@
 //! Which files are logs: folders of logs, and the files that belong to a log and are none themselves.
 
 use crate::base::error::InputError;
-use crate::stream::csv::beside;
-use crate::stream::table::Source;
-use crate::stream::{formats, names};
+use crate::stream::names;
+use crate::stream::read::csv::beside;
+use crate::stream::read::formats;
+use crate::stream::read::table::Source;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 

@@ -4,7 +4,7 @@ use super::error::Error;
 use super::log::Log;
 use super::rules::Rules as Loaded;
 use super::run::{Run, channels, leaves};
-use crate::analysis::fit::{Point, Space, Worth};
+use crate::analysis::fit::{Objective, ParamVector, Space};
 use crate::analysis::json::Meta;
 use crate::analysis::score::{Stage, Tally, Truth, score};
 use crate::analysis::{self, Analysis, check_rate};
@@ -45,8 +45,8 @@ impl Recording {
         Ok(Self { log: log.clone(), truth, channels: channels(rules.set()), run, meta })
     }
 
-    /// What changed rules are worth on it; nothing when they cannot run.
-    fn worth(&self, set: &Compiled, stage: Stage) -> Option<Worth> {
+    /// What changed rules are objective on it; nothing when they cannot run.
+    fn objective(&self, set: &Compiled, stage: Stage) -> Option<Objective> {
         let Compiled { rules, graph, is_base, channels } = set;
         // A default of a channel may read a param: then what is derived is derived again.
         let anew = if *channels == self.channels { None } else { Some(self.log.opened().ok()?.frames(channels).ok()?) };
@@ -60,7 +60,7 @@ impl Recording {
         let found = analysis::analyze(rules, frames, again.ok()?.as_ref().unwrap_or(&self.run.leaves));
         let mut tally = Tally::default();
         score(&self.truth, &found, stage, &self.meta).ok()?.iter().for_each(|row| tally.add(&row.tally));
-        Some(Worth::new(&tally))
+        Some(Objective::new(&tally))
     }
 }
 
@@ -84,7 +84,7 @@ pub struct Runner {
     graph: Graph,
     request: Request,
     stage: Stage,
-    known: RefCell<BTreeMap<Key, Option<Rc<[Worth]>>>>,
+    known: RefCell<BTreeMap<Key, Option<Rc<[Objective]>>>>,
 }
 
 impl Runner {
@@ -99,10 +99,10 @@ impl Runner {
         self.recordings.iter().map(|recording| recording.meta.log.clone()).collect()
     }
 
-    /// What points are worth on each recording; nothing for those whose rules are wrong or cannot run.
-    pub fn worths(&self, space: &Space, points: &[Point]) -> Vec<Option<Rc<[Worth]>>> {
-        let key = |point: &Point| -> Key { point.iter().map(|value| value.to_bits()).collect() };
-        let mut new: Vec<&Point> = Vec::new();
+    /// What points are objective on each recording; nothing for those whose rules are wrong or cannot run.
+    pub fn objectives(&self, space: &Space, points: &[ParamVector]) -> Vec<Option<Rc<[Objective]>>> {
+        let key = |point: &ParamVector| -> Key { point.iter().map(|value| value.to_bits()).collect() };
+        let mut new: Vec<&ParamVector> = Vec::new();
         for point in points {
             if !self.known.borrow().contains_key(&key(point)) && !new.contains(&point) {
                 new.push(point);
@@ -114,10 +114,10 @@ impl Runner {
         let (recordings, stage) = (&self.recordings, self.stage);
         let jobs: Vec<(&Option<Compiled>, &Recording)> =
             sets.iter().flat_map(|set| recordings.iter().map(move |recording| (set, recording))).collect();
-        let worths: Vec<Option<Worth>> =
-            jobs.par_iter().map(|(set, recording)| recording.worth(set.as_ref()?, stage)).collect();
-        for (point, worths) in new.iter().zip(worths.chunks(recordings.len().max(1))) {
-            let all: Option<Vec<Worth>> = worths.iter().copied().collect();
+        let objectives: Vec<Option<Objective>> =
+            jobs.par_iter().map(|(set, recording)| recording.objective(set.as_ref()?, stage)).collect();
+        for (point, objectives) in new.iter().zip(objectives.chunks(recordings.len().max(1))) {
+            let all: Option<Vec<Objective>> = objectives.iter().copied().collect();
             self.known.borrow_mut().insert(key(point), all.map(Rc::from));
         }
         let known = self.known.borrow();
@@ -126,11 +126,11 @@ impl Runner {
 }
 
 /// The rules at a point, checked as those of a file are: ranges, orders of thresholds and durations hold.
-fn compiled(request: &Request, base: &Graph, space: &Space, point: &Point) -> Option<Compiled> {
+fn compiled(request: &Request, base: &Graph, space: &Space, point: &ParamVector) -> Option<Compiled> {
     let mut request = request.clone();
-    for (knob, value) in space.knobs.iter().zip(point) {
-        if knob.value.to_bits() != value.to_bits() {
-            request.overrides.push((knob.name.clone(), knob.show(*value)));
+    for (param, value) in space.params.iter().zip(point) {
+        if param.value.to_bits() != value.to_bits() {
+            request.overrides.push((param.name.clone(), param.show(*value)));
         }
     }
     let loaded = language::load(&request);

@@ -13,10 +13,10 @@ use crate::base::error::{ErrorKind, InputError};
 use crate::base::scene::Scene;
 use crate::base::units::compound;
 use crate::stream::OpenRequest;
-use crate::stream::binding::{BindingFile, Filling, Pattern};
-use crate::stream::formats::jsonl::{Line, Lines, push, source};
-use crate::stream::sheet::{Cells, Memory};
-use crate::stream::table::Source;
+use crate::stream::bind::{BindingFile, Filling, Pattern};
+use crate::stream::read::formats::jsonl::{Line, Lines, push, source};
+use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::table::Source;
 use std::collections::BTreeMap;
 use std::io::BufRead;
 
@@ -87,7 +87,7 @@ fn read(
 ) -> Result<Source, Error> {
     let format = |error: InputError| Error::new(error, ErrorKind::Format);
     let mut lines = Lines::new(bytes, "standard input".into());
-    let mut log = LogSoFar { rows: Memory::new("standard input"), scene: None };
+    let mut log = LogSoFar { rows: InMemoryTable::new("standard input"), scene: None };
     let mut reported = Reported::default();
     let (mut looked_rows, mut looked_s) = (0, f64::NEG_INFINITY);
     let to_seconds = time.unit.as_deref().and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
@@ -120,7 +120,7 @@ fn read(
 /// A log so far.
 #[derive(Clone)]
 struct LogSoFar {
-    rows: Memory,
+    rows: InMemoryTable,
     scene: Option<Scene>,
 }
 

@@ -7,10 +7,13 @@ use super::rules::RulesOptions;
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::hands::Side;
 use crate::base::scene::Scene as Bodies;
-use crate::stream::flow::Flow;
-use crate::stream::sheet::{Cells, Memory};
-use crate::stream::table::{MAX_COLUMNS, Source, check_size};
-use crate::stream::{self, OpenRequest, Opened, csv};
+use crate::stream;
+use crate::stream::OpenRequest;
+use crate::stream::Opened;
+use crate::stream::read::csv;
+use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::table::{MAX_COLUMNS, Source, check_size};
+use crate::stream::streaming::Flow;
 use std::fmt;
 use std::io::BufRead;
 use std::path::{Path, PathBuf};
@@ -221,7 +224,7 @@ impl Column {
 }
 
 fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Source, InputError> {
-    let mut memory = Memory::new(name);
+    let mut memory = InMemoryTable::new(name);
     for Column { title, values } in columns {
         let wrong = |message: String| InputError::new(format!("{name} column {title}"), message);
         if memory.columns().contains_key(&title) {

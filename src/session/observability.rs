@@ -175,8 +175,10 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
             let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
                 let state = if first == 0.0 { "zero" } else { "constant" };
-                silent
-                    .insert((index, side), (format!("`{}` is {state} all along", channel.name), Known::Constant(first)));
+                silent.insert(
+                    (index, side),
+                    (format!("`{}` is {state} all along", channel.name), Known::Constant(first)),
+                );
             }
         }
     }

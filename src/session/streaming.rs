@@ -7,9 +7,9 @@ use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::{Leaves, Run, append};
 use crate::graph::{Graph, lower};
 use crate::language::Rules;
-use crate::stream::flow::{Flow, Known, Part};
 use crate::stream::frames::{ColumnKey, Frames, Issue, Layout, Values};
-use crate::stream::series::Laid;
+use crate::stream::spilled_columns::SpilledColumns;
+use crate::stream::streaming::{Chunk, FirstPass, Flow};
 
 /// Analyzes a log; `None` when the log has to be in memory for that, or when something is wrong with it: reading it into memory then returns
 /// the error.
@@ -18,12 +18,12 @@ pub fn analyze(rules: &Rules, flow: Flow) -> Option<Analysis> {
     analysis::check_rate(rules, known.rate_hz).ok()?;
     let run = Running::new(rules, lower(rules)).over(&known).ok()?;
     let (objects, bodies) = known.names();
-    let Known { time, stretches, .. } = known;
-    let Running { leaves, laid, layout, issues, .. } = run;
+    let FirstPass { time, stretches, .. } = known;
+    let Running { leaves, spilled, layout, issues, .. } = run;
     let (channels, len) = (channels(rules), time.len());
     let frames = Frames { channels, len, time, stretches, layout, objects, bodies, issues, ..Frames::default() };
-    let found = analysis::analyze_series(rules, &frames, &laid, &leaves);
-    (!laid.failed()).then_some(found)
+    let found = analysis::analyze_series(rules, &frames, &spilled, &leaves);
+    (!spilled.failed()).then_some(found)
 }
 
 /// A run of rules over a log.
@@ -33,7 +33,7 @@ struct Running {
     leaves: Vec<Leaves>,
     /// The columns that the tasks ask for later.
     kept: Vec<u32>,
-    laid: Laid,
+    spilled: SpilledColumns,
     layout: Layout,
     issues: Vec<Issue>,
 }
@@ -47,13 +47,13 @@ impl Running {
             evaluator: None,
             leaves: vec![],
             kept,
-            laid: Laid::default(),
+            spilled: SpilledColumns::default(),
             layout: Layout::default(),
             issues: vec![],
         }
     }
 
-    fn over(mut self, known: &Known) -> Result<Self, InputError> {
+    fn over(mut self, known: &FirstPass) -> Result<Self, InputError> {
         for stretch in &known.stretches {
             self.leaves.push(Leaves { frames: stretch.clone(), ..Leaves::default() });
         }
@@ -67,8 +67,8 @@ impl Running {
         Ok(self)
     }
 
-    fn take(&mut self, part: &Part, stretch: usize) -> Result<(), InputError> {
-        let Part { frames, core, ends, .. } = part;
+    fn take(&mut self, part: &Chunk, stretch: usize) -> Result<(), InputError> {
+        let Chunk { frames, core, ends, .. } = part;
         let evaluator = match &mut self.evaluator {
             Some(evaluator) => evaluator,
             none => none.insert(Evaluator::<f64>::new(&self.graph, &frames.layout)?),
@@ -76,7 +76,7 @@ impl Running {
         for (key, column) in &frames.columns {
             if self.kept.contains(&key.channel) {
                 let values = column.values().part(core.clone()).unwrap_or(Values::NONE);
-                self.laid.push(*key, &values.to_vec())?;
+                self.spilled.push(*key, &values.to_vec())?;
             }
         }
         let inputs: Vec<ColumnKey> = evaluator.plan().inputs.clone();

@@ -12,8 +12,8 @@ use crate::base::recording::{Column, Recording};
 use crate::base::units::Dimension;
 use crate::engine::inspect::Inspector;
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Rules, SignalId, Type};
-use crate::stream::formats;
 use crate::stream::names::nearest;
+use crate::stream::read::formats;
 use std::ops::Range;
 use std::path::Path;
 

@@ -1,13 +1,13 @@
 //! Looking at a log before anything is known about it: raw columns in, what each of them is like out.
 
-use super::binding::{Filling, Pattern};
-use super::dead::LAZY_SECS;
-use super::frames::Issue;
-use super::names;
-use super::table::{Source, Table, Want};
-use super::timebase::GAP_STEPS;
 use crate::base::error::InputError;
 use crate::base::units::{Dimension, compound};
+use crate::stream::bind::{Filling, Pattern};
+use crate::stream::clean::stuck_sensors::LAZY_SECS;
+use crate::stream::clean::timebase::GAP_STEPS;
+use crate::stream::frames::Issue;
+use crate::stream::names;
+use crate::stream::read::table::{Source, Table, Want};
 use serde::Serialize;
 
 /// A value that is repeated for this long is reported, s.
@@ -110,7 +110,7 @@ pub enum Kind {
 }
 
 /// The column of the stamps: where it is, how a binding calls it, and how many seconds its unit is.
-pub(super) struct Stamps {
+pub(in crate::stream) struct Stamps {
     column: usize,
     pub title: String,
     to_seconds: f64,
@@ -130,7 +130,7 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
         let rate = if at.is_none() { rate_hz.or(Some(1.0)) } else { None };
         let want = |index: usize| match &at {
             Some(at) if at.column == index => Want::Time(at.to_seconds),
-            _ => Want::Look,
+            _ => Want::Sniff,
         };
         let wants: Vec<Want> = (0..header.len()).map(want).collect();
         let table = Source::many(&file, vec![sheet]).read(&wants, rate);
@@ -149,7 +149,7 @@ pub fn inspect(source: Source, time: Option<&Pattern>, rate_hz: Option<f64>) -> 
 }
 
 /// The column of the stamps: the one of this name, else the one that is called as such columns are; the first of a table without names.
-pub(super) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
+pub(in crate::stream) fn stamps(header: &[String], time: Option<&Pattern>) -> Option<Stamps> {
     let factor = |unit: Option<&str>| unit.and_then(|unit| compound(unit).ok()).map_or(1.0, |(factor, _)| factor);
     if let Some(time) = time {
         let wanted = time.name.fill(Filling::default());

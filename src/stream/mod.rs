@@ -1,31 +1,19 @@
-//! Recordings in, frames out: readers, bindings, resampling, target selection, derived channels.
+//! Recordings in, frames out, in four stages: `read` files, `clean` their columns, `bind` columns to channels, `derive` the channels that no log
+//! contains. `open` runs the stages on a whole log, `streaming` in windows.
 
-pub mod binding;
-pub mod convex;
-pub mod csv;
-mod dead;
+pub mod atomic_write;
+pub mod bind;
+mod clean;
 mod derive;
-mod dropouts;
-pub mod flow;
-pub mod formats;
 pub mod frames;
 pub mod inspect;
-mod jumps;
-pub mod labels;
-mod measured;
-mod missing;
 pub mod names;
 mod open;
-pub mod series;
-pub mod sheet;
-pub mod skeleton;
-mod strangers;
-pub mod table;
-pub mod text;
-mod timebase;
-pub mod whole;
+pub mod read;
+pub mod spilled_columns;
+pub mod streaming;
 
 #[cfg(feature = "internals")]
 pub use derive::frames;
-pub use derive::trusted;
+pub use derive::{convex, trusted};
 pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};

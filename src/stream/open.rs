@@ -1,17 +1,17 @@
 //! Opening a log: a path in, a recording with the names that the rules know out, whatever the log looked like.
 
-use super::binding::{Binding, BindingFile, bind};
-use super::csv;
-use super::derive;
-use super::formats;
-use super::frames::{Frames, Issue};
-use super::jumps;
-use super::missing;
-use super::table::Source;
 use crate::base::channels::ChannelSpec;
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
+use crate::stream::bind::{Binding, BindingFile, bind};
+use crate::stream::clean::gap_filling;
+use crate::stream::clean::spikes;
+use crate::stream::derive;
+use crate::stream::frames::{Frames, Issue};
+use crate::stream::read::csv;
+use crate::stream::read::formats;
+use crate::stream::read::table::Source;
 use std::path::{Path, PathBuf};
 
 /// What to open.
@@ -45,7 +45,7 @@ pub struct Opened {
     /// Forces that count as they are, although they stay constant.
     pub trust: Vec<String>,
     /// Channels of the binding with nearly the names of known ones, and the error that each is when no rule reads it.
-    pub slips: Vec<(String, InputError)>,
+    pub suspicious_channels: Vec<(String, InputError)>,
 }
 
 /// Opens a log.
@@ -74,22 +74,22 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
         (None, None, Some(own)) => own,
         (None, None, None) => csv::scene_beside(&log)?,
     };
-    let slips = file.check(&scene).map_err(in_binding)?;
+    let suspicious_channels = file.check(&scene).map_err(in_binding)?;
     // Of a name that nobody knows, anything else that is wrong with it is no news.
     let said = |error: InputError| {
-        slips.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
+        suspicious_channels.iter().find(|(_, slip)| slip.place == error.place).map_or(error, |(_, slip)| slip.clone())
     };
     let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
     let csv::Read { mut recording, mut issues, row_time } = bound;
     let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
     if resample.is_none() {
-        issues.extend(missing::put_back(&mut recording));
+        issues.extend(gap_filling::fill_gaps(&mut recording));
     }
     let hand_file = hand_file.map(|name| hand_file_of(binding, name));
     // Zero stays zero, without a sign.
     let zero_stamp_s = 0.0 - time_offset.0;
     let params = params.into_iter().collect();
-    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, hand_file, params, trust, slips })
+    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, hand_file, params, trust, suspicious_channels })
 }
 
 /// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
@@ -106,10 +106,10 @@ pub fn open_memory(mut source: Source, log: PathBuf) -> Result<Opened, InputErro
 /// A log with canonical names as it was read, cleaned.
 fn canonical(read: csv::Read, log: PathBuf) -> Opened {
     let csv::Read { mut recording, mut issues, row_time } = read;
-    issues.extend(jumps::take_out(&mut recording));
-    issues.extend(missing::put_back(&mut recording));
-    let (params, trust, slips) = (vec![], vec![], vec![]);
-    Opened { log, recording, issues, row_time, zero_stamp_s: 0.0, hand_file: None, params, trust, slips }
+    issues.extend(spikes::reject(&mut recording));
+    issues.extend(gap_filling::fill_gaps(&mut recording));
+    let (params, trust, suspicious_channels) = (vec![], vec![], vec![]);
+    Opened { log, recording, issues, row_time, zero_stamp_s: 0.0, hand_file: None, params, trust, suspicious_channels }
 }
 
 impl Opened {
@@ -121,9 +121,9 @@ impl Opened {
     /// The frames that rules with these channels read; every issue of the log is among theirs.
     ///
     /// # Errors
-    /// As [`frames`](super::frames()), with the name of the log.
+    /// As [`frames`](crate::stream::frames()), with the name of the log.
     pub fn frames(&self, channels: &[ChannelSpec]) -> Result<Frames, InputError> {
-        let unread = self.slips.iter().find(|(channel, _)| !derive::reads(channels, channel));
+        let unread = self.suspicious_channels.iter().find(|(channel, _)| !derive::reads(channels, channel));
         if let Some((_, error)) = unread {
             return Err(error.clone());
         }
@@ -138,7 +138,7 @@ impl Opened {
     /// The recording as the rules see it.
     ///
     /// # Errors
-    /// As [`trusted`](super::trusted), with the name of the log.
+    /// As [`trusted`](crate::stream::trusted), with the name of the log.
     pub fn trusted(&self) -> Result<Recording, InputError> {
         derive::trusted(&self.recording, &self.trust).map_err(|error| in_log(&self.log, error))
     }

@@ -2,7 +2,7 @@
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
-use super::operator::{Chance, ForceNoise, Incident, Measured, Operator, Other, Performer, cuts};
+use super::operator::{ForceNoise, Incident, Measured, Operator, Other, Performer, Rng, cuts};
 use super::simulation::{Fingertips, HandTarget, Observation, World};
 use super::truth::{Moment, contact_events, truth};
 use crate::base::error::InputError;
@@ -124,14 +124,14 @@ struct Recorder {
 
 /// The force sensor of a fingertip.
 struct Sensor {
-    chance: Chance,
+    chance: Rng,
     sigma: f64,
     bias: Vector3<f64>,
 }
 
 impl Sensor {
     fn new(noise: &ForceNoise, seed: u64, stream: u64) -> Self {
-        let mut chance = Chance::new(seed, stream);
+        let mut chance = Rng::new(seed, stream);
         let bias = Vector3::from([(); 3].map(|()| chance.either_way() * noise.bias.0));
         Self { chance, sigma: noise.sigma.0, bias }
     }

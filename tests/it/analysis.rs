@@ -1,4 +1,4 @@
-//! Tests of `analysis`: leaves in, named tasks and what people see of them out.
+//! Tests of `analysis`: leaves in, named tasks and what operators see of them out.
 
 mod both_hands;
 pub mod build;

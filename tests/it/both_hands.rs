@@ -36,10 +36,11 @@ fn names(segments: &[Segment]) -> String {
 }
 
 /// The lanes and the tasks, to a tenth of a second.
-fn told(analysis: &Analysis) -> String {
+fn printed(analysis: &Analysis) -> String {
     let mut text = String::new();
     for track in &analysis.tracks {
-        let _ = writeln!(text, "{}\n  raw  {}\n  told {}", track.who, names(&track.segments), names(&track.relabeled));
+        let _ =
+            writeln!(text, "{}\n  raw  {}\n  printed {}", track.who, names(&track.segments), names(&track.relabeled));
         for task in &track.tasks {
             let _ =
                 writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));
@@ -54,7 +55,7 @@ fn tasks(analysis: &Analysis, side: Side) -> Vec<&str> {
 
 /// The only task of a hand: its name and its primitives.
 fn task(analysis: &Analysis, side: Side) -> (String, String) {
-    let [task] = analysis.track(Who::Hand(side)).unwrap().tasks.as_slice() else { panic!("{}", told(analysis)) };
+    let [task] = analysis.track(Who::Hand(side)).unwrap().tasks.as_slice() else { panic!("{}", printed(analysis)) };
     (task.task.clone(), names(&task.segments))
 }
 
@@ -65,20 +66,20 @@ fn e2_a_hand_over_is_two_tasks_with_a_pass() {
     let takes = task(&found, Side::Right);
     assert_eq!((gives.0.as_str(), gives.1.as_str()), ("pick_and_place", "Move Approach Grasp Translate Pass Release"));
     assert_eq!((takes.0.as_str(), takes.1.as_str()), ("pick_and_place", "Move Approach Pass Translate Place Release"));
-    insta::assert_snapshot!(told(&found));
+    insta::assert_snapshot!(printed(&found));
 }
 
 #[test]
 fn e3_a_ring_is_put_on_a_pole_in_the_air() {
     let found = analyzed(&taught("ring_and_pole"));
     for side in Side::BOTH {
-        assert_eq!(tasks(&found, side), ["peg_in_hole"], "{}", told(&found));
+        assert_eq!(tasks(&found, side), ["peg_in_hole"], "{}", printed(&found));
     }
     let both = found.track(Who::Both).unwrap();
     // The first touch is a fluctuation.
-    assert!(names(&both.segments).starts_with("Translate Fit Translate"), "{}", told(&found));
-    assert!(!names(&both.relabeled).contains("Translate Fit Translate"), "{}", told(&found));
-    insta::assert_snapshot!(told(&found));
+    assert!(names(&both.segments).starts_with("Translate Fit Translate"), "{}", printed(&found));
+    assert!(!names(&both.relabeled).contains("Translate Fit Translate"), "{}", printed(&found));
+    insta::assert_snapshot!(printed(&found));
 }
 
 #[test]
@@ -94,9 +95,9 @@ fn two_hands_with_two_objects_do_nothing_together() {
     assert_eq!(found.track(Who::Both).unwrap().relabeled, []);
 }
 
-/// A machine that is told to take a share of the weight carries that share, and the other hand the rest.
+/// A machine that is reported to take a share of the weight carries that share, and the other hand the rest.
 #[test]
-fn two_hands_share_the_weight_as_they_are_told() {
+fn two_hands_share_the_weight_as_they_are_reported() {
     for (name, label, share) in [("equal_carry", "EqualGrasp", 0.5), ("main_grasp", "MainGrasp(right)", 0.1)] {
         let operator = world::Operator { variation: world::Variation::default(), ..world::operator(name).unwrap() };
         let recording = world::teach(&world::scene(name).unwrap(), &operator, 0).unwrap();

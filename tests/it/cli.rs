@@ -31,10 +31,10 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
         "Move Approach Slide Grasp Translate Follow Place Release Move Approach Push Trace Push Trace Release"
     );
     let tasks = track["tasks"].as_array().unwrap();
-    let told: Vec<(&str, String)> =
+    let printed: Vec<(&str, String)> =
         tasks.iter().map(|task| (task["task"].as_str().unwrap(), names(&task["segments"]))).collect();
     assert_eq!(
-        told,
+        printed,
         [
             ("pick_and_follow", "Move Approach Grasp Translate Follow Place Release".to_string()),
             ("push_and_trace", "Move Approach Push Trace Release".to_string()),
@@ -243,7 +243,7 @@ fn an_input_is_never_written_over() {
     assert!(std::fs::read(&log).unwrap() == before);
 }
 
-/// Neither what rules use, nor a scene that many people are taught in, nor a log among others; and a report that cannot be kept leaves nothing behind.
+/// Neither what rules use, nor a scene that many operators are taught in, nor a log among others; and a report that cannot be kept leaves nothing behind.
 #[test]
 fn what_is_read_on_the_way_is_not_written_over_either() {
     let folder = tempfile::tempdir().unwrap();
@@ -388,9 +388,9 @@ fn a_lost_row_cuts_no_task() {
     };
     let analyzed = |log: &str| {
         let output = teachtree(&["analyze", log, "--format", "json", "--scene", &path("whole.scene.yaml")]);
-        let told: Value = serde_json::from_slice(&output.stdout).unwrap();
-        let tasks = told["tracks"][0]["tasks"].as_array().unwrap().clone();
-        let kinds = told["issues"].as_array().unwrap().iter().map(|issue| issue["kind"].as_str().unwrap().into());
+        let printed: Value = serde_json::from_slice(&output.stdout).unwrap();
+        let tasks = printed["tracks"][0]["tasks"].as_array().unwrap().clone();
+        let kinds = printed["issues"].as_array().unwrap().iter().map(|issue| issue["kind"].as_str().unwrap().into());
         // Sensors have a bias.
         (tasks, kinds.filter(|kind: &String| kind != "biased").collect::<Vec<_>>())
     };
@@ -447,8 +447,8 @@ fn the_rule_files_of_a_folder_are_checked_one_by_one() {
     write("shared.rules", "param idle = 1 s\n");
     let output = teachtree_in(folder.path(), &["check", "."]);
     assert_eq!(output.status.code(), Some(1));
-    let told = said(&output);
-    assert_eq!(told.matches("errors in").count() + told.matches("error in").count(), 3, "{told}");
+    let printed = said(&output);
+    assert_eq!(printed.matches("errors in").count() + printed.matches("error in").count(), 3, "{printed}");
     let output = teachtree_in(folder.path(), &["check", "--format", "json", "."]);
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let findings = found["findings"].as_array().unwrap();

@@ -8,7 +8,8 @@ use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION, Segment, Task};
 use teachtree::robot::planning::trajectory::trajectory;
-use teachtree::stream::{self, OpenRequest};
+use teachtree::stream;
+use teachtree::stream::OpenRequest;
 use teachtree::{robot, world};
 
 #[test]
@@ -86,7 +87,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
             let quality = &segment.quality;
             assert!(quality.position_deviation <= 0.002 + 1e-9, "{}: {quality:?}", segment.primitive);
             assert!(quality.force_deviation <= 0.1 + 1e-9 || quality.into_cone > 0, "{quality:?}");
-            as_far_from_the_person_as_told(&recording, task, segment);
+            as_far_from_the_person_as_reported(&recording, task, segment);
             for tip in &segment.tips {
                 let contact = task.grasps[0].contacts.iter().find(|contact| contact.finger == tip.finger);
                 for force in &tip.force {
@@ -180,8 +181,11 @@ fn a_page_shows_what_the_robot_did() {
     std::fs::write(&misspelt, foreign.json().unwrap()).unwrap();
     let said = teachtree(&["simulate", &misspelt, "--scene", "pick_and_place", "-o", &path("none.csv")]);
     assert_eq!(said.status.code(), Some(2));
-    let told = complained(&said);
-    assert!(told.contains("the joint `right_hand/thump_1`, which the hand of `both hands` does not have"), "{told}");
+    let printed = complained(&said);
+    assert!(
+        printed.contains("the joint `right_hand/thump_1`, which the hand of `both hands` does not have"),
+        "{printed}"
+    );
     // A grasp that the hand cannot take is an answer, not a mistake.
     let mut without = made;
     without.tasks[0].grasps[0].mapped = None;
@@ -190,8 +194,8 @@ fn a_page_shows_what_the_robot_did() {
     std::fs::write(&refused, without.json().unwrap()).unwrap();
     let said = teachtree(&["simulate", &refused, "--scene", "pick_and_place", "-o", &path("none.csv")]);
     assert_eq!(said.status.code(), Some(1));
-    let told = String::from_utf8(said.stdout).unwrap();
-    assert!(told.starts_with("refused  task 1 (right pick_and_place): no grasp, thumb cannot reach"), "{told}");
+    let printed = String::from_utf8(said.stdout).unwrap();
+    assert!(printed.starts_with("refused  task 1 (right pick_and_place): no grasp, thumb cannot reach"), "{printed}");
     assert!(!std::path::Path::new(&path("none.csv")).exists());
     // What the command reads is not written over.
     let lost = simulate(&commands);
@@ -211,7 +215,7 @@ fn commands_that_are_none_are_refused_at_their_line() {
     assert!(read(nothing).contains("0 samples a second"), "{}", read(nothing));
 }
 
-/// Each of these changes makes sound commands unsound, and is told with its place and what was wanted.
+/// Each of these changes makes sound commands unsound, and is reported with its place and what was wanted.
 #[test]
 fn commands_that_cannot_be_are_refused_at_their_place() {
     let sound = serde_json::to_value(commanded("pick_and_place", "3")).unwrap();
@@ -232,8 +236,8 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     };
     assert_eq!(changed(&since_1970), Ok(()));
     let check = |change: &dyn Fn(&mut Value), wanted: &[&str]| {
-        let told = changed(change).unwrap_err();
-        assert!(wanted.iter().all(|wanted| told.contains(wanted)), "{told}, expected {wanted:?}");
+        let printed = changed(change).unwrap_err();
+        assert!(wanted.iter().all(|wanted| printed.contains(wanted)), "{printed}, expected {wanted:?}");
     };
     check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
     check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
@@ -290,18 +294,22 @@ fn commands_of_another_robot_are_refused() {
     let commands = commanded("pick_and_place", "3");
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
     let scene = world::scene("pick_and_place").unwrap();
-    let told = |commands: &Commands| trajectory(commands, &robot, &scene).unwrap_err().to_string();
+    let printed = |commands: &Commands| trajectory(commands, &robot, &scene).unwrap_err().to_string();
     let mut other = commands.clone();
     other.robot = Some("a robot of mine".into());
-    assert!(told(&other).contains("are for the robot `a robot of mine`, this one is `both hands`"), "{}", told(&other));
+    assert!(
+        printed(&other).contains("are for the robot `a robot of mine`, this one is `both hands`"),
+        "{}",
+        printed(&other)
+    );
     let mut elsewhere = commands.clone();
     elsewhere.tasks[0].into =
         Some(teachtree::command::Into { body: "moon".into(), pose: [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] });
-    assert!(told(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", told(&elsewhere));
+    assert!(printed(&elsewhere).contains("goes into `moon`, which is no body of the scene"), "{}", printed(&elsewhere));
     let mut bent = commands;
     let mapped = bent.tasks[0].grasps[0].mapped.as_mut().unwrap();
     mapped.joints.insert("right_hand/index_2".into(), 9.0);
-    assert!(told(&bent).contains("`right_hand/index_2` at 9, expected"), "{}", told(&bent));
+    assert!(printed(&bent).contains("`right_hand/index_2` at 9, expected"), "{}", printed(&bent));
 }
 
 /// A recording as the rules see it.
@@ -311,7 +319,7 @@ fn trusted(log: &str) -> Recording {
 }
 
 /// The largest distances to what was recorded, computed here from the recording, are those that the segment tells.
-fn as_far_from_the_person_as_told(recording: &Recording, task: &Task, segment: &Segment) {
+fn as_far_from_the_person_as_reported(recording: &Recording, task: &Task, segment: &Segment) {
     // Pauses of a free hand are left out, so its samples have other times; a hand that only pushes takes the points the other way round.
     if !segment.touching || task.task == "push_and_trace" {
         return;
@@ -441,7 +449,7 @@ pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     assert!(rests.iter().flatten().all(|velocity| *velocity == 0.0));
 }
 
-/// The commands of a person's demonstration in a shipped scene.
+/// The commands of an operator's demonstration in a shipped scene.
 fn commanded(scene: &str, seed: &str) -> Commands {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
@@ -574,7 +582,7 @@ fn what_both_hands_hold_is_put_together_along_the_axis() {
     assert!(askew < 3.0_f64.to_radians(), "{askew} rad askew");
 }
 
-/// A recording may be taught again in its place, also when its scene and operator are called like it; and mistakes of a script are told at their line.
+/// A recording may be taught again in its place, also when its scene and operator are called like it; and mistakes of a script are reported at their line.
 #[test]
 fn a_recording_is_taught_again_in_its_place() {
     let folder = tempfile::tempdir().unwrap();
@@ -605,14 +613,17 @@ fn a_recording_is_taught_again_in_its_place() {
         false => format!("{text}\n"),
     });
     std::fs::write(&operator, wrong.collect::<String>()).unwrap();
-    let told = complained(&teachtree(&["teach", &scene, &operator, "-o", &log]));
+    let printed = complained(&teachtree(&["teach", &scene, &operator, "-o", &log]));
     let place = format!("mine.operator.yaml:{}:", line + 1);
-    assert!(told.contains(&place) && told.contains("has force 30 N, expected more than 0 and at most 5 N"), "{told}");
+    assert!(
+        printed.contains(&place) && printed.contains("has force 30 N, expected more than 0 and at most 5 N"),
+        "{printed}"
+    );
 }
 
-/// What a hand cannot give is told before it is tried; where there is nothing to command, what was commanded before is left.
+/// What a hand cannot give is reported before it is tried; where there is nothing to command, what was commanded before is left.
 #[test]
-fn commands_that_ask_too_much_or_nothing_are_told() {
+fn commands_that_ask_too_much_or_nothing_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let robots = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("robots");
@@ -626,17 +637,17 @@ fn commands_that_ask_too_much_or_nothing_are_told() {
         let done = teachtree(&["command", &log, "--robot", robot, "-o", &out]);
         (done.status.code(), String::from_utf8(done.stdout).unwrap())
     };
-    let (code, told) = commanded(&path("weak.yaml"));
+    let (code, printed) = commanded(&path("weak.yaml"));
     assert!(
-        told.contains("warning: task 1 asks the right thumb for") && told.contains("which gives 0.50 N at most"),
-        "{told}"
+        printed.contains("warning: task 1 asks the right thumb for") && printed.contains("which gives 0.50 N at most"),
+        "{printed}"
     );
     assert_eq!(code, Some(0));
     assert!(!commanded("gifu_hand_iii_right").1.contains("warning"));
 
     let kept = std::fs::read_to_string(&out).unwrap();
     assert!(teachtree(&["teach", "no_task", "no_task", "-o", &log]).status.success());
-    let (code, told) = commanded("gifu_hand_iii_right");
-    assert!(told.contains("nothing is commanded, and nothing written"), "{told}");
+    let (code, printed) = commanded("gifu_hand_iii_right");
+    assert!(printed.contains("nothing is commanded, and nothing written"), "{printed}");
     assert_eq!((code, std::fs::read_to_string(&out).unwrap()), (Some(1), kept));
 }

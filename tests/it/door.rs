@@ -4,7 +4,7 @@ use crate::program::{said, teachtree};
 use crate::recordings::SHIPPED;
 use std::path::Path;
 use teachtree::base::recording::Recording;
-use teachtree::stream::formats;
+use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 use teachtree::{
     Column, Error, ErrorKind, Log, Position, Question, Rules, Scene, Segment, Severity, Side, Style, Track, Who,

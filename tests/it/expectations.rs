@@ -28,7 +28,7 @@ fn what_was_accepted_is_expected() {
 }
 
 #[test]
-fn a_difference_is_told_with_line_and_time() {
+fn a_difference_is_reported_with_line_and_time() {
     let folder = folder();
     let path = folder.path().join(EXPECT);
     let text = std::fs::read_to_string(&path).unwrap();
@@ -48,7 +48,7 @@ fn a_difference_is_told_with_line_and_time() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("# why it is here\n{text}"));
 }
 
-/// What a person corrected stays: `--update` adds what no line expects, `--replace` replaces lines that are not pinned.
+/// What an operator corrected stays: `--update` adds what no line expects, `--replace` replaces lines that are not pinned.
 #[test]
 fn what_a_person_wrote_is_not_replaced_unasked() {
     let folder = folder();
@@ -63,8 +63,11 @@ fn what_a_person_wrote_is_not_replaced_unasked() {
     std::fs::write(&path, &corrected).unwrap();
     let added = run(&["--update"]);
     assert_eq!(added.status.code(), Some(1), "{}", all_said(&added));
-    let told = all_said(&added);
-    assert!(told.contains("added to ") && told.contains("expected 10.934 s") && told.contains("--replace"), "{told}");
+    let printed = all_said(&added);
+    assert!(
+        printed.contains("added to ") && printed.contains("expected 10.934 s") && printed.contains("--replace"),
+        "{printed}"
+    );
     let now = std::fs::read_to_string(&path).unwrap();
     let mut lines: Vec<&str> = now.lines().collect();
     lines.retain(|line| *line != grasp);
@@ -159,9 +162,9 @@ fn what_was_found_instead_can_be_reviewed_with_cargo_insta() {
     assert_eq!(met.status.code(), Some(0), "{}", all_said(&met));
     assert!(!pending.exists());
     std::fs::write(&path, accepted.replace("10.984 .. 11.684", "10.934 .. 11.684")).unwrap();
-    let told = all_said(&teachtree_in(folder.path(), &["test"]));
+    let printed = all_said(&teachtree_in(folder.path(), &["test"]));
     let line = 1 + accepted.lines().position(|line| line.contains("10.984 .. 11.684")).unwrap();
-    assert!(told.contains(&format!("{EXPECT}:{line}: ")), "{told}");
+    assert!(printed.contains(&format!("{EXPECT}:{line}: ")), "{printed}");
     assert!(teachtree_in(folder.path(), &["test", "--update", "--replace"]).status.success());
     assert_eq!(std::fs::read_to_string(&path).unwrap(), accepted);
 }
@@ -171,12 +174,12 @@ fn coverage_says_what_no_recording_shows() {
     let folder = folder();
     let output = teachtree_in(folder.path(), &["test", "--coverage", "--min-coverage", "99"]);
     assert_eq!(output.status.code(), Some(1));
-    let told = all_said(&output);
-    assert!(told.contains("FAILED   coverage is"), "{told}");
+    let printed = all_said(&output);
+    assert!(printed.contains("FAILED   coverage is"), "{printed}");
     // The lift is no insertion, and its object is carried.
-    assert!(told.contains("never true  inserted   rules/single_hand.rules:"), "{told}");
-    assert!(told.contains("never taken screwing => Turn   rules/single_hand.rules:"), "{told}");
-    assert!(!told.contains("carried: not supported and not walled => Translate"), "{told}");
+    assert!(printed.contains("never true  inserted   rules/single_hand.rules:"), "{printed}");
+    assert!(printed.contains("never taken screwing => Turn   rules/single_hand.rules:"), "{printed}");
+    assert!(!printed.contains("carried: not supported and not walled => Translate"), "{printed}");
     assert_eq!(teachtree_in(folder.path(), &["test", "--min-coverage", "10"]).status.code(), Some(0));
 }
 
@@ -185,7 +188,7 @@ fn mutation_says_which_changes_nothing_notices() {
     let folder = folder();
     let output = teachtree_in(folder.path(), &["test", "--mutate"]);
     assert_eq!(output.status.code(), Some(0), "{}", all_said(&output));
-    let told = all_said(&output);
+    let printed = all_said(&output);
     let place = |name: &str| {
         let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules/single_hand.rules");
         let text = std::fs::read_to_string(rules).unwrap();
@@ -193,11 +196,11 @@ fn mutation_says_which_changes_nothing_notices() {
     };
     let line = |name: &str, change: &str| {
         let at = format!("rules/single_hand.rules:{}:", place(name));
-        told.lines().any(|line| line.contains(&at) && line.contains(change))
+        printed.lines().any(|line| line.contains(&at) && line.contains(change))
     };
     // Nothing is inserted here, so nobody notices another depth; but without `touching` nothing is as it was.
-    assert!(line("signal inserted", "the thresholds halved"), "{told}");
-    assert!(!line("signal touching", "the comparison turned round"), "{told}");
+    assert!(line("signal inserted", "the thresholds halved"), "{printed}");
+    assert!(!line("signal touching", "the comparison turned round"), "{printed}");
 }
 
 #[test]

@@ -79,8 +79,8 @@ fn a_frame_is_explained_from_the_root_to_the_task() {
 #[test]
 fn why_not_says_what_was_missing_where_it_was_nearest() {
     let text = said(&["--at", "10.9s..11.1s", "--why-not", "Place"]);
-    let told = &text[text.find("  not Place").unwrap()..];
-    insta::assert_snapshot!(told[..told.find("\nright at").map_or(told.len(), |end| end + 1)]);
+    let printed = &text[text.find("  not Place").unwrap()..];
+    insta::assert_snapshot!(printed[..printed.find("\nright at").map_or(printed.len(), |end| end + 1)]);
 }
 
 #[test]
@@ -118,7 +118,7 @@ fn questions_that_nothing_answers_are_bad_input() {
     ] {
         let output = explain(args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let told = String::from_utf8(output.stderr).unwrap();
-        assert!(told.contains(wanted), "{args:?}: {told}");
+        let printed = String::from_utf8(output.stderr).unwrap();
+        assert!(printed.contains(wanted), "{args:?}: {printed}");
     }
 }

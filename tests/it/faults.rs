@@ -81,8 +81,8 @@ fn whole_or_refused(folder: &Path, old: &Files, new: &Files, what: &str) {
     if seen != *old && seen != *new {
         let output = teachtree_in(folder, &["analyze", "log.csv"]);
         assert_eq!(output.status.code(), Some(2), "{what}: a mix is read: {}", all_said(&output));
-        let told = complained(&output);
-        assert!(told.contains("was being replaced when the program was killed"), "{what}: {told}");
+        let printed = complained(&output);
+        assert!(printed.contains("was being replaced when the program was killed"), "{what}: {printed}");
     }
 }
 
@@ -175,7 +175,7 @@ fn on_a_full_file_system_the_old_recording_stays() {
 }
 
 #[test]
-fn a_folder_that_may_not_be_written_is_told() {
+fn a_folder_that_may_not_be_written_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let closed = folder.path().join("closed");
     std::fs::create_dir(&closed).unwrap();
@@ -198,8 +198,8 @@ fn a_log_that_was_being_replaced_is_refused_until_it_is_written_again() {
     {
         let output = teachtree_in(folder.path(), args);
         assert_eq!(output.status.code(), Some(2), "{args:?}");
-        let told = complained(&output);
-        assert!(told.contains("may be of two recordings") && told.contains("delete "), "{args:?}: {told}");
+        let printed = complained(&output);
+        assert!(printed.contains("may be of two recordings") && printed.contains("delete "), "{args:?}: {printed}");
     }
     run(folder.path(), &TEACH);
     run(folder.path(), &["analyze", "log.csv"]);

@@ -1,7 +1,7 @@
 //! `analyze --frames`: labels and signals per frame, as the library gives them and as the program writes them.
 
 use crate::program::{complained, said, teachtree_in};
-use teachtree::stream::formats;
+use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 use teachtree::{FrameValues, Log, Question, Rules, Side, Who};
 

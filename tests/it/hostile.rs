@@ -111,8 +111,8 @@ fn no_command_prints_what_steers_a_terminal() {
 fn json_keeps_names_as_they_are() {
     let folder = folder();
     let text = said(&teachtree_in(folder.path(), &["inspect", &format!("{HOSTILE}.csv"), "--format", "json"]));
-    let told: serde_json::Value = serde_json::from_str(&text).unwrap();
-    assert!(told["log"].as_str().unwrap_or_else(|| panic!("{told}")).starts_with(HOSTILE), "{told}");
+    let printed: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert!(printed["log"].as_str().unwrap_or_else(|| panic!("{printed}")).starts_with(HOSTILE), "{printed}");
 }
 
 /// A line may have a name of half a megabyte in it: its beginning and its end are printed.

@@ -3,7 +3,7 @@
 use crate::program::{complained, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
-use teachtree::stream::skeleton::groups;
+use teachtree::stream::bind::template::groups;
 
 /// A copy of the fixture log with these columns left out.
 fn log_without(folder: &Path, left_out: &str) -> PathBuf {
@@ -104,7 +104,8 @@ fn a_hand_of_a_palm_alone_is_promised_no_grasp() {
     let output = teachtree(&[&["analyze"], &args[..]].concat());
     let document: Value = serde_json::from_str(&said(&output)).unwrap();
     let issues = document["issues"].as_array().unwrap();
-    let told =
-        issues.iter().find(|issue| issue["kind"] == "undetectable" && issue["message"].to_string().contains("Translate"));
-    assert!(told.unwrap()["message"].to_string().contains("the hand has a palm and no fingertips"), "{issues:?}");
+    let printed = issues
+        .iter()
+        .find(|issue| issue["kind"] == "undetectable" && issue["message"].to_string().contains("Translate"));
+    assert!(printed.unwrap()["message"].to_string().contains("the hand has a palm and no fingertips"), "{issues:?}");
 }

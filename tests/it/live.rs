@@ -3,7 +3,8 @@
 use serde_json::{Map, Value, json};
 use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
-use teachtree::stream::{OpenRequest, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::open;
 
 const LOG: &str = "demos/robosuite/SawyerNutAssembly_demo_1.csv";
 const BINDING: &str = "demos/robosuite/sawyer_nut_assembly.binding.yaml";
@@ -50,8 +51,8 @@ fn segments_are_printed_while_the_log_is_written() {
     stdin.flush().unwrap();
     // The rest is not written before this is said.
     let patience = std::time::Duration::from_secs(120);
-    let told: Vec<String> = (0..4).map_while(|_| printed.recv_timeout(patience).ok()).collect();
-    insta::assert_snapshot!(told.join("\n"));
+    let printed: Vec<String> = (0..4).map_while(|_| printed.recv_timeout(patience).ok()).collect();
+    insta::assert_snapshot!(printed.join("\n"));
     for line in &lines[half..] {
         writeln!(stdin, "{line}").unwrap();
     }

@@ -4,8 +4,8 @@ use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
 use teachtree::base::recording::Recording;
 use teachtree::stream::OpenRequest;
-use teachtree::stream::flow::Flow;
-use teachtree::stream::formats;
+use teachtree::stream::read::formats;
+use teachtree::stream::streaming::Flow;
 use teachtree::world::{shipped, teach};
 
 fn taught(name: &str, seed: u64) -> Recording {
@@ -38,7 +38,7 @@ fn both_ways(folder: &Path, log: &str) -> [String; 2] {
 }
 
 #[test]
-fn what_flows_is_told_as_what_is_in_memory() {
+fn what_flows_is_reported_as_what_is_in_memory() {
     let folder = tempfile::tempdir().unwrap();
     for (name, seed) in [("hold_and_insert", 3), ("turn_screw", 1), ("equal_carry", 2), ("several_tasks", 1)] {
         let recording = taught(name, seed);
@@ -60,7 +60,7 @@ fn what_flows_is_told_as_what_is_in_memory() {
 
 /// What is wrong with its last row a text tells behind all the others.
 #[test]
-fn a_last_row_that_is_cut_short_is_told_of_a_log_that_flows() {
+fn a_last_row_that_is_cut_short_is_reported_of_a_log_that_flows() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
     formats::write(&taught("pick_and_place", 1), &log).unwrap();
@@ -114,7 +114,7 @@ fn what_is_not_plain_is_in_memory() {
 }
 
 #[test]
-fn many_logs_are_told_as_one_by_one() {
+fn many_logs_are_reported_as_one_by_one() {
     let folder = tempfile::tempdir().unwrap();
     let logs: Vec<String> = (1..=4).map(|seed| format!("{seed}.parquet")).collect();
     for (log, seed) in logs.iter().zip(1..) {
@@ -137,7 +137,7 @@ fn many_logs_are_told_as_one_by_one() {
 }
 
 #[test]
-fn a_folder_of_recordings_is_told_as_its_recordings() {
+fn a_folder_of_recordings_is_reported_as_its_recordings() {
     let folder = tempfile::tempdir().unwrap();
     let run = |args: &[&str]| {
         let output = teachtree_in(folder.path(), args);
@@ -155,7 +155,7 @@ fn a_folder_of_recordings_is_told_as_its_recordings() {
     // On one line it is what it is on several.
     let alone: serde_json::Value = serde_json::from_str(&run(&["analyze", logs[1], "--format", "json"]).0).unwrap();
     assert_eq!(documents[1], alone);
-    // What is named twice is told once, and by its columns a log is one, also where no scene stands beside it.
+    // What is named twice is reported once, and by its columns a log is one, also where no scene stands beside it.
     assert_eq!(all, run(&["analyze", "people", "people/stamp_0002.csv", "--format", "json"]));
     std::fs::create_dir(folder.path().join("bare")).unwrap();
     std::fs::copy(folder.path().join("people/stamp_0001.csv"), folder.path().join("bare/A.CSV")).unwrap();

@@ -16,9 +16,9 @@ fn the_shipped_extensions_only_add() {
         ("contact.rules", "examples/tap.rules", "Tap"),
         ("contact.rules", "examples/hold.rules", "Hold"),
     ] {
-        let (status, told) = prove(base, extended);
-        assert_eq!(status, Some(0), "{told}");
-        assert!(told.contains(&format!("new primitives: {new}")), "{told}");
+        let (status, printed) = prove(base, extended);
+        assert_eq!(status, Some(0), "{printed}");
+        assert!(printed.contains(&format!("new primitives: {new}")), "{printed}");
     }
 }
 
@@ -38,15 +38,15 @@ fn a_broken_extension_is_refuted_with_a_case() {
 
 #[test]
 fn tasks_and_rules_that_act_without_a_new_primitive_refute() {
-    let told = refuted(
+    let printed = refuted(
         "primitive Wait\nextend single_hand.held first { moving and not moving => Wait }\nrelabel { Slide between Grasp and Place becomes Place }",
     );
     assert!(
-        told.contains("the rule `Slide between Grasp and Place becomes Place` may act without a new primitive"),
-        "{told}"
+        printed.contains("the rule `Slide between Grasp and Place becomes Place` may act without a new primitive"),
+        "{printed}"
     );
-    let told = refuted("task slide_far = Move .. Release with Slide travelling 90 mm before slide");
-    assert!(told.contains("the task `slide_far` needs no new primitive"), "{told}");
+    let printed = refuted("task slide_far = Move .. Release with Slide travelling 90 mm before slide");
+    assert!(printed.contains("the task `slide_far` needs no new primitive"), "{printed}");
 }
 
 #[test]
@@ -74,9 +74,9 @@ fn diff_tells_cases_and_intervals() {
         "--binding",
         "demos/robosuite/sawyer_lift.binding.yaml",
     ];
-    let told = all_said(&teachtree_in(root, &args));
-    assert!(told.contains("becomes Follow   rules/contact.rules:"), "{told}");
-    assert!(told.contains("  right 10.854 – 10.874 s: Approach becomes Grasp\n"), "{told}");
+    let printed = all_said(&teachtree_in(root, &args));
+    assert!(printed.contains("becomes Follow   rules/contact.rules:"), "{printed}");
+    assert!(printed.contains("  right 10.854 – 10.874 s: Approach becomes Grasp\n"), "{printed}");
     let same = all_said(&teachtree_in(root, &["diff", "contact.rules", "contact.rules"]));
     assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
 }

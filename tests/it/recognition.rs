@@ -97,8 +97,8 @@ fn backwards_the_last_row_is_the_first_and_a_lost_contact_is_made() {
     assert_eq!(back.columns["cube.velocity.x"].values[0], -was.columns["cube.velocity.x"].values[199]);
     assert_eq!(back.labels["right.label"][0], "Approach");
     let ms = |event: &Event| (event.time_s * 1000.0).round() as i64;
-    let told: Vec<(&str, i64)> = back.events.iter().map(|event| (event.kind.as_str(), ms(event))).collect();
-    assert_eq!(told, [("phase_started", 490), ("contact_made", 740), ("contact_lost", 1490)]);
+    let printed: Vec<(&str, i64)> = back.events.iter().map(|event| (event.kind.as_str(), ms(event))).collect();
+    assert_eq!(printed, [("phase_started", 490), ("contact_made", 740), ("contact_lost", 1490)]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Real recordings, made by other people, as a user analyses them: through the binding of their kind (docs/bindings.md).
+//! Real recordings, made by other operators, as a user analyses them: through the binding of their kind (docs/bindings.md).
 
 #[path = "recordings/both_hands.rs"]
 mod both_hands;
@@ -54,8 +54,8 @@ fn near(found: f64, wanted: f64, tolerance: f64) {
     assert!((found - wanted).abs() <= tolerance, "found {found} s, expected {wanted} s within {tolerance} s");
 }
 
-/// Tasks and segments, for people: to a tenth of a second, since samples of some of these logs are 50 ms apart. Of two hands, also the coordination.
-fn told(analysis: &Value) -> String {
+/// Tasks and segments, for operators: to a tenth of a second, since samples of some of these logs are 50 ms apart. Of two hands, also the coordination.
+fn printed(analysis: &Value) -> String {
     let mut text = String::new();
     let tracks = analysis["tracks"].as_array().unwrap();
     for track in tracks {
@@ -109,11 +109,11 @@ fn shipped(log: &str) -> Value {
 }
 
 #[test]
-fn shipped_recordings_are_told_as_they_were() {
+fn shipped_recordings_are_reported_as_they_were() {
     for (log, _) in SHIPPED {
         let name = log.split(['/', '.']).nth(1).unwrap();
         insta::with_settings!({snapshot_suffix => name, description => *log, omit_expression => true}, {
-            insta::assert_snapshot!(told(&shipped(log)));
+            insta::assert_snapshot!(printed(&shipped(log)));
         });
     }
 }
@@ -218,7 +218,7 @@ fn a_hand_file_of_ones_own_lies_beside_the_binding() {
     let found = analysis("demos/robosuite/lift_demo_1.csv", folder.path().join("lab.yaml").to_str().unwrap());
     let files: Vec<&str> = found["rules"]["files"].as_array().unwrap().iter().filter_map(Value::as_str).collect();
     assert!(files.iter().any(|file| file.ends_with("hands/lab.rules")), "{files:?}");
-    assert_eq!(told(&found), told(&shipped("lift_demo_1.csv")));
+    assert_eq!(printed(&found), printed(&shipped("lift_demo_1.csv")));
 }
 
 /// The nut binding needs no parameter of its own, and those of the snap assembly are printed.

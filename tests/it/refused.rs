@@ -20,13 +20,13 @@ fn file(folder: &tempfile::TempDir, name: &str, text: &str) -> String {
 /// What is said when it refuses.
 fn refused(args: &[&str]) -> String {
     let output = teachtree(args);
-    let told = complained(&output);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {}{told}", said(&output));
-    assert!(told.starts_with("error: ") && told.lines().all(|line| line.len() < 250), "{args:?}: {told}");
+    let printed = complained(&output);
+    assert_eq!(output.status.code(), Some(2), "{args:?}: {}{printed}", said(&output));
+    assert!(printed.starts_with("error: ") && printed.lines().all(|line| line.len() < 250), "{args:?}: {printed}");
     told
 }
 
-/// What is no thing on a table is told at its line, by whoever simulates the scene.
+/// What is no thing on a table is reported at its line, by whoever simulates the scene.
 #[test]
 fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
     let folder = tempfile::tempdir().unwrap();
@@ -70,8 +70,8 @@ fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
         ),
     ] {
         let scene = file(&folder, "scene.yaml", &sound.replacen(from, to, 1));
-        let told = refused(&["teach", &scene, "peg_in_hole", "-o", out.to_str().unwrap()]);
-        assert!(told.contains(wanted), "{told}, expected {wanted}");
+        let printed = refused(&["teach", &scene, "peg_in_hole", "-o", out.to_str().unwrap()]);
+        assert!(printed.contains(wanted), "{printed}, expected {wanted}");
         assert!(!out.exists());
     }
 }
@@ -93,8 +93,8 @@ fn a_scene_in_a_binding_is_checked() {
         let text = format!("scene:\n{scene}");
         assert!(text.contains(from));
         let binding = file(&folder, "b.yaml", &text.replacen(from, to, 1));
-        let told = refused(&["analyze", LOG, "--binding", &binding]);
-        assert!(told.contains(wanted), "{told}, expected {wanted}");
+        let printed = refused(&["analyze", LOG, "--binding", &binding]);
+        assert!(printed.contains(wanted), "{printed}, expected {wanted}");
     }
     let binding = file(&folder, "b.yaml", &format!("scene:\n{scene}"));
     assert!(teachtree(&["analyze", LOG, "--binding", &binding]).status.success());
@@ -106,13 +106,13 @@ fn aliases_that_say_too_much_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let text = format!("zzz: &a [{}1]\nb: [{}*a]\n", "1, ".repeat(100_000), "*a, ".repeat(50_000));
     let scene = file(&folder, "scene.yaml", &text);
-    let told = refused(&["teach", &scene, "stamp", "-o", folder.path().join("a.csv").to_str().unwrap()]);
-    assert!(told.contains("the text has more than 1048576 values when its aliases are written out"), "{told}");
+    let printed = refused(&["teach", &scene, "stamp", "-o", folder.path().join("a.csv").to_str().unwrap()]);
+    assert!(printed.contains("the text has more than 1048576 values when its aliases are written out"), "{printed}");
 }
 
 /// A JSON file that is empty or was cut has no column to look at.
 #[test]
-fn json_that_ends_too_early_is_told_without_a_column() {
+fn json_that_ends_too_early_is_reported_without_a_column() {
     let folder = tempfile::tempdir().unwrap();
     for (text, wanted) in [
         ("", "commands.json: the file is empty"),
@@ -123,15 +123,15 @@ fn json_that_ends_too_early_is_told_without_a_column() {
         ("{\"schema\" 5}", "commands.json:1:11: no JSON here, expected `:`"),
     ] {
         let commands = file(&folder, "commands.json", text);
-        let told = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
-        assert!(told.contains(wanted), "{told}, expected {wanted}");
-        assert!(told.contains("help: commands are the JSON file that `teachtree retarget` writes"), "{told}");
+        let printed = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);
+        assert!(printed.contains(wanted), "{printed}, expected {wanted}");
+        assert!(printed.contains("help: commands are the JSON file that `teachtree retarget` writes"), "{printed}");
     }
 }
 
-/// Integers in nanoseconds, microseconds and milliseconds are told apart, and the advice does.
+/// Integers in nanoseconds, microseconds and milliseconds are reported apart, and the advice does.
 #[test]
-fn stamps_in_another_unit_are_told_with_the_unit_that_does() {
+fn stamps_in_another_unit_are_reported_with_the_unit_that_does() {
     let folder = tempfile::tempdir().unwrap();
     let log = shipped(LOG);
     let stamped = |heading: &str, per_s: f64, from: f64| {
@@ -144,8 +144,8 @@ fn stamps_in_another_unit_are_told_with_the_unit_that_does() {
     for (unit, per_s) in [("ms", 1e3), ("us", 1e6), ("ns", 1e9)] {
         for from in [0.0, 1.7e9 * per_s] {
             let path = file(&folder, "log.csv", &stamped("time", per_s, from));
-            let told = refused(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
-            assert!(told.contains(&format!("if the stamps are in {unit}, say `time [{unit}]`")), "{told}");
+            let printed = refused(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
+            assert!(printed.contains(&format!("if the stamps are in {unit}, say `time [{unit}]`")), "{printed}");
             let path = file(&folder, "log.csv", &stamped(&format!("time [{unit}]"), per_s, from));
             let output = teachtree(&["analyze", &path, "--scene", "tests/fixtures/logs/box.yaml"]);
             assert!(output.status.success(), "{unit}: {}", complained(&output));
@@ -162,17 +162,17 @@ fn the_advice_about_a_gap_bridges_it() {
         let output = teachtree(
             &[&["analyze", gap, "--scene", "tests/fixtures/logs/box.yaml", "--format", "json"], more].concat(),
         );
-        let told: Value = serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", complained(&output)));
-        let issues = told["issues"].as_array().unwrap().clone();
+        let printed: Value = serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", complained(&output)));
+        let issues = printed["issues"].as_array().unwrap().clone();
         let of_gaps = issues.into_iter().filter(|issue| issue["kind"] == "gap");
         of_gaps.map(|issue| issue["message"].as_str().unwrap().to_string()).collect::<Vec<_>>()
     };
-    let told = gaps(&[]);
-    assert_eq!(told.len(), 1, "{told:?}");
-    let settings: Vec<&str> = told[0].split('`').skip(1).step_by(2).collect();
+    let printed = gaps(&[]);
+    assert_eq!(printed.len(), 1, "{printed:?}");
+    let settings: Vec<&str> = printed[0].split('`').skip(1).step_by(2).collect();
     assert!(
         matches!(settings[..], [resample, bridge] if resample.starts_with("resample: ") && bridge.starts_with("bridge: ")),
-        "{told:?}"
+        "{printed:?}"
     );
     let binding = file(&folder, "bridge.yaml", &(settings.join("\n") + "\n"));
     assert_eq!(gaps(&["--binding", &binding]), Vec::<String>::new());
@@ -180,7 +180,7 @@ fn the_advice_about_a_gap_bridges_it() {
 
 /// Numbers that only a slip of the finger makes are shown as they were meant, not with hundreds of digits.
 #[test]
-fn huge_and_tiny_numbers_are_told_in_short() {
+fn huge_and_tiny_numbers_are_reported_in_short() {
     let folder = tempfile::tempdir().unwrap();
     let commands = r#"{"schema": "teachtree.commands/1", "log": "", "rate_hz": 1e300, "scene": "", "tasks": []}"#;
     let commands = file(&folder, "commands.json", commands);
@@ -196,8 +196,8 @@ fn huge_and_tiny_numbers_are_told_in_short() {
         (&["analyze", LOG, "--scene", scene, "--binding", &binding], "found 1e300 Hz"),
         (&["analyze", &times, "--scene", scene], "-1e250 s after 1e250 s"),
     ] {
-        let told = refused(args);
-        assert!(told.contains(wanted), "{told}, expected {wanted}");
+        let printed = refused(args);
+        assert!(printed.contains(wanted), "{printed}, expected {wanted}");
     }
 }
 
@@ -210,9 +210,9 @@ fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
     assert!(teachtree(&["teach", "pick_and_follow", "pick_and_follow", "-o", &log]).status.success());
     let made = teachtree(&["command", &log, "--robot", "arm_with_gripper", "-o", &commands]);
     assert_eq!(made.status.code(), Some(1), "{}{}", said(&made), complained(&made));
-    let told = said(&made);
-    assert!(told.contains("no grasp, ") && told.contains("written: "), "{told}");
-    assert!(told.ends_with("the rest is sound, but `simulate` refuses it\n"), "{told}");
+    let printed = said(&made);
+    assert!(printed.contains("no grasp, ") && printed.contains("written: "), "{printed}");
+    assert!(printed.ends_with("the rest is sound, but `simulate` refuses it\n"), "{printed}");
     let written: Value = serde_json::from_str(&std::fs::read_to_string(&commands).unwrap()).unwrap();
     assert!(!written["tasks"][0]["segments"].as_array().unwrap().is_empty());
     let simulated =

@@ -300,7 +300,7 @@ fn a_thinned_curve_passes_every_sample_and_stops_at_gaps() {
             .find(|entry| entry["title"] == title && entry["side"] == "left")
             .unwrap_or_else(|| panic!("{title}"))
     };
-    // In the units that people read.
+    // In the units that operators read.
     for (title, unit, slot, component, per_unit) in [
         ("target.velocity", "mm/s", 0, 0, 1e3),
         ("fingers.position", "mm", 1, 0, 1e3),
@@ -335,14 +335,14 @@ fn a_thinned_curve_passes_every_sample_and_stops_at_gaps() {
     let changes: Vec<i64> =
         (1..column.len()).filter(|at| column.get(*at) != column.get(*at - 1)).map(|at| at as i64).collect();
     let mut at = 0;
-    let told: Vec<i64> = numbers(touches[1].as_str().unwrap())
+    let printed: Vec<i64> = numbers(touches[1].as_str().unwrap())
         .into_iter()
         .map(|step| {
             at += step;
             at
         })
         .collect();
-    assert_eq!(told, changes);
+    assert_eq!(printed, changes);
 }
 
 /// What is known of every frame, where a curve is a line and where it is a band, is what the log holds.
@@ -443,7 +443,7 @@ fn knocked(knocks: &[(Range<usize>, f64)]) -> (Value, String) {
 }
 
 #[test]
-fn a_knock_does_not_set_the_scale_and_is_told() {
+fn a_knock_does_not_set_the_scale_and_is_reported() {
     let beyond = |drawing: &str| drawing.matches("<text class=\"beyond\"").count();
     let (entry, drawing) = knocked(&[]);
     assert!(entry["scale"].is_null() && beyond(&drawing) == 0);
@@ -493,10 +493,10 @@ fn without_poses() -> String {
 #[test]
 fn what_cannot_be_drawn_is_said() {
     let page = without_poses();
-    let (told, scripts) = written(&page);
-    assert!(told.contains("No |P̄| hand to target: the recording has no fingers.position and target.position."));
-    assert!(told.contains("No contacts of the target: the recording has no contacts.force and contacts.normal."));
-    assert!(!told.contains("NaN") && !told.contains("null"));
+    let (printed, scripts) = written(&page);
+    assert!(printed.contains("No |P̄| hand to target: the recording has no fingers.position and target.position."));
+    assert!(printed.contains("No contacts of the target: the recording has no contacts.force and contacts.normal."));
+    assert!(!printed.contains("NaN") && !printed.contains("null"));
     assert!(scripts.contains("There is no replay: the recording has no positions of fingertips and no scene."));
 }
 

@@ -185,7 +185,7 @@ fn analysis(rules: &Rules, phases: &[(usize, Atoms)]) -> Analysis {
 }
 
 /// Raw sequence, relabeled sequence and tasks of the right hand.
-fn told(rules: &Rules, phases: &[(usize, Atoms)]) -> (String, String, String) {
+fn printed(rules: &Rules, phases: &[(usize, Atoms)]) -> (String, String, String) {
     let analysis = analysis(rules, phases);
     let track = analysis.track(Who::Hand(Side::Right)).unwrap();
     let raw: Vec<&str> = track.segments.iter().map(|segment| segment.primitive.as_str()).collect();
@@ -382,7 +382,7 @@ fn contact() -> Vec<Scenario> {
 fn check(rules: &Rules, scenarios: &[Scenario]) {
     let mut wrong = Vec::new();
     for Scenario { name, phases, raw, relabeled, task } in scenarios {
-        let (found_raw, found_relabeled, found_task) = told(rules, phases);
+        let (found_raw, found_relabeled, found_task) = printed(rules, phases);
         let found_raw = found_raw.strip_suffix(" Move").unwrap_or(&found_raw).to_string();
         for (found, wanted) in [(&found_raw, raw), (&found_relabeled, relabeled), (&found_task, task)] {
             if found != wanted {

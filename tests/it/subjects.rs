@@ -1,7 +1,7 @@
 //! What segments and tasks are about: the object, its partner, and the rows of the log.
 
 use teachtree::base::recording::Recording;
-use teachtree::stream::formats;
+use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 use teachtree::{Analysis, Log, Rules, Segment, Side, Track, Who};
 
@@ -28,10 +28,10 @@ fn track(analysis: &Analysis, who: Who) -> Track<'_> {
 /// The segments of a track with a primitive, as `object` or `object (partner)`.
 fn about(analysis: &Analysis, who: Who, primitive: &str) -> Vec<String> {
     let segments = track(analysis, who).segments().filter(|segment| segment.primitive() == primitive);
-    segments.map(|segment| told(segment.object(), segment.partner())).collect()
+    segments.map(|segment| printed(segment.object(), segment.partner())).collect()
 }
 
-fn told(object: Option<&str>, partner: Option<&str>) -> String {
+fn printed(object: Option<&str>, partner: Option<&str>) -> String {
     let partner = partner.map_or(String::new(), |partner| format!(" ({partner})"));
     format!("{}{partner}", object.unwrap_or("-"))
 }
@@ -47,7 +47,7 @@ fn an_inserted_peg_has_the_body_of_its_hole_as_partner_not_what_the_body_stands_
     assert_eq!(about(&analysis, LEFT, "Translate"), ["holder"]);
     let tasks = analysis.tasks();
     let task = tasks.iter().find(|task| task.track() == RIGHT).unwrap();
-    assert_eq!((task.name(), told(task.object(), task.partner())), ("peg_in_hole", "peg (holder)".into()));
+    assert_eq!((task.name(), printed(task.object(), task.partner())), ("peg_in_hole", "peg (holder)".into()));
     assert!(task.to_string().starts_with("right peg_in_hole peg (holder), 0.000 – "), "{task}");
     let insert = task.segments().find(|segment| segment.primitive() == "Insert").unwrap();
     assert!(insert.to_string().starts_with("right Insert peg (holder), "), "{insert}");
@@ -118,7 +118,7 @@ fn rows_are_those_of_the_file() {
 }
 
 #[test]
-fn a_shifted_clock_is_told() {
+fn a_shifted_clock_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let (log, binding) = (folder.path().join("log.csv"), folder.path().join("shifted.binding.yaml"));
     formats::write(&taught("push"), &log).unwrap();

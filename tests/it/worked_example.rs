@@ -57,7 +57,7 @@ fn the_page_shows_what_the_program_says_before_and_after_a_new_primitive() {
 }
 
 #[test]
-fn the_scene_of_the_page_is_taught_and_told() {
+fn the_scene_of_the_page_is_taught_and_reported() {
     let page = std::fs::read_to_string(root().join("docs/scenes.md")).unwrap();
     let folder = tempfile::tempdir().unwrap();
     for block in blocks(&page, "yaml") {

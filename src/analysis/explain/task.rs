@@ -5,7 +5,7 @@ use super::fact::{quantities, time};
 use super::reason::folded;
 use crate::analysis::measures::Measures;
 use crate::analysis::stretch::{Settling, Stretch};
-use crate::analysis::{Subject, UNKNOWN, Who, rounds, tasks};
+use crate::analysis::{Subject, UNKNOWN, Who, fixpoint, tasks};
 use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
 use crate::language::rules::{Rules, Task};
@@ -60,7 +60,7 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
     let mut stretch = Stretch::new(leaves, Settling::new(rules, rate_hz));
     let measures: BTreeMap<Side, Measures> =
         stretch.hands.keys().map(|side| (*side, Measures::new(frames, frames, *side))).collect();
-    rounds::before_recognition(rules, &mut stretch, &measures);
+    fixpoint::before_recognition(rules, &mut stretch, &measures);
     let (lane, measures) = stretch.hands.get(&side).zip(measures.get(&side))?;
     let named = tasks::recognise(rules, lane, measures);
     let named = named.into_iter().find(|named| {
@@ -85,7 +85,12 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
     })
 }
 
-fn tried(rules: &Rules, task: &Task, measures: &Measures, pieces: &[crate::analysis::lane::Piece]) -> Tried {
+fn tried(
+    rules: &Rules,
+    task: &Task,
+    measures: &Measures,
+    pieces: &[crate::analysis::labeled_span::LabeledSpan],
+) -> Tried {
     let keys = task.keys.iter().map(|key| {
         let own: Vec<_> = pieces.iter().filter(|piece| key.label.covers(piece.label)).collect();
         let holds = measures.found(key, pieces);

@@ -1,14 +1,14 @@
-//! What was fitted as JSON, schema `teachtree.fit/1`; numbers by one printer.
+//! What was fitted as JSON, schema `teachtree.fit/2`; numbers by one printer.
 //!
 //! ```json
-//! {"schema":"teachtree.fit/1","rules":[],"recordings":[],"verdict":"gain"|"nothing_to_gain"|"not_borne_out"|"too_few",
-//!  "before":WORTH,"after":WORTH,
+//! {"schema":"teachtree.fit/2","rules":[],"recordings":[],"verdict":"gain"|"nothing_to_gain"|"not_borne_out"|"too_few",
+//!  "before":OBJECTIVE,"after":OBJECTIVE,
 //!  "params":[{"param","unit","before","after","low","high","idle"}],
-//!  "held_out":{"before":WORTH,"after":WORTH,"gain","at_least","folds":[{"values":{},"recordings":[{"log","before":WORTH,"after":WORTH}]}]},
+//!  "held_out":{"before":OBJECTIVE,"after":OBJECTIVE,"gain","at_least","folds":[{"values":{},"recordings":[{"log","before":OBJECTIVE,"after":OBJECTIVE}]}]},
 //!  "patch"}
 //! ```
 //!
-//! WORTH is `{"worth","accuracy","f1","boundaries"}`, each from 0 to 1. Values are in the unit in which they are written; `values` holds those that
+//! OBJECTIVE is `{"objective","accuracy","f1","boundaries"}`, each from 0 to 1. Values are in the unit in which they are written; `values` holds those that
 //! a fold changed. `held_out` is `null` where nothing was held out, `patch` where there is none.
 
 use super::{Fit, Fold};
@@ -16,14 +16,14 @@ use crate::analysis::json::printed;
 use serde_json::{Map, Value, json};
 
 /// The name and version of the schema.
-pub const SCHEMA: &str = "teachtree.fit/1";
+pub const SCHEMA: &str = "teachtree.fit/2";
 
 /// Writes it; `rules` are the files, `patch` the patch if there is one.
 pub fn json(fit: &Fit, rules: &[String], patch: Option<&str>) -> String {
-    let params = fit.space.knobs.iter().zip(&fit.point).enumerate().map(|(at, (knob, value))| {
-        let (low, high) = knob.range;
+    let params = fit.space.params.iter().zip(&fit.point).enumerate().map(|(at, (param, value))| {
+        let (low, high) = param.range;
         json!({
-            "param": knob.name, "unit": knob.unit, "before": knob.value, "after": value, "low": low, "high": high,
+            "param": param.name, "unit": param.unit, "before": param.value, "after": value, "low": low, "high": high,
             "idle": fit.idle.contains(&at),
         })
     });
@@ -47,9 +47,9 @@ pub fn json(fit: &Fit, rules: &[String], patch: Option<&str>) -> String {
 }
 
 fn fold(fit: &Fit, fold: &Fold) -> Value {
-    let knobs = fit.space.knobs.iter().zip(&fold.point);
-    let changed = knobs.filter(|(knob, value)| knob.value.to_bits() != value.to_bits());
-    let values: Map<String, Value> = changed.map(|(knob, value)| (knob.name.clone(), json!(value))).collect();
+    let params = fit.space.params.iter().zip(&fold.point);
+    let changed = params.filter(|(param, value)| param.value.to_bits() != value.to_bits());
+    let values: Map<String, Value> = changed.map(|(param, value)| (param.name.clone(), json!(value))).collect();
     let recordings = fold
         .logs
         .iter()

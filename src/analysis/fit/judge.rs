@@ -1,6 +1,6 @@
 //! The judgement: recordings are held out in groups, the others are fitted, and what that brings on those held out is the gain.
 
-use super::{Point, Progress, Space, Worth, Worths, mean, search};
+use super::{Objective, Objectives, ParamVector, Progress, Space, mean, search};
 use serde::Serialize;
 
 /// Recordings below which nothing is said of others.
@@ -11,10 +11,10 @@ pub const MIN_LOGS: usize = 4;
 pub struct HeldOut {
     /// The groups.
     pub folds: Vec<Fold>,
-    /// The mean worth of recordings while they are held out, with the values in the files.
-    pub before: Worth,
+    /// The mean objective of recordings while they are held out, with the values in the files.
+    pub before: Objective,
     /// The same with what was fitted on the others.
-    pub after: Worth,
+    pub after: Objective,
     /// The mean gain of a recording.
     pub gain: f64,
     /// What the gain is at least, with 95 % confidence (Student's t, one-sided).
@@ -27,11 +27,11 @@ pub struct Fold {
     /// The recordings, by position.
     pub logs: Vec<usize>,
     /// What was fitted on the others.
-    pub point: Point,
-    /// The worth of each held-out recording, with the values in the files.
-    pub before: Vec<Worth>,
+    pub point: ParamVector,
+    /// The objective of each held-out recording, with the values in the files.
+    pub before: Vec<Objective>,
     /// The same with what was fitted.
-    pub after: Vec<Worth>,
+    pub after: Vec<Objective>,
 }
 
 /// What is to be thought of it.
@@ -54,25 +54,25 @@ pub fn judge(
     logs: usize,
     groups: usize,
     still: &[usize],
-    worths: &mut Worths,
+    objectives: &mut Objectives,
     progress: &mut Progress,
 ) -> HeldOut {
     let mut folds = Vec::new();
     for group in 0..groups {
         let (held, others): (Vec<usize>, Vec<usize>) = (0..logs).partition(|log| log % groups == group);
         let mut inner = |part: f64| progress((group as f64 + part) / groups as f64);
-        let point = search(space, &others, still, worths, &mut inner);
-        let mut found = worths(&[space.start(), point.clone()]).into_iter();
-        let mut of_held = || -> Vec<Worth> {
+        let point = search(space, &others, still, objectives, &mut inner);
+        let mut found = objectives(&[space.start(), point.clone()]).into_iter();
+        let mut of_held = || -> Vec<Objective> {
             let all = found.next().flatten();
             held.iter().filter_map(|log| all.as_ref()?.get(*log).copied()).collect()
         };
         let (before, after) = (of_held(), of_held());
         folds.push(Fold { logs: held, point, before, after });
     }
-    let before: Vec<Worth> = folds.iter().flat_map(|fold| fold.before.iter().copied()).collect();
-    let after: Vec<Worth> = folds.iter().flat_map(|fold| fold.after.iter().copied()).collect();
-    let gains: Vec<f64> = before.iter().zip(&after).map(|(before, after)| after.worth - before.worth).collect();
+    let before: Vec<Objective> = folds.iter().flat_map(|fold| fold.before.iter().copied()).collect();
+    let after: Vec<Objective> = folds.iter().flat_map(|fold| fold.after.iter().copied()).collect();
+    let gains: Vec<f64> = before.iter().zip(&after).map(|(before, after)| after.objective - before.objective).collect();
     let (gain, at_least) = bound(&gains);
     let all: Vec<usize> = (0..before.len()).collect();
     HeldOut { folds, before: mean(&before, &all), after: mean(&after, &all), gain, at_least }

@@ -1,23 +1,23 @@
-//! Learning params from labeled recordings: a space of params and what points of it are worth in, better values out, and whether recordings that
+//! Learning params from labeled recordings: a space of params and what points of it are objective in, better values out, and whether recordings that
 //! were held out bear them out. docs/fitting.md says what is searched and how it is judged.
 //!
-//! Invariants: nothing is read, run or printed here; the same worths give the same result; a point that cannot run is never chosen.
+//! Invariants: nothing is read, run or printed here; the same objectives give the same result; a point that cannot run is never chosen.
 
 mod json;
 mod judge;
+mod objective;
 mod search;
-mod worth;
 
 pub use json::{SCHEMA, json};
 pub use judge::{Fold, HeldOut, MIN_LOGS, Verdict, judge};
+pub use objective::{Objective, TOLERANCE_S, mean};
 pub use search::{MIN_GAIN, Progress, idle, search};
-pub use worth::{TOLERANCE_S, Worth, mean};
 
 use std::rc::Rc;
 
 /// A param that may be changed; all in the unit in which it is written.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Knob {
+pub struct FitParam {
     /// Its name.
     pub name: String,
     /// The unit.
@@ -28,17 +28,17 @@ pub struct Knob {
     pub range: (f64, f64),
 }
 
-/// A value for each knob, in its unit.
-pub type Point = Vec<f64>;
+/// A value for each param, in its unit.
+pub type ParamVector = Vec<f64>;
 
-/// What points are worth: for each point the worth of each recording, or nothing when its rules cannot run.
-pub type Worths<'a> = dyn FnMut(&[Point]) -> Vec<Option<Rc<[Worth]>>> + 'a;
+/// What points are objective: for each point the objective of each recording, or nothing when its rules cannot run.
+pub type Objectives<'a> = dyn FnMut(&[ParamVector]) -> Vec<Option<Rc<[Objective]>>> + 'a;
 
 /// What can be changed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Space {
     /// The params.
-    pub knobs: Vec<Knob>,
+    pub params: Vec<FitParam>,
     /// Pairs that are the two thresholds of one hysteresis, which are also moved together; by position.
     pub pairs: Vec<(usize, usize)>,
 }
@@ -53,11 +53,11 @@ pub struct Fit {
     /// The params that change nothing on these recordings, by position.
     pub idle: Vec<usize>,
     /// The values that were found for all recordings.
-    pub point: Point,
-    /// The mean worth of all recordings with the values in the files.
-    pub before: Worth,
+    pub point: ParamVector,
+    /// The mean objective of all recordings with the values in the files.
+    pub before: Objective,
     /// The same with those that were found.
-    pub after: Worth,
+    pub after: Objective,
     /// What comes of holding recordings out.
     pub held_out: Option<HeldOut>,
     /// What is to be thought of it.
@@ -67,8 +67,8 @@ pub struct Fit {
 impl Fit {
     /// The params that were changed: the position of each, and its value.
     pub fn changed(&self) -> Vec<(usize, f64)> {
-        let all = self.space.knobs.iter().zip(&self.point).enumerate();
-        all.filter(|(_, (knob, value))| knob.value.to_bits() != value.to_bits())
+        let all = self.space.params.iter().zip(&self.point).enumerate();
+        all.filter(|(_, (param, value))| param.value.to_bits() != value.to_bits())
             .map(|(at, (_, value))| (at, *value))
             .collect()
     }
@@ -76,12 +76,12 @@ impl Fit {
 
 impl Space {
     /// The values in the files.
-    pub fn start(&self) -> Point {
-        self.knobs.iter().map(|knob| knob.value).collect()
+    pub fn start(&self) -> ParamVector {
+        self.params.iter().map(|param| param.value).collect()
     }
 }
 
-impl Knob {
+impl FitParam {
     /// A value as it is written: `12 mm/s`.
     pub fn show(&self, value: f64) -> String {
         let number = number(value);

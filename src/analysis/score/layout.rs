@@ -27,7 +27,7 @@ pub(super) struct Cell {
 
 /// A piece of one row.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Piece {
+pub(super) struct LabeledSpan {
     /// Its name, in the words of the truth.
     pub name: String,
     /// Start in scored time, s.
@@ -44,9 +44,9 @@ pub(super) struct Piece {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Layout {
     /// The truth.
-    pub truth: Vec<Piece>,
+    pub truth: Vec<LabeledSpan>,
     /// The result.
-    pub result: Vec<Piece>,
+    pub result: Vec<LabeledSpan>,
     /// The scored time, in order.
     pub cells: Vec<Cell>,
 }
@@ -72,10 +72,11 @@ impl Layout {
         let moments = moments(truth, result);
         let truths: Vec<&[Moment]> = moments.chunk_by(|one, next| one.names == next.names).collect();
         let results: Vec<&[Moment]> = moments.chunk_by(|one, next| one.label == next.label).collect();
-        let truth: Vec<Piece> = truths.iter().filter_map(|part| piece(part, part.first()?.names.join("|"))).collect();
+        let truth: Vec<LabeledSpan> =
+            truths.iter().filter_map(|part| piece(part, part.first()?.names.join("|"))).collect();
         let known: BTreeSet<&[String]> = moments.iter().map(|moment| moment.names).collect();
         let classes: Vec<String> = results.iter().map(|part| class(part, &known)).collect();
-        let mut result: Vec<Piece> = Vec::new();
+        let mut result: Vec<LabeledSpan> = Vec::new();
         let mut position = Vec::new();
         for (part, name) in results.iter().zip(classes) {
             match result.last_mut() {
@@ -147,9 +148,9 @@ fn moments<'a>(truth: &'a [Span], result: &[(&'a str, f64, f64)]) -> Vec<Moment<
     moments
 }
 
-fn piece(part: &[Moment], name: String) -> Option<Piece> {
+fn piece(part: &[Moment], name: String) -> Option<LabeledSpan> {
     let (first, last) = (part.first()?, part.last()?);
-    Some(Piece {
+    Some(LabeledSpan {
         name,
         start_s: first.scored_s,
         end_s: last.scored_s + (last.end_s - last.start_s),

@@ -30,7 +30,7 @@ use super::json::Meta;
 use super::{Analysis, Track, Who};
 use crate::base::error::InputError;
 use alignment::align;
-use layout::{Layout, Piece};
+use layout::{LabeledSpan, Layout};
 use map::SEPARATE;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -158,7 +158,7 @@ fn tally(truth: &TrackTruth, track: &Track, analysis: &Analysis, stage: Stage) -
     Some(tally)
 }
 
-fn segments_of(row: &[Piece]) -> Vec<&Piece> {
+fn segments_of(row: &[LabeledSpan]) -> Vec<&LabeledSpan> {
     row.iter().filter(|piece| piece.name != SEPARATE).collect()
 }
 
@@ -172,7 +172,7 @@ fn analyzed(analysis: &Analysis) -> Vec<(f64, f64)> {
 
 /// The boundaries of the truth: the starts of its segments, except where the scored time begins or something was cut out.
 /// `late_s` says how late the segments are that the result has, by their number.
-fn boundaries(truth: &[Piece], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
+fn boundaries(truth: &[LabeledSpan], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
     let before = std::iter::once(None).chain(truth.iter().map(Some));
     let segments = before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE).enumerate();
     let boundaries = segments.filter_map(|(number, (before, piece))| {
@@ -188,9 +188,9 @@ fn boundaries(truth: &[Piece], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
 }
 
 /// The tasks of a hand with their primitives: those whose middle lies in the task.
-fn task_pairs(tasks: &[Span], track: &Track, trues: &[&Piece], results: &[&Piece]) -> Vec<TaskPair> {
-    let within = |row: &[&Piece], (start_s, end_s): (f64, f64)| -> Vec<String> {
-        let middle = |piece: &Piece| (piece.clock_s.0 + piece.clock_s.1) / 2.0;
+fn task_pairs(tasks: &[Span], track: &Track, trues: &[&LabeledSpan], results: &[&LabeledSpan]) -> Vec<TaskPair> {
+    let within = |row: &[&LabeledSpan], (start_s, end_s): (f64, f64)| -> Vec<String> {
+        let middle = |piece: &LabeledSpan| (piece.clock_s.0 + piece.clock_s.1) / 2.0;
         let inside = row.iter().filter(|piece| (start_s..end_s).contains(&middle(piece)));
         inside.map(|piece| piece.name.clone()).collect()
     };

@@ -1,7 +1,7 @@
 //! Segmental F1: which segments of a result overlap a true one enough (Lea et al. 2017, "Temporal convolutional networks for action
 //! segmentation and detection").
 
-use super::layout::Piece;
+use super::layout::LabeledSpan;
 use std::collections::BTreeMap;
 
 /// The overlaps that are asked for, as intersection over union.
@@ -38,7 +38,7 @@ impl Matches {
 
 /// Counts the segments by name. Each result takes the true segment of its name with the greatest overlap; it is found when that overlap is
 /// enough and no result before it has found that segment.
-pub(super) fn matches(truth: &[&Piece], result: &[&Piece]) -> BTreeMap<String, Matches> {
+pub(super) fn matches(truth: &[&LabeledSpan], result: &[&LabeledSpan]) -> BTreeMap<String, Matches> {
     let mut counted: BTreeMap<String, Matches> = BTreeMap::new();
     for piece in truth {
         counted.entry(piece.name.clone()).or_default().truths += 1;
@@ -66,7 +66,7 @@ pub(super) fn matches(truth: &[&Piece], result: &[&Piece]) -> BTreeMap<String, M
 }
 
 /// Intersection over union.
-fn overlap(one: &Piece, other: &Piece) -> f64 {
+fn overlap(one: &LabeledSpan, other: &LabeledSpan) -> f64 {
     let both = one.end_s.min(other.end_s) - one.start_s.max(other.start_s);
     let either = one.end_s.max(other.end_s) - one.start_s.min(other.start_s);
     if either > 0.0 { both.max(0.0) / either } else { 0.0 }

@@ -8,7 +8,7 @@ use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::recording::{Event, Recording};
-use crate::stream::labels::{Interval, Kind, Labels};
+use crate::stream::read::labels::{Interval, Kind, Labels};
 
 /// The kind of event that begins a task; its first subject is the hand.
 const TASK_STARTED: &str = "task_started";

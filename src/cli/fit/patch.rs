@@ -1,9 +1,9 @@
 //! Changed numbers as a unified diff of the rule files, comments, units and columns kept.
 
-use crate::analysis::fit::{Knob, Point};
+use crate::analysis::fit::{FitParam, ParamVector};
 use crate::language::Rules;
 use crate::language::param_sites::ParamSite;
-use crate::stream::text;
+use crate::stream::read::text;
 use similar::TextDiff;
 use std::path::Path;
 
@@ -15,16 +15,16 @@ pub struct Patch {
     pub lacking: Vec<String>,
 }
 
-/// The patch from the values in the files to a point; `written` and `knobs` are of one order.
-pub fn patch(rules: &Rules, written: &[ParamSite], knobs: &[Knob], point: &Point) -> Patch {
+/// The patch from the values in the files to a point; `written` and `params` are of one order.
+pub fn patch(rules: &Rules, written: &[ParamSite], params: &[FitParam], point: &ParamVector) -> Patch {
     let mut patch = Patch { diff: String::new(), lacking: Vec::new() };
     for (source, file) in rules.sources.files.iter().zip(0_u32..) {
         let mut changes: Vec<(&ParamSite, String)> = written
             .iter()
-            .zip(knobs)
+            .zip(params)
             .zip(point)
-            .filter(|((one, knob), value)| one.span.file == file && knob.value.to_bits() != value.to_bits())
-            .map(|((one, knob), value)| (one, knob.show(*value)))
+            .filter(|((one, param), value)| one.span.file == file && param.value.to_bits() != value.to_bits())
+            .map(|((one, param), value)| (one, param.show(*value)))
             .collect();
         if changes.is_empty() {
             continue;

@@ -14,11 +14,15 @@ impl Resolver {
         let Some(measured) = [left, right].into_iter().find(|side| !self.is_exact(side)) else {
             return Some(());
         };
-        let message = if comparison == Comparison::Equal { "this hardly ever holds" } else { "this nearly always holds" };
+        let message =
+            if comparison == Comparison::Equal { "this hardly ever holds" } else { "this nearly always holds" };
         self.report(
-            Diagnostic::error(codes::MEASURED_EQUALITY, format!("a measured number is never exactly another: {message}"))
-                .at(measured.span, "this is measured")
-                .help("compare with `<` or `>`; `abs(a - b) < c` asks whether two numbers are near"),
+            Diagnostic::error(
+                codes::MEASURED_EQUALITY,
+                format!("a measured number is never exactly another: {message}"),
+            )
+            .at(measured.span, "this is measured")
+            .help("compare with `<` or `>`; `abs(a - b) < c` asks whether two numbers are near"),
         );
         None
     }

@@ -38,18 +38,18 @@ impl Book {
 
     fn reason(&mut self, reason: &Reason) -> usize {
         let below: Vec<usize> = reason.because.iter().map(|reason| self.reason(reason)).collect();
-        let change = json!([
+        let reason = json!([
             u8::from(reason.holds),
             self.text(&reason.condition),
             self.text(reason.slot.as_deref().unwrap_or("")),
             fact(reason.fact.as_ref(), reason.holds),
             below
         ]);
-        let key = change.to_string();
+        let key = reason.to_string();
         if let Some(at) = self.reason_at.get(&key) {
             return *at;
         }
-        self.reasons.push(change);
+        self.reasons.push(reason);
         self.reason_at.insert(key, self.reasons.len() - 1);
         self.reasons.len() - 1
     }
@@ -116,7 +116,7 @@ pub(super) fn boundaries<'a>(
     track: &Track,
     book: &mut Book,
 ) -> Result<Vec<Value>, InputError> {
-    let mut change = Vec::new();
+    let mut reasons = Vec::new();
     for segment in &track.segments {
         let frame = segment.frames.start;
         let inspector = inspectors.iter_mut().find(|inspector| inspector.leaves().frames.contains(&frame));
@@ -134,7 +134,7 @@ pub(super) fn boundaries<'a>(
             }
             _ => None,
         };
-        change.push(change.map_or(Value::Null, |(own, both)| {
+        reasons.push(change.map_or(Value::Null, |(own, both)| {
             let mut value = book.change(&own);
             if let (Some(both), Some(fields)) = (both, value.as_object_mut()) {
                 fields.insert("both".into(), book.change(&both));
@@ -142,7 +142,7 @@ pub(super) fn boundaries<'a>(
             value
         }));
     }
-    Ok(change)
+    Ok(reasons)
 }
 
 /// How each task of a track came to its name.

@@ -5,9 +5,9 @@
 //! (`thin`), so that the size is bounded however long the log is.
 
 mod changes;
+mod decimate;
 mod quantities;
 mod replay;
-mod thin;
 
 use super::palette::{self, TASKS};
 use super::remarks;
@@ -18,8 +18,8 @@ use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::engine::inspect::Inspector;
 use changes::Book;
+use decimate::rounded;
 use serde_json::{Map, Value, json};
-use thin::rounded;
 
 /// The style of the page.
 pub(super) const STYLE: &str = include_str!("page.css");

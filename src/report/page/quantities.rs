@@ -1,7 +1,7 @@
 //! What can be drawn over time: the curves of the figures, whatever the rules compare with a threshold, their signals and latches, and the
 //! channels of the log.
 
-use super::thin::{Keep, Thinned, Thinning, curve, toggles};
+use super::decimate::{Keep, Thinned, Thinning, curve, toggles};
 use crate::analysis::explain::{Row, of_channel, of_expr, quantities, text};
 use crate::base::channels::{Axis, HANDLING, Shape};
 use crate::base::error::InputError;

@@ -1,7 +1,7 @@
 //! What the replay moves: bodies with their shapes and poses, fingertips with their forces, what touches the targets. Lengths in metres, forces in
 //! newtons, reference frame.
 
-use super::thin::{Keep, Thinning, curve, rounded, toggles};
+use super::decimate::{Keep, Thinning, curve, rounded, toggles};
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Part, Role, Shape};

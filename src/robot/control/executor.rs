@@ -3,7 +3,7 @@
 use super::impedance::{Controller, FingerTarget, Gains, TipTarget};
 use super::palm_compliance::Yielding;
 use crate::robot::dynamics::motion::{Motion, Posture};
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use crate::robot::planning::plan::Target;
@@ -26,7 +26,7 @@ pub struct Executor {
     palm: Isometry3<f64>,
     before: Option<Target>,
     torques: DVector<f64>,
-    idle: Vec<Angles>,
+    idle: Vec<JointPositions>,
     yielding: Yielding,
 }
 

@@ -12,7 +12,7 @@
 
 use crate::robot::dynamics::motion::{Motion, Posture};
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::tree::KinematicTree;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{DVector, Matrix3, Point3, Vector3};
@@ -65,8 +65,8 @@ pub struct TipTarget {
     pub velocity: Vector3<f64>,
     /// The force that it is to exert, N, reference frame.
     pub force: Vector3<f64>,
-    /// Angles that a redundant finger prefers.
-    pub posture: Angles,
+    /// JointPositions that a redundant finger prefers.
+    pub posture: JointPositions,
 }
 
 impl TipTarget {
@@ -86,7 +86,7 @@ pub enum FingerTarget {
     /// Impedance control.
     Tip(TipTarget),
     /// It keeps these angles.
-    Idle(Angles),
+    Idle(JointPositions),
 }
 
 /// The controllers of an arm and a hand, with what they remember.
@@ -180,7 +180,7 @@ impl Controller {
         motion: &Motion,
         posture: &Posture,
         finger: &FingerModel,
-        preferred: &Angles,
+        preferred: &JointPositions,
         torques: &mut DVector<f64>,
     ) {
         let angles = finger.angles(motion.q.as_slice());

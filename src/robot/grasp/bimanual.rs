@@ -3,13 +3,13 @@
 //! Pairs of poses that are good for one hand each are looked at, those that are least in each other's way first; then one hand after the other goes
 //! down its own slope with the other one in the way, until both are grasps.
 
-use super::candidate::Grasp;
+use super::candidate::GraspCandidate;
 use super::hand_obstacles::body;
 use super::mapper::Mapper;
 use super::problem::{Obstacle, Wanted};
 use crate::base::hands::Finger;
 use crate::base::scene::Body;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use nalgebra::Isometry3;
 
@@ -28,7 +28,7 @@ pub(crate) struct One<'a> {
 }
 
 /// Grasps of two hands that leave room for each other.
-pub(crate) fn both([one, other]: [&One<'_>; 2]) -> Option<[Grasp; 2]> {
+pub(crate) fn both([one, other]: [&One<'_>; 2]) -> Option<[GraspCandidate; 2]> {
     let (of_one, of_other) = (one.mapper.candidates(one.wanted).ok()?, other.mapper.candidates(other.wanted).ok()?);
     let mut pairs: Vec<(f64, Isometry3<f64>, Isometry3<f64>)> = Vec::new();
     for first in &of_one {
@@ -44,7 +44,7 @@ pub(crate) fn both([one, other]: [&One<'_>; 2]) -> Option<[Grasp; 2]> {
 }
 
 /// Improves a pair of poses in turns.
-fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64>; 2]) -> Option<[Grasp; 2]> {
+fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64>; 2]) -> Option<[GraspCandidate; 2]> {
     for _ in 0..ROUNDS {
         let there = one.there(&first)?;
         (_, second) = other.mapper.improved(&other.around(&there), &second, STEPS).ok()?;
@@ -65,7 +65,7 @@ fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64
 impl One<'_> {
     /// The hand at a pose, as something that is in the way.
     fn there(&self, pose: &Isometry3<f64>) -> Option<Body> {
-        let angles: Vec<(Finger, Angles)> = self.mapper.angles(self.wanted, pose).ok()?;
+        let angles: Vec<(Finger, JointPositions)> = self.mapper.angles(self.wanted, pose).ok()?;
         Some(body(self.hand, pose, &angles))
     }
 

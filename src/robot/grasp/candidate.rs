@@ -2,21 +2,21 @@
 
 use super::clearance::Clearance;
 use crate::base::hands::Finger;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use nalgebra::Isometry3;
 
 /// A palm pose with the fingers on their contacts.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Grasp {
+pub struct GraspCandidate {
     /// The pose of the palm in the frame of the object.
     pub object_from_palm: Isometry3<f64>,
     /// W; of a gripper what `pinch` says.
     pub measure: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<Held>,
-    /// Angles of the fingers that do not touch.
-    pub idle: Vec<(Finger, Angles)>,
+    /// JointPositions of the fingers that do not touch.
+    pub idle: Vec<(Finger, JointPositions)>,
     /// How far the jaws of a gripper are open, m.
     pub opening: Option<f64>,
     /// The gaps, on the exact shapes.
@@ -29,7 +29,7 @@ pub struct Held {
     /// Which finger.
     pub finger: Finger,
     /// Its angles, in the order of its degrees of freedom.
-    pub angles: Angles,
+    pub angles: JointPositions,
     /// `w / L³`; nothing for a jaw.
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
@@ -40,7 +40,7 @@ pub struct Held {
     pub miss: f64,
 }
 
-impl Grasp {
+impl GraspCandidate {
     /// The degrees of freedom of the hand in a robot's list, set to this grasp in `q`.
     pub fn set(&self, hand: &HandModel, q: &mut [f64]) {
         let touching = self.fingers.iter().map(|held| (held.finger, held.angles));

@@ -4,7 +4,7 @@ use super::problem::{CLEAR_M, Wanted};
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::shape::Solid;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -54,7 +54,11 @@ impl Shapes {
     }
 
     /// The gaps at a pose of the palm.
-    pub(super) fn clearance(&self, object_from_palm: &Isometry3<f64>, fingers: &[(&FingerModel, Angles)]) -> Clearance {
+    pub(super) fn clearance(
+        &self,
+        object_from_palm: &Isometry3<f64>,
+        fingers: &[(&FingerModel, JointPositions)],
+    ) -> Clearance {
         let mut clearance = Clearance { object: NEAR_M, obstacles: NEAR_M, fingers: NEAR_M };
         let mut links: Vec<(Finger, Pose, SharedShape)> = self
             .palm

@@ -13,7 +13,7 @@ use super::penalty::{MARGIN_M, measure_cost, price, price_slope};
 use super::problem::{Contact, Failure, LARGEST_PAD_ANGLE, LARGEST_PUSHING_ANGLE, Wanted};
 use super::spheres::{Bar, HandBeads, placed};
 use crate::base::hands::Finger;
-use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS, REACHED_M};
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3x6, Matrix6, Point3, Vector3, Vector6};
 use std::cell::Cell;
@@ -114,9 +114,9 @@ impl<'a> Cost<'a> {
     }
 
     /// What the fingers that do not touch do at a pose.
-    pub(super) fn idle(&self, pose: &Isometry3<f64>) -> Vec<(Finger, Angles)> {
+    pub(super) fn idle(&self, pose: &Isometry3<f64>) -> Vec<(Finger, JointPositions)> {
         let scene = self.seen_from(pose);
-        let touching: Vec<(usize, Angles)> = self
+        let touching: Vec<(usize, JointPositions)> = self
             .contacts
             .iter()
             .map(|(index, _, tip)| (*index, self.hand.fingers[*index].reach(pose.inverse_transform_point(tip)).angles))
@@ -130,7 +130,7 @@ impl<'a> Cost<'a> {
 
     /// The posture of an idle finger that is least in the way. It goes with the nearest finger that touches, lifted off; or it is stretched,
     /// half bent or curled.
-    fn idle_posture(&self, index: usize, touching: &[(usize, Angles)], scene: &[Seen]) -> Idle {
+    fn idle_posture(&self, index: usize, touching: &[(usize, JointPositions)], scene: &[Seen]) -> Idle {
         let finger = &self.hand.fingers[index];
         let mut best = Idle { angles: [0.0; MAX_DOFS], bars: Vec::new(), cost: f64::INFINITY, follows: None };
         let neighbour = touching
@@ -200,7 +200,7 @@ impl<'a> Cost<'a> {
         let mut pushes: Option<Vec<Push>> = slope.is_some().then(Vec::new);
         let mut bars: [Bars; 6] = Default::default();
         let mut touching: Vec<Touching<'_>> = Vec::with_capacity(self.contacts.len());
-        let mut angles: Vec<(usize, Angles)> = Vec::with_capacity(self.contacts.len());
+        let mut angles: Vec<(usize, JointPositions)> = Vec::with_capacity(self.contacts.len());
         for (index, contact, tip) in &self.contacts {
             let finger = &hand.fingers[*index];
             let target = palm_from_object * tip;
@@ -372,7 +372,7 @@ impl<'a> Cost<'a> {
 
 /// An idle finger: its angles, its bars, what it costs that they overlap something, and the finger that it goes with.
 struct Idle {
-    angles: Angles,
+    angles: JointPositions,
     bars: Bars,
     cost: f64,
     follows: Option<usize>,

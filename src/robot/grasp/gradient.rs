@@ -6,7 +6,7 @@
 
 use super::penalty::measure_cost;
 use crate::robot::kinematics::finger::{FingerModel, Posture};
-use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS, Reached};
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS, Reached};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3, Vector6};
 
@@ -37,14 +37,14 @@ pub(super) struct Touching<'a> {
     /// The way into the surface, palm frame; and how far the pad looks beyond what it may, as a cosine.
     into: Vector3<f64>,
     beyond: f64,
-    joint_slope: Angles,
+    joint_slope: JointPositions,
 }
 
 /// A finger that does not touch and goes with one that does.
 pub(super) struct Follower {
     pub(super) index: usize,
     pub(super) follows: usize,
-    pub(super) angles: Angles,
+    pub(super) angles: JointPositions,
 }
 
 impl Push {

@@ -7,7 +7,7 @@
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::Finger;
 use crate::base::scene::Body;
-use crate::command::{Contact, Grasp, Segment, Task, Tip, into_cone};
+use crate::command::{Contact, GraspSpec, Segment, Task, Tip, into_cone};
 use crate::robot::model::gripper::Jaws;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Point3, Vector3};
@@ -47,7 +47,7 @@ impl Jaws {
     }
 
     /// What takes the place of the fingers beside the thumb; `None` when only that touches.
-    fn taken(&self, grasp: &Grasp, object: &Body, tip_radius: f64) -> Option<Taken> {
+    fn taken(&self, grasp: &GraspSpec, object: &Body, tip_radius: f64) -> Option<Taken> {
         let (thumb, others): (Vec<&Contact>, Vec<&Contact>) =
             grasp.contacts.iter().partition(|contact| contact.finger == Finger::Thumb.name());
         if others.is_empty() {

@@ -7,7 +7,7 @@ use crate::base::quantity::Quantity;
 use crate::base::scene::{Body, Part, Role, Shape};
 use crate::command::Task;
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS};
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::robot::kinematics::shape::Solid;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
@@ -35,20 +35,20 @@ pub(crate) fn bodies(tasks: &[Task], places: &[(usize, usize)], robot: &Robot) -
         let hand = Side::from_name(&task.track).and_then(|side| robot.hands.get(&side))?;
         let mapped = task.grasps.get(grasp)?.mapped.as_ref()?;
         let angles = |finger: &FingerModel| {
-            let mut angles: Angles = [0.0; MAX_DOFS];
+            let mut angles: JointPositions = [0.0; MAX_DOFS];
             for (angle, dof) in angles.iter_mut().zip(&finger.dofs) {
                 *angle = mapped.joints.get(&robot.tree.dofs[*dof].name).copied().unwrap_or_default();
             }
             (finger.finger, angles)
         };
-        let angles: Vec<(Finger, Angles)> = hand.fingers.iter().map(angles).collect();
+        let angles: Vec<(Finger, JointPositions)> = hand.fingers.iter().map(angles).collect();
         Some(body(hand, &from_seven(&mapped.object_from_palm), &angles))
     };
     places.iter().filter_map(body).collect()
 }
 
 /// A hand with these angles of its fingers as a body in the frame of the object.
-pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: &[(Finger, Angles)]) -> Body {
+pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: &[(Finger, JointPositions)]) -> Body {
     let mut solids = hand.palm_solids.clone();
     for (finger, angles) in angles {
         let Some(model) = hand.finger(*finger) else { continue };

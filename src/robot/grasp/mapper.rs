@@ -1,13 +1,13 @@
 //! The mapper of a hand: from contacts to a grasp.
 
-use super::candidate::{Grasp, geometric_mean};
+use super::candidate::{GraspCandidate, geometric_mean};
 use super::clearance::Shapes;
 use super::cost::{Cost, Effort};
 use super::problem::{Failure, Wanted};
 use super::{search, seeds, spheres, two_finger};
 use crate::base::hands::Finger;
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::{Angles, REACHED_M};
+use crate::robot::kinematics::joint_positions::{JointPositions, REACHED_M};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector6};
 
@@ -43,7 +43,7 @@ impl<'a> Mapper<'a> {
     /// # Errors
     /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
     #[cfg(feature = "internals")]
-    pub fn map(&self, wanted: &Wanted<'_>) -> Result<Grasp, Failure> {
+    pub fn map(&self, wanted: &Wanted<'_>) -> Result<GraspCandidate, Failure> {
         self.map_where(wanted, &|_| true)
     }
 
@@ -55,7 +55,7 @@ impl<'a> Mapper<'a> {
         &self,
         wanted: &Wanted<'_>,
         reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-    ) -> Result<Grasp, Failure> {
+    ) -> Result<GraspCandidate, Failure> {
         match &self.hand.jaws {
             Some(jaws) => two_finger::best(self.hand, jaws, wanted, reachable),
             None => self.search(&mut Cost::new(self.hand, &self.beads, wanted)?, wanted, reachable),
@@ -67,7 +67,7 @@ impl<'a> Mapper<'a> {
     /// # Errors
     /// A finger that the hand does not have.
     #[cfg(feature = "internals")]
-    pub fn map_counted(&self, wanted: &Wanted<'_>) -> Result<(Result<Grasp, Failure>, Effort), Failure> {
+    pub fn map_counted(&self, wanted: &Wanted<'_>) -> Result<(Result<GraspCandidate, Failure>, Effort), Failure> {
         let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
         let found = self.search(&mut cost, wanted, &|_| true);
         Ok((found, cost.effort()))
@@ -88,7 +88,7 @@ impl<'a> Mapper<'a> {
         cost: &mut Cost<'_>,
         wanted: &Wanted<'_>,
         reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-    ) -> Result<Grasp, Failure> {
+    ) -> Result<GraspCandidate, Failure> {
         let shapes = Shapes::new(self.hand, wanted);
         let mut failure = None;
         for wide in [false, true] {
@@ -119,7 +119,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn at(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<Grasp, Failure> {
+    pub fn at(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, Failure> {
         self.check(object_from_palm, &Cost::new(self.hand, &self.beads, wanted)?, &Shapes::new(self.hand, wanted))
     }
 
@@ -128,7 +128,7 @@ impl<'a> Mapper<'a> {
     /// # Errors
     /// What is wrong with the pose that was found.
     #[cfg(feature = "internals")]
-    pub fn polish(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<Grasp, Failure> {
+    pub fn polish(&self, wanted: &Wanted<'_>, object_from_palm: &Isometry3<f64>) -> Result<GraspCandidate, Failure> {
         let cost = Cost::new(self.hand, &self.beads, wanted)?;
         let pose = search::polished(&cost, object_from_palm);
         self.check(&pose, &cost, &Shapes::new(self.hand, wanted))
@@ -145,7 +145,7 @@ impl<'a> Mapper<'a> {
         wanted: &Wanted<'_>,
         generations: usize,
         chance: &mut dyn FnMut() -> f64,
-    ) -> Result<Grasp, Failure> {
+    ) -> Result<GraspCandidate, Failure> {
         let cost = Cost::new(self.hand, &self.beads, wanted)?;
         let pose = search::everywhere(&cost, generations, chance);
         self.check(&pose, &cost, &Shapes::new(self.hand, wanted))
@@ -192,7 +192,7 @@ impl<'a> Mapper<'a> {
     ///
     /// # Errors
     /// A finger that the hand does not have.
-    pub fn angles(&self, wanted: &Wanted<'_>, pose: &Isometry3<f64>) -> Result<Vec<(Finger, Angles)>, Failure> {
+    pub fn angles(&self, wanted: &Wanted<'_>, pose: &Isometry3<f64>) -> Result<Vec<(Finger, JointPositions)>, Failure> {
         let cost = Cost::new(self.hand, &self.beads, wanted)?;
         let touching = cost.fingers(pose).into_iter().map(|held| (held.finger, held.angles));
         Ok(touching.chain(cost.idle(pose)).collect())
@@ -214,7 +214,7 @@ impl<'a> Mapper<'a> {
         reached.then(|| geometric_mean(&fingers))
     }
 
-    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<Grasp, Failure> {
+    fn check(&self, pose: &Isometry3<f64>, cost: &Cost<'_>, shapes: &Shapes) -> Result<GraspCandidate, Failure> {
         let fingers = cost.fingers(pose);
         let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
         if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
@@ -224,7 +224,7 @@ impl<'a> Mapper<'a> {
             return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));
         }
         let idle = cost.idle(pose);
-        let all: Vec<(&FingerModel, Angles)> = self
+        let all: Vec<(&FingerModel, JointPositions)> = self
             .hand
             .fingers
             .iter()
@@ -238,7 +238,7 @@ impl<'a> Mapper<'a> {
         if let Some((overlap, who)) = clearance.worst_overlap() {
             return Err(Failure::InTheWay(overlap, who));
         }
-        Ok(Grasp {
+        Ok(GraspCandidate {
             object_from_palm: *pose,
             measure: geometric_mean(&fingers),
             fingers,

@@ -4,7 +4,7 @@
 //! in the way.
 
 use super::bimanual::{One, both};
-use super::candidate::Grasp;
+use super::candidate::GraspCandidate;
 use super::hand_obstacles::{bodies, meeting};
 use super::held_path::way;
 use super::mapper::Mapper;
@@ -177,7 +177,7 @@ impl<'a> Holder<'a> {
     }
 
     /// The best grasp with which the object can be brought along its way, and the contacts with the fingers that take them.
-    fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(Grasp, Vec<Contact>), Failure> {
+    fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(GraspCandidate, Vec<Contact>), Failure> {
         let reachable = |pose: &Isometry3<f64>| self.reaches(way, pose);
         let why = match self.mapper.map_where(wanted, &reachable) {
             Ok(found) => return Ok((found, wanted.contacts.clone())),
@@ -207,7 +207,7 @@ impl<'a> Holder<'a> {
     }
 
     /// A grasp as commands have it.
-    fn mapped(&self, wanted: &Wanted<'_>, found: &Grasp) -> MappedGrasp {
+    fn mapped(&self, wanted: &Wanted<'_>, found: &GraspCandidate) -> MappedGrasp {
         let mut q = vec![0.0; self.robot.tree.dofs.len()];
         found.set(self.hand, &mut q);
         let fingers = found.fingers.iter().map(|held| MappedFinger {

@@ -30,7 +30,7 @@ mod seeds;
 mod spheres;
 mod two_finger;
 
-pub use candidate::{Grasp, Held};
+pub use candidate::{GraspCandidate, Held};
 pub use clearance::Clearance;
 pub use cost::Effort;
 pub use mapper::Mapper;

@@ -1,7 +1,7 @@
 //! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
 
 use crate::robot::kinematics::finger::{FingerModel, Posture};
-use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS};
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::robot::kinematics::shape::Solid;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -38,7 +38,7 @@ pub(super) struct HandBeads {
     /// The boxes of the palm.
     pub(super) palm_boxes: Vec<(Isometry3<f64>, Vector3<f64>)>,
     /// For each finger, the postures that it may have when it does not touch: angles, and bars in the palm's frame.
-    pub(super) idle: Vec<Vec<(Angles, Vec<Bar>)>>,
+    pub(super) idle: Vec<Vec<(JointPositions, Vec<Bar>)>>,
 }
 
 impl HandBeads {

@@ -10,12 +10,12 @@
 //! cone (α: angle between the line and the normal, μ: friction), and the room of the palm (g: its gaps to the object and to whatever else
 //! is there, L: how far the jaws stand out of it). The first two are the same all about the line; the third one and what is in the way choose the turn.
 
-use super::candidate::{Grasp, Held};
+use super::candidate::{GraspCandidate, Held};
 use super::clearance::Shapes;
 use super::problem::{Contact, Failure, Wanted};
 use crate::command::FRICTION;
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::gripper::{Jaw, Jaws};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -32,10 +32,10 @@ pub(super) fn best(
     jaws: &Jaws,
     wanted: &Wanted<'_>,
     reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-) -> Result<Grasp, Failure> {
+) -> Result<GraspCandidate, Failure> {
     let pinch = Pinch::new(jaws, &wanted.contacts)?;
     let shapes = Shapes::new(hand, wanted);
-    let (mut found, mut in_the_way): (Vec<Grasp>, Option<(f64, String)>) = (Vec::new(), None);
+    let (mut found, mut in_the_way): (Vec<GraspCandidate>, Option<(f64, String)>) = (Vec::new(), None);
     for turn in 0..TURNS {
         match pinch.grasp(hand, &pinch.pose(turn as f64 / TURNS as f64 * TAU), &shapes) {
             Ok(grasp) => found.push(grasp),
@@ -105,9 +105,9 @@ impl<'a> Pinch<'a> {
     }
 
     /// The grasp at a pose, or the worst overlap, m, and between whom.
-    fn grasp(&self, hand: &HandModel, pose: &Isometry3<f64>, shapes: &Shapes) -> Result<Grasp, (f64, String)> {
+    fn grasp(&self, hand: &HandModel, pose: &Isometry3<f64>, shapes: &Shapes) -> Result<GraspCandidate, (f64, String)> {
         let angles = |jaw: &Jaw| Some((hand.finger(jaw.finger)?, jaw.angles(self.share)));
-        let all: Vec<(&FingerModel, Angles)> = self.jaws.pair.iter().filter_map(angles).collect();
+        let all: Vec<(&FingerModel, JointPositions)> = self.jaws.pair.iter().filter_map(angles).collect();
         let clearance = shapes.clearance(pose, &all);
         if let Some(overlap) = clearance.worst_overlap() {
             return Err(overlap);
@@ -125,7 +125,7 @@ impl<'a> Pinch<'a> {
             pad_angle: lean,
             miss: 0.0,
         });
-        Ok(Grasp {
+        Ok(GraspCandidate {
             object_from_palm: *pose,
             measure: free * (stand[0] * stand[1]).sqrt() * (room[0] * room[1]).sqrt(),
             fingers: fingers.collect(),

@@ -10,7 +10,7 @@
 //! w  = |r| sqrt(Σ minors² of the planar Jacobian)
 //! ```
 
-use super::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
+use super::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 /// How exactly axes must meet and be parallel.
@@ -265,7 +265,7 @@ type Tried = (f64, Candidate);
 /// One of several solutions.
 #[derive(Clone, Copy)]
 struct Candidate {
-    angles: Angles,
+    angles: JointPositions,
     miss: f64,
     measure: f64,
 }

@@ -3,7 +3,7 @@
 //! Everything here is in the frame of the palm; lengths are m, angles rad.
 
 use super::closed_form::Closed;
-use super::joint_positions::{Angles, MAX_DOFS};
+use super::joint_positions::{JointPositions, MAX_DOFS};
 use super::shape::Solid;
 use super::tree::{Kind, KinematicTree};
 use crate::base::hands::Finger;
@@ -167,7 +167,7 @@ impl FingerModel {
     }
 
     /// The joint angles of the finger among those of the robot.
-    pub fn angles(&self, q: &[f64]) -> Angles {
+    pub fn angles(&self, q: &[f64]) -> JointPositions {
         let mut angles = [0.0; MAX_DOFS];
         for (angle, dof) in angles.iter_mut().zip(&self.dofs) {
             *angle = q.get(*dof).copied().unwrap_or(0.0);
@@ -176,7 +176,7 @@ impl FingerModel {
     }
 
     /// Where the finger is at these angles.
-    pub fn posture(&self, angles: &Angles) -> Posture {
+    pub fn posture(&self, angles: &JointPositions) -> Posture {
         let mut joints = Vec::with_capacity(self.steps.len());
         let mut pose = Isometry3::identity();
         for step in &self.steps {
@@ -212,7 +212,7 @@ impl FingerModel {
     }
 
     /// Yoshikawa's manipulability over the cube of the finger's length: `sqrt(det(J Jᵀ)) / L³`. Nothing for a finger that cannot go all ways, such as a jaw.
-    pub fn manipulability(&self, angles: &Angles) -> f64 {
+    pub fn manipulability(&self, angles: &JointPositions) -> f64 {
         if self.dofs.len() < 3 {
             return 0.0;
         }
@@ -223,7 +223,7 @@ impl FingerModel {
 
     /// How free the joints are of their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
     /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (docs/sources.md, Grasp mapping).
-    pub fn freedom(&self, angles: &Angles) -> f64 {
+    pub fn freedom(&self, angles: &JointPositions) -> f64 {
         let product: f64 = self
             .ranges
             .iter()
@@ -236,7 +236,7 @@ impl FingerModel {
     }
 
     /// The measure of one finger: manipulability times freedom.
-    pub fn measure(&self, angles: &Angles) -> f64 {
+    pub fn measure(&self, angles: &JointPositions) -> f64 {
         self.manipulability(angles) * self.freedom(angles)
     }
 
@@ -248,7 +248,7 @@ impl FingerModel {
         joint: usize,
         at: &Point3<f64>,
         slope: &Vector3<f64>,
-        joints: &mut Angles,
+        joints: &mut JointPositions,
     ) {
         for (step, pose) in self.steps.iter().zip(&posture.joints).take(joint + 1) {
             let axis = pose.rotation * step.axis.into_inner() * step.ratio;
@@ -260,7 +260,7 @@ impl FingerModel {
     }
 
     /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
-    pub(crate) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut Angles) {
+    pub(crate) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut JointPositions) {
         for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Turns) {
             joints[step.local] += (pose.rotation * step.axis.into_inner()).dot(slope) * step.ratio;
         }

@@ -5,7 +5,7 @@
 //! least squares.
 
 use super::finger::FingerModel;
-use super::joint_positions::{Angles, MAX_DOFS, REACHED_M, Reached};
+use super::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
 use nalgebra::{Matrix3, Point3};
 
 /// Iterations of the least squares, from each start, and their damping, m.
@@ -13,7 +13,7 @@ const ITERATIONS: usize = 60;
 const DAMPED_M: f64 = 2e-3;
 
 impl FingerModel {
-    /// Angles that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
+    /// JointPositions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
     /// reach, angles that bring it near.
     pub fn reach(&self, point: Point3<f64>) -> Reached {
         match &self.closed {
@@ -50,8 +50,8 @@ impl FingerModel {
         best.map_or(nothing, |(reached, _)| reached)
     }
 
-    /// Angles to start from: the middle of the ranges, and a third to either side.
-    fn starts(&self) -> Vec<Angles> {
+    /// JointPositions to start from: the middle of the ranges, and a third to either side.
+    fn starts(&self) -> Vec<JointPositions> {
         [0.5, 0.2, 0.8]
             .iter()
             .map(|share| {
@@ -65,7 +65,7 @@ impl FingerModel {
     }
 
     /// Damped least squares within the ranges.
-    fn approach(&self, point: Point3<f64>, start: Angles) -> Reached {
+    fn approach(&self, point: Point3<f64>, start: JointPositions) -> Reached {
         let mut angles = start;
         let mut posture = self.posture(&angles);
         let mut miss = (point - posture.tip).norm();

@@ -12,7 +12,7 @@
 
 use crate::base::hands::Finger;
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::{Angles, MAX_DOFS};
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::robot::kinematics::shape::Solid;
 use crate::robot::kinematics::tree::Dof;
 use nalgebra::{Point3, Unit, Vector3};
@@ -58,7 +58,7 @@ impl Jaw {
     }
 
     /// Its angles, which is the value of its only degree of freedom, when it is opened by a share.
-    pub fn angles(&self, share: f64) -> Angles {
+    pub fn angles(&self, share: f64) -> JointPositions {
         only(self.value[0] + (self.value[1] - self.value[0]) * share)
     }
 }
@@ -161,7 +161,7 @@ impl Jaws {
 }
 
 /// The angles of a finger with one degree of freedom.
-fn only(value: f64) -> Angles {
+fn only(value: f64) -> JointPositions {
     let mut angles = [0.0; MAX_DOFS];
     angles[0] = value;
     angles

@@ -6,7 +6,7 @@
 //! carrying segment has brought it onto the demonstrated way.
 
 use super::interpolation::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
-use super::resolved_grasp::{Grip, resting};
+use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
 use crate::base::easing::minimum_jerk;
 use crate::base::hands::Finger;
@@ -14,7 +14,7 @@ use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
 use crate::command::{Segment, Task};
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
@@ -56,7 +56,7 @@ pub struct Target {
     /// Fingertips that take part: which, centre, force on the object.
     pub tips: Vec<(Finger, Point3<f64>, Vector3<f64>)>,
     /// Where the joints of the others are to be, out of the way.
-    pub idle: Vec<(Finger, Angles)>,
+    pub idle: Vec<(Finger, JointPositions)>,
     /// Where the object is to be.
     pub object: Isometry3<f64>,
     /// Whether nothing keeps the object from where it is to be: it hangs in the hand, or is pushed about with nothing beside it.
@@ -77,7 +77,7 @@ impl Target {
     }
 
     /// The angles of a finger: with its tip where it is to be, or out of the way.
-    pub fn angles(&self, finger: &FingerModel) -> Angles {
+    pub fn angles(&self, finger: &FingerModel) -> JointPositions {
         if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
             return finger.reach(self.palm.inverse_transform_point(tip)).angles;
         }
@@ -99,7 +99,7 @@ pub struct Found {
 pub struct Plan<'a> {
     task: &'a Task,
     phases: Vec<Phase<'a>>,
-    grips: Vec<Grip>,
+    grips: Vec<ResolvedGrasp>,
     from: Isometry3<f64>,
     transfer: f64,
 }
@@ -145,7 +145,7 @@ impl<'a> Plan<'a> {
     ) -> Result<Self, String> {
         let mut grips = Vec::new();
         for grasp in &task.grasps {
-            grips.push(Grip::new(grasp, limb, hand, tip_radius)?);
+            grips.push(ResolvedGrasp::new(grasp, limb, hand, tip_radius)?);
         }
         if grips.is_empty() {
             return Err("has nothing that is touched".into());
@@ -217,7 +217,7 @@ impl<'a> Plan<'a> {
                 clock += duration;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
-            let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(Grip::is_hinge);
+            let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_hinge);
             let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow).max(gently);
             let demonstrated = [begins, ends];
@@ -277,7 +277,8 @@ impl<'a> Plan<'a> {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, grip, start, anchor, .. } = self.phases[after];
                 let demonstrated = [self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]];
-                let over = Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], demonstrated };
+                let over =
+                    Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], demonstrated };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;

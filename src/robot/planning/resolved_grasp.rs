@@ -3,8 +3,8 @@
 use crate::base::hands::Finger;
 use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
-use crate::command::Grasp;
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::command::GraspSpec;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -15,22 +15,27 @@ const OPENED_M: f64 = 0.018;
 const ROUNDED: f64 = 1e-5;
 
 /// A mapped grasp, palm frame.
-pub(crate) struct Grip {
+pub(crate) struct ResolvedGrasp {
     pub(crate) object_from_palm: Isometry3<f64>,
     /// Which, centre of the tip on its contact, the same opened.
     pub(crate) tips: Vec<(Finger, Point3<f64>, Point3<f64>)>,
     /// The middle of the contacts, object frame.
     pub(crate) middle: Vector3<f64>,
     /// What the other fingers do.
-    pub(crate) idle: Vec<(Finger, Angles)>,
+    pub(crate) idle: Vec<(Finger, JointPositions)>,
 }
 
-impl Grip {
+impl ResolvedGrasp {
     /// The grip of a mapped grasp; `demonstrated_radius` is that of the demonstrated fingertips, m.
     ///
     /// # Errors
     /// A grasp that was not mapped, or not to this hand.
-    pub(crate) fn new(grasp: &Grasp, limb: &Robot, hand: &HandModel, demonstrated_radius: f64) -> Result<Self, String> {
+    pub(crate) fn new(
+        grasp: &GraspSpec,
+        limb: &Robot,
+        hand: &HandModel,
+        demonstrated_radius: f64,
+    ) -> Result<Self, String> {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
@@ -88,9 +93,9 @@ impl Grip {
     }
 }
 
-/// Angles of a finger of which nothing is known: a little bent.
-pub(crate) fn resting(ranges: &[[f64; 2]]) -> Angles {
-    let mut angles = Angles::default();
+/// JointPositions of a finger of which nothing is known: a little bent.
+pub(crate) fn resting(ranges: &[[f64; 2]]) -> JointPositions {
+    let mut angles = JointPositions::default();
     for (index, ([low, high], angle)) in ranges.iter().zip(&mut angles).enumerate() {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }

@@ -1,7 +1,7 @@
 //! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
 
 use super::plan::{Plan, Target};
-use crate::robot::kinematics::joint_positions::Angles;
+use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::Isometry3;
@@ -21,7 +21,7 @@ pub struct Start {
     /// Where the root is, `world_from_root`.
     pub root: Isometry3<f64>,
     /// The joint positions of each finger.
-    pub fingers: Vec<Angles>,
+    pub fingers: Vec<JointPositions>,
     /// Where the palm is to be.
     pub palm: Isometry3<f64>,
 }
@@ -43,7 +43,7 @@ impl Start {
                 "begins with the palm at {place}; from there the arm cannot bring it along the whole way"
             ));
         }
-        let fingers: Vec<Angles> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
+        let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
         for (finger, angles) in hand.fingers.iter().zip(&fingers) {
             for (dof, angle) in finger.dofs.iter().zip(angles) {
                 q[*dof] = *angle;

@@ -5,7 +5,7 @@
 use super::hands::HandTrack;
 use super::motion::{Motion, vector};
 use crate::base::hands::Finger;
-use crate::stream::measured::Measured;
+use crate::stream::clean::preprocess::CleanLog;
 use nalgebra::Vector3;
 
 /// Half the window of the average, s.
@@ -27,7 +27,7 @@ impl Balance {
     /// The balance of an object; `None` when its mass or the fingers' forces are not known, or when it does not come out: while the object is
     /// `clear` of everything, the contacts must bear nothing.
     pub fn of(
-        measured: &Measured,
+        measured: &CleanLog,
         motions: &[Motion],
         tracks: &[HandTrack],
         body: usize,
@@ -57,7 +57,7 @@ impl Balance {
             (vector(&acceleration, frame) - gravity) * mass - fingers
         };
         let reach = (HALF_WINDOW_SECS * measured.rate_hz).round() as usize;
-        let force = averaged(measured, reach, one);
+        let force = moving_average(measured, reach, one);
         let variance: f64 =
             hands.iter().map(|(_, sensors)| sensors.iter().map(|it| it.variance).sum::<f64>()).fold(0.0, f64::max);
         let noise = ABOVE_NOISE * (variance / (2 * reach + 1) as f64).sqrt();
@@ -83,7 +83,7 @@ struct Sensor<'a> {
     variance: f64,
 }
 
-fn sensors<'a>(measured: &'a Measured, track: &HandTrack) -> Vec<Sensor<'a>> {
+fn sensors<'a>(measured: &'a CleanLog, track: &HandTrack) -> Vec<Sensor<'a>> {
     let sensor = |finger: &Finger| {
         let channel = format!("{}.{finger}.force", track.side);
         let variance = measured.noise.get(&channel).map_or(0.0, |noise| noise.variance);
@@ -93,7 +93,7 @@ fn sensors<'a>(measured: &'a Measured, track: &HandTrack) -> Vec<Sensor<'a>> {
 }
 
 /// The mean over `reach` frames before and after each frame, within its stretch.
-fn averaged(measured: &Measured, reach: usize, value: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
+fn moving_average(measured: &CleanLog, reach: usize, value: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
     let mut means = Vec::with_capacity(measured.len());
     for stretch in &measured.stretches {
         let values: Vec<Vector3<f64>> = stretch.clone().map(&value).collect();

@@ -10,8 +10,8 @@ use super::source::Source;
 use super::touch;
 use crate::base::geometry::face_normal;
 use crate::base::scene::Role;
+use crate::stream::clean::preprocess::CleanLog;
 use crate::stream::frames::Issue;
-use crate::stream::measured::Measured;
 use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -56,7 +56,7 @@ impl<'a> Contact<'a> {
     }
 
     /// The contact between two bodies, if the log has it.
-    fn logged(measured: &'a Measured, body: &str, other: &str) -> Option<Self> {
+    fn logged(measured: &'a CleanLog, body: &str, other: &str) -> Option<Self> {
         let read = |a: &str, b: &str, is_turned: bool| {
             let name = format!("contact.{a}.{b}");
             let columns = |channel: &str| {
@@ -74,7 +74,7 @@ impl<'a> Contact<'a> {
     }
 
     /// Whether the log has the force of a contact under this order of the names.
-    pub fn is_logged_as(measured: &Measured, a: &str, b: &str) -> bool {
+    pub fn is_logged_as(measured: &CleanLog, a: &str, b: &str) -> bool {
         measured.vec3(&format!("contact.{a}.{b}.force")).is_some()
     }
 
@@ -123,7 +123,7 @@ fn directions(frames: usize, normal: Option<&Columns3>, force: Option<&Columns3>
 
 /// The contacts of all objects.
 pub fn contacts<'a>(
-    measured: &'a Measured,
+    measured: &'a CleanLog,
     motions: &[Motion],
     tracks: &[HandTrack],
     objects: &[usize],
@@ -151,7 +151,7 @@ pub fn contacts<'a>(
 
 /// A contact of which the log has no force: it bears the nominal one along its normal.
 fn flagged<'a>(
-    measured: &Measured,
+    measured: &CleanLog,
     motions: &[Motion],
     (object, other): (usize, usize),
     flag: &[f64],
@@ -172,7 +172,7 @@ fn flagged<'a>(
 
 /// The normal of a contact as far as the roles show: upwards from a support, level from a wall, else out of the other body towards the object.
 fn normal_by_role(
-    measured: &Measured,
+    measured: &CleanLog,
     motions: &[Motion],
     (object, other): (usize, usize),
     frame: usize,
@@ -192,7 +192,7 @@ fn normal_by_role(
 }
 
 /// Tells of objects of which nothing says when something carries them.
-pub fn never_carried(measured: &Measured, objects: &[usize], contacts: &Contacts) -> Vec<Issue> {
+pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts) -> Vec<Issue> {
     let body = |index: usize| measured.scene.bodies.get_index(index);
     let carried = |object: usize| {
         contacts

@@ -7,7 +7,7 @@ use super::motion::{Motion, Moved, vector};
 use super::raw::Array;
 use crate::base::geometry::Solid;
 use crate::base::hands::{Finger, Side};
-use crate::stream::measured::{Measured, State};
+use crate::stream::clean::preprocess::{CleanLog, State};
 use nalgebra::{Point3, Vector3};
 use std::ops::Range;
 
@@ -30,7 +30,7 @@ pub struct HandTrack {
 }
 
 /// The fingers of a hand, in the order of `fingers`: from the scene, or those that the log measures where the scene has no such hand.
-pub fn fingers(measured: &Measured, side: Side) -> Vec<Finger> {
+pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     if let Some(hand) = measured.scene.hands.get(&side) {
         return hand.fingers.clone();
     }
@@ -47,7 +47,7 @@ pub fn fingers(measured: &Measured, side: Side) -> Vec<Finger> {
 }
 
 /// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.
-pub fn track(measured: &Measured, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
+pub fn track(measured: &CleanLog, motions: &[Motion], side: Side, fingers: &[Finger], touches: &Array) -> HandTrack {
     let (mut touching, mut target) = (vec![false; measured.len()], vec![None; measured.len()]);
     let objects = super::objects(measured.scene);
     let hand = Feelers::new(measured, motions, side, fingers, touches, &objects);
@@ -111,7 +111,7 @@ struct Feeler<'a> {
 
 impl<'a> Feelers<'a> {
     fn new(
-        measured: &'a Measured,
+        measured: &'a CleanLog,
         motions: &'a [Motion],
         side: Side,
         fingers: &[Finger],

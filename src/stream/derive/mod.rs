@@ -4,6 +4,7 @@
 
 mod balance;
 mod contacts;
+pub mod convex;
 mod hands;
 mod motion;
 mod orders;
@@ -16,14 +17,14 @@ pub(super) mod tare;
 mod targets;
 mod touch;
 
-use super::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
-use super::measured::Measured;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape, derived};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
+use crate::stream::clean::preprocess::CleanLog;
+use crate::stream::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
 use motion::Motion;
 pub(super) use motion::{ANCHOR, looked_at};
 use raw::Slots;
@@ -48,7 +49,7 @@ pub fn frames_trusting(
     channels: &[ChannelSpec],
     trust: &[String],
 ) -> Result<Frames, InputError> {
-    let mut measured = Measured::new(recording, trust, |column| asks(channels, column))?;
+    let mut measured = CleanLog::new(recording, trust, |column| asks(channels, column))?;
     let mut issues = measured.issues.clone();
     issues.extend(tare::tare(&mut measured));
     let mut findings = Findings::default();
@@ -74,7 +75,7 @@ pub struct Findings {
 
 impl Findings {
     /// All of it, once the whole log was seen.
-    pub fn issues(&self, measured: &Measured, layout: &Layout) -> Vec<Issue> {
+    pub fn issues(&self, measured: &CleanLog, layout: &Layout) -> Vec<Issue> {
         let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
         let mut issues: Vec<Issue> = self.unseen.iter().cloned().chain(far).collect();
         issues.extend(self.carried.iter().cloned());
@@ -86,7 +87,11 @@ impl Findings {
 }
 
 /// The columns that the rules read, of a log or of a window of it; without its times.
-pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], findings: &mut Findings) -> Result<Frames, InputError> {
+pub fn derived_frames(
+    measured: &CleanLog,
+    channels: &[ChannelSpec],
+    findings: &mut Findings,
+) -> Result<Frames, InputError> {
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
@@ -172,7 +177,7 @@ pub fn derived_frames(measured: &Measured, channels: &[ChannelSpec], findings: &
 /// # Errors
 /// As [`frames`].
 pub fn trusted(recording: &Recording, trust: &[String]) -> Result<Recording, InputError> {
-    let mut measured = Measured::new(recording, trust, |_| false)?;
+    let mut measured = CleanLog::new(recording, trust, |_| false)?;
     tare::tare(&mut measured);
     Ok(measured.recording())
 }
@@ -188,7 +193,7 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
 }
 
 /// Tells of an object whose position the log lacks.
-fn unseen(measured: &Measured, body: usize) -> Option<Issue> {
+fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
     let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
     measured.vec3(&channel).is_none().then(|| measured.over_all("missing_channel", &channel, message))
@@ -244,7 +249,7 @@ fn touch_channel() -> ChannelSpec {
 }
 
 /// Touch of a hand whose fingers feel nothing: all of them touch while the gripper is closed, if the log says so.
-fn closed(measured: &Measured, side: Side, fingers: &[Finger]) -> raw::Array {
+fn closed(measured: &CleanLog, side: Side, fingers: &[Finger]) -> raw::Array {
     let closed =
         measured.scalar(&format!("{side}.gripper.closed")).map_or_else(|| vec![0.0; measured.len()], <[f64]>::to_vec);
     vec![closed; fingers.len()]
@@ -274,6 +279,6 @@ fn objects(scene: &Scene) -> Vec<usize> {
     scene.bodies.values().enumerate().filter(|(_, body)| body.role == Role::Object).map(|(index, _)| index).collect()
 }
 
-fn body_name(measured: &Measured, body: usize) -> Option<String> {
+fn body_name(measured: &CleanLog, body: usize) -> Option<String> {
     measured.scene.bodies.get_index(body).map(|(name, _)| name.clone())
 }

@@ -7,7 +7,7 @@
 use super::source::Source;
 use crate::base::geometry::{pose, unit};
 use crate::base::scene::Body as SceneBody;
-use crate::stream::measured::Measured;
+use crate::stream::clean::preprocess::CleanLog;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use std::array;
 use std::borrow::Cow;
@@ -48,7 +48,7 @@ pub struct Moved {
 
 impl<'a> Motion<'a> {
     /// The motion of the body with this name. A body without a position in the log stays where the scene puts it.
-    pub fn new(measured: &'a Measured, name: &str, body: &SceneBody) -> Self {
+    pub fn new(measured: &'a CleanLog, name: &str, body: &SceneBody) -> Self {
         let mut poses = Self::of_poses(measured, name, body);
         let (position, rotation) = (poses.position, poses.rotation);
         if position.is_some() || rotation.is_some() {
@@ -56,7 +56,7 @@ impl<'a> Motion<'a> {
         }
         let logged = |channel: &str| {
             let columns = measured.vec3(&format!("{name}.{channel}"));
-            columns.map(|columns| columns.map(|column| steady(measured, column)))
+            columns.map(|columns| columns.map(|column| smoothed(measured, column)))
         };
         let velocity = logged("velocity").or_else(|| position.map(|position| slopes(measured, position)));
         let angular_velocity =
@@ -65,7 +65,7 @@ impl<'a> Motion<'a> {
     }
 
     /// The poses alone: nothing is known of velocities.
-    pub fn of_poses(measured: &'a Measured, name: &str, body: &SceneBody) -> Self {
+    pub fn of_poses(measured: &'a CleanLog, name: &str, body: &SceneBody) -> Self {
         Self {
             position: measured.vec3(&format!("{name}.position")),
             rotation: measured.rotation(&format!("{name}.rotation")),
@@ -125,7 +125,7 @@ impl<'a> Motion<'a> {
     }
 
     /// Acceleration of the body with this name from sample to sample, tremor and all, reference frame, m/s².
-    pub fn acceleration(&self, measured: &Measured, name: &str) -> [Vec<f64>; 3] {
+    pub fn acceleration(&self, measured: &CleanLog, name: &str) -> [Vec<f64>; 3] {
         let rates = |column: &[f64]| {
             let value = |frame: usize| column.get(frame).copied().unwrap_or_default();
             differences(measured, |before, after| value(after) - value(before))
@@ -158,26 +158,26 @@ fn at(column: &[f64], frame: usize) -> f64 {
 }
 
 /// The slope of each column at each frame, in its unit per second, without tremor.
-pub fn slopes(measured: &Measured, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
+pub fn slopes(measured: &CleanLog, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
     columns.map(|column| slope(measured, column))
 }
 
 /// The slope of a column at each frame, in its unit per second, without tremor.
-pub fn slope(measured: &Measured, column: &[f64]) -> Vec<f64> {
-    steady(measured, &differences(measured, |before, after| at(column, after) - at(column, before)))
+pub fn slope(measured: &CleanLog, column: &[f64]) -> Vec<f64> {
+    smoothed(measured, &differences(measured, |before, after| at(column, after) - at(column, before)))
 }
 
 /// Angular velocity in the reference frame at each frame, rad/s, without tremor.
-fn turn_rates(measured: &Measured, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
+fn turn_rates(measured: &CleanLog, rotation: [&[f64]; 4]) -> [Vec<f64>; 3] {
     let turned = |before: usize, after: usize| {
         (quaternion(&rotation, after) * quaternion(&rotation, before).inverse()).scaled_axis()
     };
     let rates = differences(measured, turned);
-    [0, 1, 2].map(|axis| steady(measured, &rates.iter().map(|rate| rate[axis]).collect::<Vec<f64>>()))
+    [0, 1, 2].map(|axis| smoothed(measured, &rates.iter().map(|rate| rate[axis]).collect::<Vec<f64>>()))
 }
 
 /// What changes from the frame before to the frame after, per second; at the ends of a stretch to or from the frame itself.
-fn differences<T>(measured: &Measured, change: impl Fn(usize, usize) -> T) -> Vec<T>
+fn differences<T>(measured: &CleanLog, change: impl Fn(usize, usize) -> T) -> Vec<T>
 where
     T: Default + std::ops::Div<f64, Output = T>,
 {
@@ -194,13 +194,13 @@ where
 }
 
 /// Takes the tremor out of a column, stretch by stretch.
-pub fn steady(measured: &Measured, column: &[f64]) -> Vec<f64> {
+pub fn smoothed(measured: &CleanLog, column: &[f64]) -> Vec<f64> {
     let reach = (TREMOR_SECS * measured.rate_hz / 2.0).round() as usize;
-    averaged(measured, &averaged(measured, column, reach), reach)
+    moving_average(measured, &moving_average(measured, column, reach), reach)
 }
 
 /// The mean of what lies at most `reach` frames before and after each, within its stretch.
-pub fn averaged(measured: &Measured, column: &[f64], reach: usize) -> Vec<f64> {
+pub fn moving_average(measured: &CleanLog, column: &[f64], reach: usize) -> Vec<f64> {
     if reach == 0 {
         return column.to_vec();
     }

@@ -6,8 +6,8 @@
 use super::motion::vector;
 use crate::base::geometry::unit;
 use crate::base::scene::Body;
+use crate::stream::clean::preprocess::CleanLog;
 use crate::stream::frames::Issue;
-use crate::stream::measured::Measured;
 use nalgebra::Vector3;
 
 /// A body that is turned by more than this from where the scene has it does not stand as the scene says, rad.
@@ -20,7 +20,7 @@ const AWAY: f64 = 0.100;
 
 /// Tells of rotations that are not as the scene has them at the start, and would be in another order; none when a body of the log is as the
 /// scene has it, for a log has one order.
-pub fn swapped(measured: &Measured) -> Vec<Issue> {
+pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
     let start = measured.core().start;
     let mut issues = vec![];
     for (name, body) in &measured.scene.bodies {
@@ -57,7 +57,7 @@ fn degrees(angle: f64) -> f64 {
 }
 
 /// Whether the scene says where a body stands, and it stands there at this frame.
-fn stands(measured: &Measured, name: &str, body: &Body, frame: usize) -> bool {
+fn stands(measured: &CleanLog, name: &str, body: &Body, frame: usize) -> bool {
     let said = Vector3::from(body.position.map(|length| length.0));
     let Some(position) = measured.vec3(&format!("{name}.position")).filter(|_| said != Vector3::zeros()) else {
         return false;

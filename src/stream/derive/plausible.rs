@@ -9,8 +9,8 @@ use super::raw::Array;
 use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Body, Role};
+use crate::stream::clean::preprocess::CleanLog;
 use crate::stream::frames::{HandLayout, Issue};
-use crate::stream::measured::Measured;
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -62,7 +62,7 @@ impl Push {
 }
 
 impl Found {
-    fn add(&mut self, measured: &Measured, frame: usize, value: f64) {
+    fn add(&mut self, measured: &CleanLog, frame: usize, value: f64) {
         let at = measured.time.get(frame).copied().unwrap_or_default();
         self.frames += 1;
         self.span = Some([self.span.map_or(at, |[first, _]| first), at]);
@@ -70,7 +70,7 @@ impl Found {
     }
 
     /// The mean of what was found, when it lasted long enough to be reported.
-    fn mean(&self, measured: &Measured) -> Option<f64> {
+    fn mean(&self, measured: &CleanLog) -> Option<f64> {
         let n = self.frames as f64;
         (n > 0.0 && n / measured.rate_hz >= LASTS).then(|| self.sum / n)
     }
@@ -83,7 +83,7 @@ impl Found {
 
 /// Finds fingertips that touch while they are far from every object.
 pub fn far_touches(
-    measured: &Measured,
+    measured: &CleanLog,
     motions: &[Motion],
     hand: &HandLayout,
     touches: &Array,
@@ -128,7 +128,7 @@ pub fn far_touches(
 }
 
 /// Tells of fingertips of a hand that touched while they were far from every object.
-pub fn told_far(measured: &Measured, hand: &HandLayout, findings: &Findings) -> Vec<Issue> {
+pub fn told_far(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -> Vec<Issue> {
     let mut issues = vec![];
     for (place, finger) in hand.fingers.iter().enumerate() {
         let channel = format!("{}.{finger}.position", hand.side);
@@ -151,7 +151,7 @@ pub fn told_far(measured: &Measured, hand: &HandLayout, findings: &Findings) -> 
 
 /// Finds hands that pull down what they carry, and supports that pull down what rests on them.
 pub fn wrong_signs(
-    measured: &Measured,
+    measured: &CleanLog,
     contacts: &Contacts,
     tracks: &[HandTrack],
     objects: &[usize],
@@ -201,13 +201,13 @@ pub fn wrong_signs(
 }
 
 /// Every how many frames the push of a finger is looked at: a power of two, so that windows of a log have the same ones.
-fn every(measured: &Measured) -> usize {
+fn every(measured: &CleanLog) -> usize {
     let most = (measured.rate_hz / LOOKS).clamp(1.0, ANCHOR as f64) as usize;
     if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
 }
 
 /// Finds how each finger of a hand pushes on what it touches, or pulls.
-pub fn pushes(measured: &Measured, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
+pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
     let (step, side) = (every(measured), track.side);
     let frames: Vec<usize> = match &measured.window {
         Some(window) => window.core.clone().step_by(step).collect(),
@@ -239,7 +239,7 @@ pub fn pushes(measured: &Measured, motions: &[Motion], fingers: &[Finger], track
 }
 
 /// Tells of single fingers that pull what others of their hand push on.
-fn told_pulls(measured: &Measured, findings: &Findings) -> Vec<Issue> {
+fn told_pulls(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let mut issues = vec![];
     for ((side, finger), found) in &findings.pushes {
         let of_hand = || findings.pushes.iter().filter(|((its, _), _)| its == side).map(|(_, push)| push);
@@ -262,7 +262,7 @@ fn told_pulls(measured: &Measured, findings: &Findings) -> Vec<Issue> {
 }
 
 /// Tells of forces whose sign was wrong.
-pub fn told_signs(measured: &Measured, findings: &Findings) -> Vec<Issue> {
+pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     let mut issues = vec![];
     for (side, found) in &findings.hands {

@@ -1,11 +1,11 @@
 //! Raw channels: columns of the log as the rules name them, and what stands for one that the log lacks.
 
-use super::motion::{averaged, vector};
+use super::motion::{moving_average, vector};
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
+use crate::stream::clean::preprocess::{CleanLog, State};
 use crate::stream::frames::Issue;
-use crate::stream::measured::{Measured, State};
 
 /// The elements of an array over fingers, one column each.
 pub type Array = Vec<Vec<f64>>;
@@ -18,7 +18,7 @@ pub type Slots = Vec<Vec<Vec<f64>>>;
 /// # Errors
 /// When the log lacks a channel that is needed, or has it in another dimension.
 pub fn read(
-    measured: &Measured,
+    measured: &CleanLog,
     spec: &ChannelSpec,
     side: Option<Side>,
     fingers: &[Finger],
@@ -60,7 +60,8 @@ pub fn read(
                 constant(0.0)
             }
             None if is_palm(slot) => {
-                let message = "the log lacks it; conditions on the position of the hand cannot be evaluated".to_string();
+                let message =
+                    "the log lacks it; conditions on the position of the hand cannot be evaluated".to_string();
                 issues.push(measured.over_all("missing_channel", slot, message));
                 constant(0.0)
             }
@@ -90,7 +91,7 @@ fn shown(channel: &str, side: Option<Side>) -> String {
     side.map_or_else(|| format!("`{channel}`"), |side| format!("`{channel}` of the {side} hand"))
 }
 
-fn columns(measured: &Measured, spec: &ChannelSpec, slot: &str) -> Result<Option<Vec<Vec<f64>>>, InputError> {
+fn columns(measured: &CleanLog, spec: &ChannelSpec, slot: &str) -> Result<Option<Vec<Vec<f64>>>, InputError> {
     let names: Vec<String> = spec
         .shape
         .components()
@@ -110,14 +111,14 @@ fn columns(measured: &Measured, spec: &ChannelSpec, slot: &str) -> Result<Option
 }
 
 /// A finger touches when it touches any object: for logs that have only the flags by object.
-fn touches_any(measured: &Measured, slot: &str) -> Option<Vec<Vec<f64>>> {
+fn touches_any(measured: &CleanLog, slot: &str) -> Option<Vec<Vec<f64>>> {
     let flags: Vec<&[f64]> =
         measured.scene.bodies.keys().filter_map(|body| measured.scalar(&format!("{slot}.{body}"))).collect();
     let any = |frame: usize| flags.iter().any(|flag| flag.get(frame).is_some_and(|value| *value > 0.5));
     (!flags.is_empty()).then(|| vec![(0..measured.len()).map(|frame| f64::from(u8::from(any(frame)))).collect()])
 }
 
-fn lacking(measured: &Measured, spec: &ChannelSpec, side: Option<Side>, instead: Option<&str>) -> InputError {
+fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead: Option<&str>) -> InputError {
     let mut has = measured.channels();
     let all = has.len();
     has.truncate(24);
@@ -149,13 +150,13 @@ const GOES_ON_ABOVE: f64 = 2.0;
 
 /// True while the norm is above `on` until it is below `off`; off at the start of each stretch. The force of a sensor with noise is averaged
 /// first, and must be more than what is left of the noise.
-fn norm_above(measured: &Measured, channel: &str, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
+fn norm_above(measured: &CleanLog, channel: &str, force: [&[f64]; 3], on: f64, off: f64) -> Vec<f64> {
     let deviation = measured.noise.get(channel).map_or(0.0, |noise| noise.variance.sqrt());
     let noisy = GOES_ON_ABOVE * deviation > off;
     let reach = if noisy { (CALMED_SECS * measured.rate_hz).round() as usize } else { 0 };
     let left = if noisy { deviation / ((2 * reach + 1) as f64).sqrt() } else { 0.0 };
     let (on, off) = (on.max(BEGINS_ABOVE * left), off.max(GOES_ON_ABOVE * left));
-    let calmed = force.map(|column| averaged(measured, column, reach));
+    let calmed = force.map(|column| moving_average(measured, column, reach));
     let mut flags = vec![0.0; measured.len()];
     measured.follow(&format!("{channel} above {on} until below {off}"), |frame, was| {
         let norm = vector(&calmed, frame).norm();

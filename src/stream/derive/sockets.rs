@@ -2,7 +2,7 @@
 
 use super::motion::{Motion, slope};
 use crate::base::scene::Scene;
-use crate::stream::measured::{Measured, State};
+use crate::stream::clean::preprocess::{CleanLog, State};
 use nalgebra::Vector3;
 
 /// Once in, an object is in until its plug point is this many radii from the axis.
@@ -46,7 +46,7 @@ impl Socket<'_> {
 }
 
 /// What a log says of an object in a socket: `<object>.angle.<socket>` or `<object>.depth.<socket>`.
-pub fn logged<'a>(measured: &'a Measured, body: &str, quantity: &str, socket: &Socket) -> Option<&'a [f64]> {
+pub fn logged<'a>(measured: &'a CleanLog, body: &str, quantity: &str, socket: &Socket) -> Option<&'a [f64]> {
     measured.scalar(&format!("{body}.{quantity}.{}", socket.name))
 }
 
@@ -64,7 +64,7 @@ pub struct Plugged {
 
 /// Follows an object through the log. A logged channel `<object>.depth.<socket>` is used where there is one, geometry elsewhere; an object whose
 /// angle in a socket is logged is in it all along.
-pub fn plugged(measured: &Measured, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
+pub fn plugged(measured: &CleanLog, motions: &[Motion], sockets: &[Socket], body: usize) -> Plugged {
     let frames = measured.len();
     let zeros = || vec![0.0; frames];
     let mut plugged = Plugged { socket: vec![None; frames], depth: zeros(), rate: zeros(), over: zeros() };

@@ -4,8 +4,8 @@ use super::motion::{Motion, vector};
 use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Role, Scene};
+use crate::stream::clean::preprocess::{CleanLog, Noise};
 use crate::stream::frames::Issue;
-use crate::stream::measured::{Measured, Noise};
 use crate::stream::names;
 use nalgebra::{Point3, Vector3};
 
@@ -40,7 +40,7 @@ pub fn asks(scene: &Scene, column: &str) -> bool {
 }
 
 /// What the force sensors of the fingertips read far from every object, by channel.
-pub fn rests(measured: &Measured, samples: &[[usize; 2]]) -> Vec<(String, Rest)> {
+pub fn rests(measured: &CleanLog, samples: &[[usize; 2]]) -> Vec<(String, SensorBias)> {
     let motions: Vec<(usize, Motion)> = objects(measured);
     let sensors = Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
     let rest = |finger: String| Some((format!("{finger}.force"), rest(measured, samples, &motions, &finger)?));
@@ -48,16 +48,16 @@ pub fn rests(measured: &Measured, samples: &[[usize; 2]]) -> Vec<(String, Rest)>
 }
 
 /// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; reports what was subtracted.
-pub fn tare(measured: &mut Measured) -> Vec<Issue> {
+pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
     let found = rests(measured, &samples(measured.len()).collect::<Vec<_>>());
     correct(measured, &found)
 }
 
 /// The same with what is known of the sensors.
-pub fn correct(measured: &mut Measured, found: &[(String, Rest)]) -> Vec<Issue> {
+pub fn correct(measured: &mut CleanLog, found: &[(String, SensorBias)]) -> Vec<Issue> {
     let mut issues = Vec::new();
     for (channel, rest) in found {
-        let Rest { bias, variance, samples } = *rest;
+        let SensorBias { bias, variance, samples } = *rest;
         measured.noise.insert(channel.clone(), Noise { variance });
         if bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * variance / samples as f64 {
             measured.subtract(channel, bias.into());
@@ -73,7 +73,7 @@ pub fn correct(measured: &mut Measured, found: &[(String, Rest)]) -> Vec<Issue> 
 
 /// What a sensor reads at rest.
 #[derive(Clone, Copy, Debug)]
-pub struct Rest {
+pub struct SensorBias {
     bias: Vector3<f64>,
     /// Of the vector's components together, N².
     variance: f64,
@@ -81,13 +81,13 @@ pub struct Rest {
 }
 
 /// The objects of a scene, which is what fingertips touch.
-fn objects<'a>(measured: &'a Measured) -> Vec<(usize, Motion<'a>)> {
+fn objects<'a>(measured: &'a CleanLog) -> Vec<(usize, Motion<'a>)> {
     let bodies = measured.scene.bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object);
     bodies.map(|(index, (name, body))| (index, Motion::of_poses(measured, name, body))).collect()
 }
 
 /// What the sensor of a finger reads far from everything; `None` when the log does not say where it is, or when it is never far.
-fn rest(measured: &Measured, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<Rest> {
+fn rest(measured: &CleanLog, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<SensorBias> {
     let force = measured.vec3(&format!("{finger}.force"))?;
     let tip = measured.vec3(&format!("{finger}.position"))?;
     let far = |frame: &usize| {
@@ -108,5 +108,5 @@ fn rest(measured: &Measured, samples: &[[usize; 2]], objects: &[(usize, Motion)]
     let variance = mean(&|[frame, _]| (vector(&force, frame) - bias).norm_squared());
     let next = |[frame, next]: [usize; 2]| (vector(&force, next) - vector(&force, frame)).norm_squared();
     let steady = variance <= QUIET.max(STEADY * mean(&next) / 2.0);
-    (steady && bias.norm() <= LARGEST).then_some(Rest { bias, variance, samples: frames.len() })
+    (steady && bias.norm() <= LARGEST).then_some(SensorBias { bias, variance, samples: frames.len() })
 }

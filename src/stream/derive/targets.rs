@@ -2,7 +2,7 @@
 
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
-use super::motion::{Motion, slope, steady};
+use super::motion::{Motion, slope, smoothed};
 use super::partner::Partner;
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, logged, plugged, sockets};
@@ -10,7 +10,7 @@ use super::source::Source;
 use crate::base::channels::{PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Body;
-use crate::stream::measured::{Measured, State};
+use crate::stream::clean::preprocess::{CleanLog, State};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -20,7 +20,7 @@ pub(super) const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
 /// Everything that derived channels are computed from.
 pub struct Derivation<'a> {
-    pub(super) measured: &'a Measured<'a>,
+    pub(super) measured: &'a CleanLog<'a>,
     motions: &'a [Motion<'a>],
     objects: &'a [usize],
     pub(super) partners: &'a [usize],
@@ -36,7 +36,7 @@ pub struct Derivation<'a> {
 impl<'a> Derivation<'a> {
     /// Prepares what several channels share.
     pub fn new(
-        measured: &'a Measured,
+        measured: &'a CleanLog,
         motions: &'a [Motion<'a>],
         objects: &'a [usize],
         partners: &'a [usize],
@@ -125,7 +125,7 @@ impl<'a> Derivation<'a> {
                 let [x, y, z] = self.forces(track);
                 vec![vec![x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vector3::new(*x, *y, *z).norm()).collect()]]
             }
-            "push" => vec![self.forces(track).iter().map(|column| steady(self.measured, column)).collect()],
+            "push" => vec![self.forces(track).iter().map(|column| smoothed(self.measured, column)).collect()],
             _ => return None,
         })
     }

@@ -8,8 +8,8 @@ use super::balance::Balance;
 use super::contacts::{Contact, TOUCH_OFF, TOUCH_ON};
 use super::hands::HandTrack;
 use super::motion::Motion;
-use crate::stream::convex::{Gap, gaps};
-use crate::stream::measured::Measured;
+use crate::stream::clean::preprocess::CleanLog;
+use crate::stream::derive::convex::{Gap, gaps};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -42,7 +42,7 @@ struct Pair {
 
 /// The contacts of an object with all bodies that it comes to touch; both need shapes.
 pub fn contacts<'a>(
-    measured: &Measured,
+    measured: &CleanLog,
     motions: &[Motion],
     tracks: &[HandTrack],
     object: usize,
@@ -102,14 +102,14 @@ pub fn contacts<'a>(
 }
 
 /// What a contact of an object bears when only its place is known: the object's weight, if that is known, N.
-pub fn nominal(measured: &Measured, object: usize) -> f64 {
+pub fn nominal(measured: &CleanLog, object: usize) -> f64 {
     let gravity = measured.scene.gravity.iter().map(|part| part.0 * part.0).sum::<f64>().sqrt();
     let mass = measured.scene.bodies.get_index(object).and_then(|(_, body)| body.mass);
     mass.map_or(NOMINAL, |mass| mass.0 * gravity).max(2.0 * TOUCH_ON)
 }
 
 /// The gap of two bodies at a frame: of the parts that touch, the one that carries, else of the nearest ones.
-pub fn gap_at(measured: &Measured, motions: &[Motion], object: usize, other: usize, frame: usize) -> Option<Gap> {
+pub fn gap_at(measured: &CleanLog, motions: &[Motion], object: usize, other: usize, frame: usize) -> Option<Gap> {
     let placed = |body: usize| Some((measured.scene.bodies.get_index(body)?.1, motions.get(body)?.pose(frame)));
     let ((body, at), (its, there)) = (placed(object)?, placed(other)?);
     let gaps = gaps((body, &at), (its, &there), TOUCH_GAP);
@@ -119,7 +119,7 @@ pub fn gap_at(measured: &Measured, motions: &[Motion], object: usize, other: usi
 }
 
 impl Pair {
-    fn new(measured: &Measured, motions: &[Motion], object: usize, other: usize) -> Option<Self> {
+    fn new(measured: &CleanLog, motions: &[Motion], object: usize, other: usize) -> Option<Self> {
         let gaps: Vec<Gap> =
             (0..measured.len()).map(|frame| gap_at(measured, motions, object, other, frame)).collect::<Option<_>>()?;
         let ever_near = gaps.iter().any(|gap| gap.width < SCENE_ERROR + TOUCH_GAP);
@@ -134,7 +134,7 @@ impl Pair {
         self.gaps.get(frame).map_or_else(Vector3::zeros, |gap| gap.normal)
     }
 
-    fn touching(&self, measured: &Measured) -> Vec<bool> {
+    fn touching(&self, measured: &CleanLog) -> Vec<bool> {
         let mut touching = vec![false; measured.len()];
         for stretch in &measured.stretches {
             let mut touches = false;

@@ -1,6 +1,5 @@
 //! One hand that follows its script: goals become motions, and what is felt and seen shapes them under way.
 
-use super::chance::{Chance, Shaking};
 use super::goals::{Goal, Step};
 use super::grips::{Held, tucked};
 use super::guided::{Closing, Guided, LANDING};
@@ -8,6 +7,7 @@ use super::incidents::{Incident, with_incidents};
 use super::motion::{Glide, Transport, Turning};
 use super::plugging::Plugging;
 use super::pressing::PressingOn;
+use super::rng::{Rng, Shaking};
 use super::senses::{Glimpse, Senses};
 use super::slipping::Slipping;
 use super::together::{MovingAlong, Other};
@@ -53,7 +53,7 @@ pub(in crate::world) struct Performer<'a> {
     /// The script as this operator performs it, and the number of the step that comes next.
     pub(super) steps: Vec<Step>,
     pub(super) next: usize,
-    pub(super) chance: Chance,
+    pub(super) chance: Rng,
     /// Today's speeds and squeezes over those of the script.
     pub(super) pace: f64,
     pub(super) strength: f64,
@@ -126,7 +126,7 @@ impl<'a> Performer<'a> {
         let grip =
             Held::new(&script.start.grip, scene, operator, hand, world).map_err(|error| at(error, "start".into()))?;
         let variation = &operator.variation;
-        let mut chance = Chance::new(seed, side.index() as u64);
+        let mut chance = Rng::new(seed, side.index() as u64);
         let reaction = steps(variation.reaction.0.clamp(0.0, SLOWEST_S));
         let mut performer = Self {
             side,
@@ -137,7 +137,7 @@ impl<'a> Performer<'a> {
             steps: with_incidents(operator, script, side, seed),
             next: 0,
             pace: chance.factor(variation.pace),
-            strength: Chance::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
+            strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
             shaking: Shaking::new(&variation.tremor, &mut chance),
             chance,
             senses: Senses::new(reaction.max(steps(REFLEX_S))),

@@ -1,10 +1,10 @@
-//! Incidents: what happens to operators while they demonstrate. The seed says which, and a script gets the steps that they take.
+//! Incidents: what bernoulli to operators while they demonstrate. The seed says which, and a script gets the steps that they take.
 //!
-//! INVARIANT (each to its share): whether an incident happens to a seed is a Weyl sequence of its own, so that among any 200 neighbouring seeds
-//! it happens to its share of them, give or take three, and incidents fall together as if they were independent.
+//! INVARIANT (each to its share): whether an incident bernoulli to a seed is a Weyl sequence of its own, so that among any 200 neighbouring seeds
+//! it bernoulli to its share of them, give or take three, and incidents fall together as if they were independent.
 
-use super::chance::Chance;
 use super::goals::{Carry, Close, Goal, Open, Reach, Slip, Step};
+use super::rng::Rng;
 use super::{Operator, Script};
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::{Length, Quantity};
@@ -21,7 +21,7 @@ const SLIP_M: [f64; 2] = [0.003, 0.010];
 /// No object slips as far as this and is caught: it drops.
 const DROP_M: f64 = 1.0;
 
-/// What happens.
+/// What bernoulli.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Incident {
@@ -94,8 +94,8 @@ impl Incident {
         }
     }
 
-    /// Whether it happens to a seed, when it happens to this share of them.
-    fn happens(self, seed: u64, share: f64) -> bool {
+    /// Whether it bernoulli to a seed, when it bernoulli to this share of them.
+    fn bernoulli(self, seed: u64, share: f64) -> bool {
         // The fractional parts of the square roots of the first primes, times 2^64: steps that fill the circle evenly, none in time with another.
         const STEPS: [u64; 11] = [
             0x6a09_e667_f3bc_c908,
@@ -117,22 +117,22 @@ impl Incident {
 
 /// At which ends the recording of a seed is cut, and how far into what may be lost, 0 to 1.
 pub(in crate::world) fn cuts(operator: &Operator, seed: u64) -> [Option<f64>; 2] {
-    let mut chance = Chance::new(seed, STREAM - 1);
+    let mut chance = Rng::new(seed, STREAM - 1);
     [Incident::LateStart, Incident::EarlyEnd].map(|incident| {
         let depth = chance.share();
-        let happens =
-            incident.happens(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident);
-        happens.then_some(depth)
+        let bernoulli =
+            incident.bernoulli(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident);
+        bernoulli.then_some(depth)
     })
 }
 
 /// The steps of a script with the incidents of a seed.
 pub(super) fn with_incidents(operator: &Operator, script: &Script, side: Side, seed: u64) -> Vec<Step> {
-    let stream = |incident: Incident| Chance::new(seed, STREAM + 2 * incident as u64 + side.index() as u64);
+    let stream = |incident: Incident| Rng::new(seed, STREAM + 2 * incident as u64 + side.index() as u64);
     let mut perturbed = Perturbed { operator, chance: stream(Incident::Hesitation), steps: script.steps.clone() };
     for incident in Incident::ALL {
         perturbed.chance = stream(incident);
-        if incident.happens(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident) {
+        if incident.bernoulli(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident) {
             perturbed.add(incident);
         }
     }
@@ -142,7 +142,7 @@ pub(super) fn with_incidents(operator: &Operator, script: &Script, side: Side, s
 /// A script with the perturbations that one seed draws.
 struct Perturbed<'a> {
     operator: &'a Operator,
-    chance: Chance,
+    chance: Rng,
     steps: Vec<Step>,
 }
 

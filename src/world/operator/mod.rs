@@ -4,7 +4,6 @@
 //! Everything is relative to *grips*: points of an object's surface where fingertips go. Directions are those of the reference frame.
 
 mod begin;
-mod chance;
 mod goals;
 mod grips;
 mod guided;
@@ -13,18 +12,19 @@ mod incidents;
 mod motion;
 mod plugging;
 mod pressing;
+mod rng;
 mod senses;
 mod slipping;
 mod together;
 mod variation;
 
-pub(super) use chance::Chance;
 pub use goals::{
     Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw,
 };
 pub(super) use hand::Performer;
 pub(super) use incidents::cuts;
 pub use incidents::{Incident, Occasions};
+pub(super) use rng::Rng;
 pub(super) use together::Other;
 pub use variation::{ForceNoise, Tremor, Variation};
 

@@ -34,7 +34,7 @@ pub struct Variation {
     pub tremor: Tremor,
     /// Noise of the force sensors, in the recording only: the world does not feel it.
     pub force_noise: ForceNoise,
-    /// The share of operators to whom each incident happens.
+    /// The share of operators to whom each incident bernoulli.
     pub incidents: f64,
 }
 

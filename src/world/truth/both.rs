@@ -2,7 +2,7 @@
 
 use super::facts::Facts;
 use super::labels::leaving;
-use super::series::{runs, steady};
+use super::series::{debounce, runs};
 use crate::base::hands::Side;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -37,7 +37,7 @@ pub(super) fn coordination(hands: &[Of; 2]) -> Vec<&'static str> {
             on(0) && on(1)
         })
         .collect();
-    steady(&mut joint, BRIDGE, PASSING);
+    debounce(&mut joint, BRIDGE, PASSING);
     // A departure ends it, bridge or not.
     (0..length).for_each(|at| joint[at] &= !leave[0][at] && !leave[1][at]);
     let main = mains(hands, &joint);
@@ -109,7 +109,7 @@ fn mains(hands: &[Of; 2], joint: &[bool]) -> Vec<Option<Side>> {
 
 /// Takes out what is shorter than `shortest`, at the ends too.
 fn steady_to_the_ends(series: &mut [bool], shortest: usize) {
-    steady(series, shortest, shortest);
+    debounce(series, shortest, shortest);
     for run in runs(series) {
         if series[run.start] && run.len() < shortest && run.len() < series.len() {
             series[run].fill(false);

@@ -1,7 +1,7 @@
 //! Contacts made and lost, as events.
 
 use super::moment::Moment;
-use super::series::steady;
+use super::series::debounce;
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
 
@@ -14,7 +14,7 @@ pub(in crate::world) fn contact_events(scene: &Scene, moments: &[Moment]) -> Vec
     let mut events = Vec::new();
     let mut watch = |subjects: Vec<String>, touching: &dyn Fn(&Moment) -> bool| {
         let mut states: Vec<bool> = moments.iter().map(touching).collect();
-        steady(&mut states, BLIP, BLIP);
+        debounce(&mut states, BLIP, BLIP);
         let mut before = false;
         for (index, &state) in states.iter().enumerate() {
             if state != before {

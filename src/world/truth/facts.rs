@@ -2,7 +2,7 @@
 //! displacements over a quarter of a second, which is longer than a period of tremor.
 
 use super::moment::Moment;
-use super::series::{runs, steady};
+use super::series::{debounce, runs};
 use crate::base::hands::Finger;
 use crate::base::scene::{Role, Scene};
 use crate::world::sockets::{Place, places};
@@ -96,12 +96,12 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
             .zip(&targets)
             .map(|(moment, &target)| moment.hands[hand][finger].force_on(target).is_some())
             .collect();
-        steady(&mut on, BRIDGE, 0);
+        debounce(&mut on, BRIDGE, 0);
         facts.iter_mut().zip(on).for_each(|(facts, on)| facts.fingers += usize::from(on));
     }
     for (of, bridge, blip) in CLEANED {
         let mut series: Vec<bool> = facts.iter_mut().map(|facts| *of(facts)).collect();
-        steady(&mut series, *bridge, *blip);
+        debounce(&mut series, *bridge, *blip);
         facts.iter_mut().zip(series).for_each(|(facts, value)| *of(facts) = value);
     }
     for Leading { moves, when, way, least } in LEADING {

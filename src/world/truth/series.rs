@@ -16,7 +16,7 @@ pub(super) fn runs<T: PartialEq>(series: &[T]) -> Vec<Range<usize>> {
 }
 
 /// Bridges gaps shorter than `bridge`, then takes out what is shorter than `blip`; what touches an end of the series stays.
-pub(super) fn steady(series: &mut [bool], bridge: usize, blip: usize) {
+pub(super) fn debounce(series: &mut [bool], bridge: usize, blip: usize) {
     for (value, shortest) in [(false, bridge), (true, blip)] {
         for run in runs(series) {
             let inner = run.start > 0 && run.end < series.len();

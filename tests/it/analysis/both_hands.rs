@@ -70,10 +70,7 @@ fn e3_a_short_fit_is_a_fluctuation_and_the_insertion_stays() {
     assert_eq!(tasks(&analysis, Side::Left), [inserted]);
     assert_eq!(tasks(&analysis, Side::Right), [inserted]);
     // The translation before the fit is coordination: it is not given back.
-    assert_eq!(
-        both(&analysis, |track| &track.relabeled),
-        ["0.30–0.90 Translate", "0.90–1.25 Fit", "1.25–1.50 Insert"]
-    );
+    assert_eq!(both(&analysis, |track| &track.relabeled), ["0.30–0.90 Translate", "0.90–1.25 Fit", "1.25–1.50 Insert"]);
 }
 
 #[test]

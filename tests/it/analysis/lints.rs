@@ -1,4 +1,4 @@
-//! What is told about tasks and relabeling rules is so: on any leaves that the trees can give, nothing shows a case against it, and what is
+//! What is reported about tasks and relabeling rules is so: on any leaves that the trees can give, nothing shows a case against it, and what is
 //! shown to go round does.
 
 use super::build::*;
@@ -45,7 +45,7 @@ fn run_leaves(rules: &Rules, leaves: &Leaves) -> Analysis {
     analyze(rules, &moving(std::slice::from_ref(&leaves.frames)), std::slice::from_ref(leaves))
 }
 
-fn told(findings: &[Diagnostic], code: &str) -> BTreeSet<Span> {
+fn printed(findings: &[Diagnostic], code: &str) -> BTreeSet<Span> {
     findings.iter().filter(|finding| finding.code == code).filter_map(Diagnostic::place).collect()
 }
 
@@ -56,18 +56,18 @@ fn relabeled(analysis: &Analysis) -> impl Iterator<Item = &Segment> {
         .flat_map(|track| track.relabeled.iter().chain(track.tasks.iter().flat_map(|task| &task.segments)))
 }
 
-/// What is told about labels of a rule set, held against leaves; how much there was to hold against them.
+/// What is reported about labels of a rule set, held against leaves; how much there was to hold against them.
 fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
     let rules = fitted(rules, leaves);
     let (findings, _) = missing_labels(&rules, &BTreeSet::from([0]));
     let analysis = run_leaves(&rules, leaves);
-    let idle = told(&findings, codes::IDLE_RELABEL);
+    let idle = printed(&findings, codes::IDLE_RELABEL);
     for rule in rules.relabels.iter().filter(|rule| idle.contains(&rule.span)) {
         assert!(!relabeled(&analysis).any(|segment| segment.by.contains(&rule.text)), "{rule:?}");
         assert!(!analysis.issues.iter().any(|issue| issue.message.contains(&format!("`{}`", rule.text))), "{rule:?}");
     }
     // When tasks are recognised the rules of tasks have not been applied yet.
-    let missing = told(&findings, codes::MISSING_LABEL);
+    let missing = printed(&findings, codes::MISSING_LABEL);
     let mut before = rules.clone();
     before.relabels.retain(|rule| rule.task.is_none());
     let before = run_leaves(&before, leaves);
@@ -79,7 +79,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
     [idle.len(), missing.len()]
 }
 
-/// Pairs of rules that are told to undo each other do, on the segments that are shown; how many pairs were run.
+/// Pairs of rules that are reported to undo each other do, on the segments that are shown; how many pairs were run.
 fn hold_undoing(rules: Rules, leaves: &Leaves) -> usize {
     let rules = fitted(rules, leaves);
     let mut run = 0;
@@ -132,13 +132,13 @@ fn any_tasks() -> impl Strategy<Value = Vec<Task>> {
     prop::collection::vec(task, 1..6)
 }
 
-/// Tasks that are told to be hidden name nothing; how many there were.
+/// Tasks that are reported to be hidden name nothing; how many there were.
 fn hold_hidden(mut rules: Rules, mut tasks: Vec<Task>, leaves: &Leaves) -> usize {
     tasks.iter_mut().zip(0..).for_each(|(task, at)| task.name = format!("task {at}"));
     rules.tasks = tasks;
     rules.relabels.retain(|rule| rule.task.is_none());
     let rules = fitted(rules, leaves);
-    let hidden = told(&hidden_tasks(&rules, &BTreeSet::from([0])), codes::HIDDEN_TASK);
+    let hidden = printed(&hidden_tasks(&rules, &BTreeSet::from([0])), codes::HIDDEN_TASK);
     let analysis = run_leaves(&rules, leaves);
     for task in rules.tasks.iter().filter(|task| hidden.contains(&task.span)) {
         let named = analysis.tracks.iter().flat_map(|track| &track.tasks).any(|span| span.task == task.name);
@@ -152,7 +152,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn what_is_told_never_to_come_never_comes(rules in any_rules(), leaves in any_leaves(0)) {
+    fn what_is_reported_never_to_come_never_comes(rules in any_rules(), leaves in any_leaves(0)) {
         hold_labels(rules, &leaves);
     }
 

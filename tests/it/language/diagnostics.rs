@@ -91,7 +91,7 @@ fn each_on_its_own_line(fixture: &str) {
 }
 
 #[test]
-fn limits_are_told() {
+fn limits_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     let mut seen = Vec::new();
@@ -145,7 +145,7 @@ fn rules_that_are_to_label_need_a_tree() {
 }
 
 #[test]
-fn a_file_that_cannot_be_read_is_told_apart() {
+fn a_file_that_cannot_be_read_is_reported_apart() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("mine.rules"), "use \"nowhere.rules\"\n").unwrap();
@@ -199,9 +199,9 @@ fn pages_show_what_is_reported() {
     for (code, _) in codes::ALL {
         let page = pages.split(&format!("\n## {code}\n")).nth(1).and_then(|rest| rest.split("\n## ").next()).unwrap();
         let Some((example, rest)) = shown(page) else { continue };
-        let told = report(&language::load_text("example.rules", &example));
-        let told: Vec<&str> = told.lines().map(str::trim_end).collect();
-        let wanted = format!("`check` says\n\n```text\n{}\n```", told.join("\n").trim());
+        let printed = report(&language::load_text("example.rules", &example));
+        let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
+        let wanted = format!("`check` says\n\n```text\n{}\n```", printed.join("\n").trim());
         if std::env::var_os("TEACHTREE_WRITE_PAGES").is_some() {
             let (kept, _) = page.split_once("```rules\n").unwrap();
             let new = format!("{kept}```rules\n{example}```\n\n{wanted}\n");

@@ -1,4 +1,4 @@
-//! What is told about conditions is so: on random rules and random logs the reference evaluator never shows a case against it.
+//! What is reported about conditions is so: on random rules and random logs the reference evaluator never shows a case against it.
 
 use crate::engine::random;
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ use teachtree::language::rules::*;
 use teachtree::language::{self, codes};
 use teachtree::stream::frames::Frames;
 
-/// The primitive that nothing gives but what is told never to be taken.
+/// The primitive that nothing gives but what is reported never to be taken.
 const MARKED: Label = Label { primitive: PrimitiveId(4), side: None };
 
 /// Gives every piece of every condition a place of its own, which holds those of its pieces.
@@ -80,7 +80,7 @@ fn dead(rules: &Rules) -> Vec<Diagnostic> {
     dead_choices(rules, &BTreeSet::from([0])).into_iter().map(|dead| dead.finding).collect()
 }
 
-/// Each condition of which it is told that it never or always holds, as it is when that is wrong.
+/// Each condition of which it is reported that it never or always holds, as it is when that is wrong.
 fn against(rules: &Rules) -> Vec<Expr> {
     let against = |(condition, finding): (&Expr, Diagnostic)| {
         let of = |kind, ty| Expr { kind, ty, span: Span::default() };
@@ -113,7 +113,7 @@ proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn what_is_told_to_be_never_taken_is_never_taken(seed in any::<u64>(), depth in 1_u32..4) {
+    fn what_is_reported_to_be_never_taken_is_never_taken(seed in any::<u64>(), depth in 1_u32..4) {
         let (mut rules, frames) = random_case(seed, depth);
         let findings = dead(&rules);
         let mut marked = 0;
@@ -125,7 +125,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_told_to_hold_never_or_always_does(seed in any::<u64>(), depth in 1_u32..4) {
+    fn what_is_reported_to_hold_never_or_always_does(seed in any::<u64>(), depth in 1_u32..4) {
         let (rules, frames) = random_case(seed, depth);
         let against = against(&rules);
         if !against.is_empty() {
@@ -141,13 +141,13 @@ fn random_conditions_are_worth_telling() {
     for seed in 0..120 {
         let (mut rules, frames) = random_case(seed, 3);
         let (dead, idle) = (dead(&rules), idle_conditions(&rules, &BTreeSet::from([0]), &[]));
-        let told = |code| {
+        let printed = |code| {
             let idle = idle.iter().map(|(_, finding)| finding);
             idle.chain(&dead).filter(|finding| finding.code == code).count()
         };
         let codes = [codes::NEVER_TAKEN, codes::ALWAYS_TAKEN, codes::NEVER_HOLDS, codes::ALWAYS_HOLDS];
-        let told = codes.map(told);
-        counts.iter_mut().zip(told).for_each(|(count, told)| *count += told);
+        let printed = codes.map(printed);
+        counts.iter_mut().zip(printed).for_each(|(count, printed)| *count += printed);
         rules.trees.iter_mut().for_each(|tree| tree.root.choices[1].then = Then::Primitive(MARKED));
         counts[4] += usize::from(marked_is_given(&rules, &frames));
     }
@@ -157,18 +157,18 @@ fn random_conditions_are_worth_telling() {
 /// A comment that allows a warning is used up by it, at the end of its line and above it, and others stay.
 #[test]
 fn what_is_allowed_is_undetectable() {
-    let told = |text: &str| -> Vec<&str> {
+    let printed = |text: &str| -> Vec<&str> {
         let tree = "primitive Move\ntree t for each hand { else => Move }\n";
         let loaded = language::load_text("my.rules", &format!("{text}\n{tree}"));
         assert!(loaded.rules.is_some());
         loaded.diagnostics.iter().map(|finding| finding.code).collect()
     };
-    assert_eq!(told("param a = 1"), ["W201"]);
-    assert_eq!(told("param a = 1 // allow W201"), [""; 0]);
-    assert_eq!(told("param a = 1 // allow W301, W201: for later"), ["W202"]);
-    assert_eq!(told("// allow W201\n\n// one more\nparam a = 1\nparam b = 1"), ["W201"]);
-    assert_eq!(told("// allow W201 and more\nparam a = 1 //allow W201"), [""; 0]);
-    assert_eq!(told("param a = 1 // allowed: W201"), ["W201"]);
+    assert_eq!(printed("param a = 1"), ["W201"]);
+    assert_eq!(printed("param a = 1 // allow W201"), [""; 0]);
+    assert_eq!(printed("param a = 1 // allow W301, W201: for later"), ["W202"]);
+    assert_eq!(printed("// allow W201\n\n// one more\nparam a = 1\nparam b = 1"), ["W201"]);
+    assert_eq!(printed("// allow W201 and more\nparam a = 1 //allow W201"), [""; 0]);
+    assert_eq!(printed("param a = 1 // allowed: W201"), ["W201"]);
     // Where something is wrong nothing is warned of, so that nothing can be said about what is allowed.
     let wrong = language::load_text("my.rules", "param a = b // allow W201\n");
     assert_eq!(wrong.diagnostics.iter().map(|finding| finding.code).collect::<Vec<_>>(), ["E201"]);

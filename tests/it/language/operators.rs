@@ -30,8 +30,8 @@ fn load(condition: &str) -> Loaded {
 
 fn rules(condition: &str) -> Rules {
     let loaded = load(condition);
-    let told = report(&loaded);
-    loaded.rules.unwrap_or_else(|| panic!("{told}"))
+    let printed = report(&loaded);
+    loaded.rules.unwrap_or_else(|| panic!("{printed}"))
 }
 
 /// The condition of the example, and what the tree asks for.
@@ -156,8 +156,8 @@ fn proofs_know_which_numbers_are_never_negative() {
         if !left.starts_with(&format!("{}(", operator.name)) {
             continue;
         }
-        let told = report(&load(&format!("{left} < -1 * {}", right.trim_start_matches('='))));
-        assert_eq!(told.contains("W301"), operator.never_negative, "`{}`:\n{told}", operator.name);
+        let printed = report(&load(&format!("{left} < -1 * {}", right.trim_start_matches('='))));
+        assert_eq!(printed.contains("W301"), operator.never_negative, "`{}`:\n{printed}", operator.name);
     }
 }
 
@@ -240,8 +240,8 @@ fn a_number_of_times_is_checked() {
         ("(3 N)", "is expected here"),
         ("three", "E201"),
     ] {
-        let told = report(&load(&format!("(moving) at least {times} times within last 2 s")));
-        assert!(told.contains(wanted), "{times}:\n{told}");
+        let printed = report(&load(&format!("(moving) at least {times} times within last 2 s")));
+        assert!(printed.contains(wanted), "{times}:\n{printed}");
     }
     assert!(report(&load("moving at least 3 times within last 2 s")).contains("E105"));
 }

@@ -56,11 +56,11 @@ fn the_page_of_check_shows_what_is_reported() {
     let blocks: Vec<&str> = page.split("```").collect();
     let throw =
         blocks.iter().find_map(|block| block.strip_prefix("text\n").filter(|text| text.contains("primitive Throw")));
-    let told = report(&language::load_text("throw.rules", throw.unwrap()));
-    let told: Vec<&str> = told.lines().map(str::trim_end).collect();
+    let printed = report(&language::load_text("throw.rules", throw.unwrap()));
+    let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
     let page: Vec<&str> = page.lines().map(str::trim_end).collect();
-    let told = told.join("\n");
-    assert!(page.join("\n").contains(told.trim_end()), "docs/check.md shows something else than:\n{told}");
+    let printed = printed.join("\n");
+    assert!(page.join("\n").contains(printed.trim_end()), "docs/check.md shows something else than:\n{printed}");
 }
 
 #[test]

@@ -236,14 +236,14 @@ fn without_else(branch: &mut Branch, next: &mut u32) {
 }
 
 /// Puts an `else` that gives the marked label where a branch has none and no gap was told.
-fn marked_else(branch: &mut Branch, told: &BTreeSet<Span>, marked: &mut usize) {
+fn marked_else(branch: &mut Branch, printed: &BTreeSet<Span>, marked: &mut usize) {
     for choice in &mut branch.choices {
         if let Then::Branch(below) = &mut choice.then {
-            marked_else(below, told, marked);
+            marked_else(below, printed, marked);
         }
     }
     if branch.choices.iter().all(|choice| choice.condition.is_some()) {
-        let then = if told.contains(&branch.span) {
+        let then = if printed.contains(&branch.span) {
             Then::Primitive(PLAIN)
         } else {
             *marked += 1;
@@ -258,19 +258,19 @@ fn run_gaps(seed: u64, depth: u32) -> (usize, usize) {
     let (mut rules, frames) = case(seed, depth);
     let mut next = 0;
     rules.trees.iter_mut().for_each(|tree| without_else(&mut tree.root, &mut next));
-    let (mut told, mut shown) = (BTreeSet::new(), 0);
+    let (mut printed, mut shown) = (BTreeSet::new(), 0);
     for tree in &rules.trees {
         for gap in gaps(&rules, tree) {
-            told.insert(gap.branch.span);
+            printed.insert(gap.branch.span);
             if let Some(frame) = &gap.frame {
                 shown += 1;
                 assert!(come_out(&rules, tree.scope, &gap.asked, frame), "{frame:?}");
             }
         }
     }
-    // What is told to leave nothing out leaves nothing out.
+    // What is reported to leave nothing out leaves nothing out.
     let mut proved = 0;
-    rules.trees.iter_mut().for_each(|tree| marked_else(&mut tree.root, &told, &mut proved));
+    rules.trees.iter_mut().for_each(|tree| marked_else(&mut tree.root, &printed, &mut proved));
     if proved > 0 {
         let leaves = reference::evaluate(&rules, &frames).unwrap();
         let mut runs = leaves.iter().flat_map(|leaves| leaves.hands.values().flatten().chain(&leaves.both));

@@ -1,4 +1,4 @@
-//! What is found, what is told of a place, what a file holds, and what is proposed to be mended.
+//! What is found, what is reported of a place, what a file holds, and what is proposed to be mended.
 
 use super::editor::Editor;
 use serde_json::{Value, json};
@@ -6,15 +6,15 @@ use serde_json::{Value, json};
 const THROW: &str = "use \"contact.rules\"\n\nparam fast = 200 mm\n\nprimitive Throw\n\nextend single_hand before carried {\n  grapsed and norm(target.velocity) > fast => Throw\n}\n";
 
 #[test]
-fn all_mistakes_of_a_file_are_told_as_they_are_typed() {
+fn all_mistakes_of_a_file_are_reported_as_they_are_typed() {
     let mut editor = Editor::new(&[]);
     editor.open("throw.rules", THROW);
     let found = editor.findings("throw.rules");
-    let told: Vec<(String, String, &Value)> = found
+    let printed: Vec<(String, String, &Value)> = found
         .iter()
         .map(|it| (it["code"].as_str().unwrap().to_string(), editor.text("throw.rules", &it["range"]), &it["severity"]))
         .collect();
-    assert_eq!(told, [("E201".into(), "grapsed".into(), &json!(1)), ("E301".into(), "fast".into(), &json!(1))]);
+    assert_eq!(printed, [("E201".into(), "grapsed".into(), &json!(1)), ("E301".into(), "fast".into(), &json!(1))]);
     let message = found[0]["message"].as_str().unwrap();
     assert_eq!(message, "there is no value `grapsed`\nnothing has this name\nhelp: did you mean `grasped`?");
     let related = &found[1]["relatedInformation"][0];
@@ -181,13 +181,13 @@ fn hover_tells_values_of_a_recording() {
 fn the_guide_shows_what_hover_tells() {
     let mut editor = Editor::new(&["--log", LOG, "--binding", BINDING, "--at", "11.3s"]);
     editor.open("mine.rules", &std::fs::read_to_string("rules/single_hand.rules").unwrap());
-    let mut told = hover(&mut editor, "mine.rules", "latch l|ifted");
+    let mut printed = hover(&mut editor, "mine.rules", "latch l|ifted");
     for sign in ["```teachtree\n", "\n```", "**", "`", "\\"] {
-        told = told.replace(sign, "");
+        printed = printed.replace(sign, "");
     }
     assert!(
-        include_str!("../../../editors/README.md").contains(&told),
-        "editors/README.md shows something else than\n{told}"
+        include_str!("../../../editors/README.md").contains(&printed),
+        "editors/README.md shows something else than\n{printed}"
     );
     editor.end();
 }
@@ -214,7 +214,7 @@ fn a_recording_that_is_written_anew_is_read_anew() {
 #[test]
 fn settings_that_are_wrong_are_shown() {
     let mut editor = Editor::with(&[], json!({ "log": "nowhere.csv" }));
-    for (sent, told) in [
+    for (sent, printed) in [
         (json!({ "teachtree": { "at": "noon" } }), "expected a time such as 3.41s or 3410ms, found `noon`"),
         (json!({ "teachtree": { "log": 7 } }), "the settings of teachtree are wrong"),
         (json!({ "log": "elsewhere.csv" }), "elsewhere.csv"),
@@ -222,10 +222,10 @@ fn settings_that_are_wrong_are_shown() {
     ] {
         editor.tell("workspace/didChangeConfiguration", json!({ "settings": sent }));
         editor.ask("textDocument/unheard", json!(null));
-        if told.is_empty() {
+        if printed.is_empty() {
             continue;
         }
-        assert!(editor.shown.last().unwrap().contains(told), "{:?}", editor.shown);
+        assert!(editor.shown.last().unwrap().contains(printed), "{:?}", editor.shown);
     }
     // `nowhere.csv`, first and again behind each setting that was refused.
     assert!(editor.shown[0].contains("nowhere.csv"), "{:?}", editor.shown);
@@ -233,33 +233,33 @@ fn settings_that_are_wrong_are_shown() {
 }
 
 #[test]
-fn a_file_is_told_as_a_tree_of_declarations() {
+fn a_file_is_reported_as_a_tree_of_declarations() {
     let mut editor = Editor::new(&[]);
     let text = std::fs::read_to_string("rules/contact.rules").unwrap();
     editor.open("contact.rules", &text);
     let answer =
         editor.ask("textDocument/documentSymbol", json!({ "textDocument": { "uri": editor.uri("contact.rules") } }));
-    let mut told = String::new();
-    write(&editor, &answer["result"], 0, &mut told);
-    insta::assert_snapshot!(told);
+    let mut printed = String::new();
+    write(&editor, &answer["result"], 0, &mut printed);
+    insta::assert_snapshot!(printed);
     editor.end();
 }
 
 /// Symbols as lines; each one's own place lies in the whole of it, and that within what is above.
-fn write(editor: &Editor, symbols: &Value, depth: usize, told: &mut String) {
+fn write(editor: &Editor, symbols: &Value, depth: usize, printed: &mut String) {
     for symbol in symbols.as_array().unwrap() {
         let (whole, own) =
             (editor.text("contact.rules", &symbol["range"]), editor.text("contact.rules", &symbol["selectionRange"]));
         assert!(whole.contains(&own) && !own.is_empty(), "{symbol}");
         let detail = symbol["detail"].as_str().unwrap_or("");
-        told.push_str(&format!(
+        printed.push_str(&format!(
             "{}{} [{detail}] {}\n",
             "  ".repeat(depth),
             symbol["name"].as_str().unwrap(),
             symbol["kind"]
         ));
         if let Some(children) = symbol.get("children") {
-            write(editor, children, depth + 1, told);
+            write(editor, children, depth + 1, printed);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! An editor: it starts the server, opens files, asks, and applies what it is told, counting columns in UTF-16 as the protocol wants.
+//! An editor: it starts the server, opens files, asks, and applies what it is reported, counting columns in UTF-16 as the protocol wants.
 
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

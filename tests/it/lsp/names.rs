@@ -18,7 +18,7 @@ fn two_files() -> Editor {
 }
 
 /// `main.rules:4:16 away` for each place.
-fn told(locations: &Value) -> Vec<String> {
+fn printed(locations: &Value) -> Vec<String> {
     let name = |uri: &str| uri.rsplit('/').next().unwrap().to_string();
     let place = |location: &Value| {
         let start = &location["range"]["start"];
@@ -29,13 +29,13 @@ fn told(locations: &Value) -> Vec<String> {
 
 fn definition(editor: &mut Editor, name: &str, place: &str) -> Vec<String> {
     let answer = editor.at("textDocument/definition", name, place, json!({}));
-    told(&answer["result"])
+    printed(&answer["result"])
 }
 
 fn references(editor: &mut Editor, name: &str, place: &str) -> Vec<String> {
     let answer =
         editor.at("textDocument/references", name, place, json!({ "context": { "includeDeclaration": true } }));
-    told(&answer["result"])
+    printed(&answer["result"])
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn references_are_found_over_files_open_or_not() {
     assert_eq!(references(&mut editor, "part.rules", "a|way ="), everywhere);
     let without = json!({ "context": { "includeDeclaration": false } });
     let answer = editor.at("textDocument/references", "part.rules", "a|way =", without);
-    assert_eq!(told(&answer["result"]).len(), 4);
+    assert_eq!(printed(&answer["result"]).len(), 4);
     assert_eq!(references(&mut editor, "part.rules", "H|over").len(), 5);
     editor.end();
 }

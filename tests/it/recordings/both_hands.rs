@@ -13,7 +13,7 @@ fn listed(track: &Value, list: &str) -> Vec<Named> {
 }
 
 /// The relabeled primitives of each task of a hand, and what the task is called.
-fn told(analysis: &Value, hand: &str) -> Vec<(String, Vec<String>)> {
+fn printed(analysis: &Value, hand: &str) -> Vec<(String, Vec<String>)> {
     let tasks = track(analysis, hand)["tasks"].as_array().unwrap();
     let names = |task: &Value| {
         let segments = task["segments"].as_array().unwrap().iter();
@@ -28,7 +28,7 @@ fn is_handed_over(analysis: &Value, from: f64, to: f64) {
     let [(_, start, end)] = of(&both, &["Pass"])[..] else { panic!("{both:?}") };
     near(*start, from, 0.25);
     near(*end, to, 0.25);
-    let (giver, receiver) = (told(analysis, "right"), told(analysis, "left"));
+    let (giver, receiver) = (printed(analysis, "right"), printed(analysis, "left"));
     for hand in [&giver, &receiver] {
         let (task, segments) = hand.last().unwrap();
         assert_eq!(task, "pick_and_place");
@@ -42,8 +42,8 @@ fn is_handed_over(analysis: &Value, from: f64, to: f64) {
 fn a_hammer_is_handed_over_from_the_right_to_the_left() {
     let analysis = shipped("handover_panda_panda_demo_5.csv");
     is_handed_over(&analysis, 9.80, 12.15);
-    assert_eq!(told(&analysis, "right")[0].1, ["Move", "Approach", "Grasp", "Translate", "Pass", "Release"]);
-    assert_eq!(told(&analysis, "left")[0].1, ["Move", "Approach", "Pass", "Translate"]);
+    assert_eq!(printed(&analysis, "right")[0].1, ["Move", "Approach", "Grasp", "Translate", "Pass", "Release"]);
+    assert_eq!(printed(&analysis, "left")[0].1, ["Move", "Approach", "Pass", "Translate"]);
     assert_eq!(listed(track(&analysis, "both"), "relabeled").len(), 1);
 }
 
@@ -66,7 +66,7 @@ fn is_lifted_together(analysis: &Value) {
         assert_eq!(of(&segments, &grasps).len(), segments.len(), "{segments:?}");
     }
     for hand in ["left", "right"] {
-        assert_eq!(told(analysis, hand).last().unwrap().0, "carry_together");
+        assert_eq!(printed(analysis, hand).last().unwrap().0, "carry_together");
     }
 }
 
@@ -85,7 +85,7 @@ fn is_mated(analysis: &Value) {
     near(mated.last().unwrap().2, 14.07, 0.05);
     assert!(mated.windows(2).all(|pair| pair[0].2 == pair[1].1), "{both:?}");
     for hand in ["left", "right"] {
-        let tasks = told(analysis, hand);
+        let tasks = printed(analysis, hand);
         assert_eq!(tasks.iter().map(|(task, _)| task.as_str()).collect::<Vec<_>>(), ["fit"], "{hand}");
     }
 }
@@ -118,8 +118,8 @@ fn each_transfer_is_a_task_of_either_arm() {
     let names = |names: &[&str]| ("pick_and_place".to_string(), names.iter().map(|name| (*name).to_string()).collect());
     let gives = names(&["Move", "Approach", "Grasp", "Translate", "Pass", "Release"]);
     let takes = names(&["Move", "Approach", "Pass", "Grasp", "Translate", "Release"]);
-    assert_eq!(told(&analysis, "right"), [gives.clone(), gives.clone(), gives]);
-    assert_eq!(told(&analysis, "left"), [takes.clone(), takes.clone(), takes]);
+    assert_eq!(printed(&analysis, "right"), [gives.clone(), gives.clone(), gives]);
+    assert_eq!(printed(&analysis, "left"), [takes.clone(), takes.clone(), takes]);
 }
 
 /// The left gripper closes in vain before it picks up the first peg, and three times more for the third one.
@@ -151,7 +151,7 @@ fn the_holding_arm_is_the_main_grasp_while_the_other_peels() {
 
 /// The analysis of a recording whose hands are exchanged: the same, with the hands exchanged.
 #[test]
-fn a_hand_over_to_the_other_side_is_told_with_the_hands_exchanged() {
+fn a_hand_over_to_the_other_side_is_reported_with_the_hands_exchanged() {
     let (log, binding) = SHIPPED.iter().find(|(log, _)| log.contains("handover")).unwrap();
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(root.join(format!("demos/{binding}.binding.yaml"))).unwrap();
@@ -173,7 +173,7 @@ fn a_hand_over_to_the_other_side_is_told_with_the_hands_exchanged() {
 
 /// Segmental F1 at 50 % overlap of the seven surgemes, and of five of which two are two each (docs/bindings.md).
 #[test]
-fn surgemes_are_told_by_a_rule_set_of_their_own() {
+fn surgemes_are_reported_by_a_rule_set_of_their_own() {
     let logs: Vec<String> = ["S2_T1", "S2_T3", "S3_T6", "S4_T1", "S4_T4", "S4_T5"]
         .iter()
         .filter_map(|log| given(&format!("desk_yumi/{log}.csv")))

@@ -26,7 +26,7 @@ struct Painted {
 /// The columns of the last plot, the times at its ends, and the row of a value.
 fn painted(browser: &mut Browser) -> (Vec<Painted>, [f64; 2], impl Fn(f64) -> f64) {
     drawn(browser);
-    let told = browser.eval(
+    let printed = browser.eval(
         "(() => { const canvas = document.querySelector('.panel:last-child canvas');
            const { width, height } = canvas, { data } = canvas.getContext('2d').getImageData(0, 0, width, height);
            const columns = [];
@@ -43,10 +43,11 @@ fn painted(browser: &mut Browser) -> (Vec<Painted>, [f64; 2], impl Fn(f64) -> f6
            return { columns, levels: canvas.levels.slice(-2), range: document.querySelector('#range').textContent }; })()",
     );
     let rows = |a: &Value, b: &Value| Some([a.as_f64()?, b.as_f64()?]);
-    let columns = told["columns"].as_array().unwrap().iter();
+    let columns = printed["columns"].as_array().unwrap().iter();
     let columns = columns.map(|of| Painted { line: rows(&of[0], &of[1]), any: rows(&of[2], &of[3]) }).collect();
-    let ends = told["range"].as_str().unwrap().trim_end_matches(" s").split_once(" – ").unwrap();
-    let level = |at: usize| [&told["levels"][at][0], &told["levels"][at][1]].map(|number| number.as_f64().unwrap());
+    let ends = printed["range"].as_str().unwrap().trim_end_matches(" s").split_once(" – ").unwrap();
+    let level =
+        |at: usize| [&printed["levels"][at][0], &printed["levels"][at][1]].map(|number| number.as_f64().unwrap());
     let ([v0, y0], [v1, y1]) = (level(0), level(1));
     (columns, [ends.0, ends.1].map(|end| end.parse().unwrap()), move |value| y0 + (value - v0) * (y1 - y0) / (v1 - v0))
 }
@@ -153,8 +154,8 @@ fn where_detail_is_missing_there_is_no_line() {
         ] {
             browser.eval(&format!("location.hash = '#t=180&{part}'"));
             compare(&mut browser, &values, 1000.0, &format!("{part} on {width} pixels"));
-            let told = browser.text(".panel:last-child .detail");
-            assert!(!detail || told.starts_with("This page holds no more detail here: a band"), "{part}: {told}");
+            let printed = browser.text(".panel:last-child .detail");
+            assert!(!detail || printed.starts_with("This page holds no more detail here: a band"), "{part}: {printed}");
         }
     }
     // A number within a band is not known: its bounds are.

@@ -51,14 +51,14 @@ pub(super) fn drawn(browser: &mut Browser) {
 
 /// How many colours the replay has, and a number that tells pictures apart.
 fn picture(browser: &mut Browser) -> (u64, i64) {
-    let told = browser.eval(
+    let printed = browser.eval(
         "(() => { const canvas = document.querySelector('#replay canvas');
            const pixels = new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer);
            let sum = 0; const colors = new Set();
            for (const pixel of pixels) { sum = (Math.imul(sum, 31) + pixel) | 0; colors.add(pixel); }
            return [colors.size, sum]; })()",
     );
-    (told[0].as_u64().unwrap(), told[1].as_i64().unwrap())
+    (printed[0].as_u64().unwrap(), printed[1].as_i64().unwrap())
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn labels_are_apart_from_each_other_and_from_curves() {
     );
     browser.resize(1280, 900);
     drawn(&mut browser);
-    let told = browser.eval(
+    let printed = browser.eval(
         "(() => { const curve = [1, 3, 5].map((at) => parseInt(getComputedStyle(document.documentElement).getPropertyValue('--curve0').trim().slice(at, at + 2), 16));
            return window.names.map(({ context, text, right, foot, wide }) => {
              const { data } = context.getImageData(Math.round(right - wide), Math.round(foot - 9), Math.round(wide), 10);
@@ -143,9 +143,9 @@ fn labels_are_apart_from_each_other_and_from_curves() {
              for (let at = 0; at < data.length; at += 4) if (curve.every((part, color) => Math.abs(part - data[at + color]) < 60)) blue++;
              return [text, blue]; }); })()",
     );
-    let told = told.as_array().unwrap();
-    assert!(told.len() >= 6, "{told:?}");
-    assert!(told.iter().all(|name| name[1] == 0), "{told:?}");
+    let printed = printed.as_array().unwrap();
+    assert!(printed.len() >= 6, "{printed:?}");
+    assert!(printed.iter().all(|name| name[1] == 0), "{printed:?}");
     no_complaints(&browser);
 }
 
@@ -170,7 +170,7 @@ fn the_whole_scene_is_in_the_first_view() {
 }
 
 #[test]
-fn what_lies_beyond_a_scale_is_told_and_shown_when_asked() {
+fn what_lies_beyond_a_scale_is_reported_and_shown_when_asked() {
     let page = opened(|folder| {
         let page = folder.join("page.html");
         std::fs::write(&page, super::knocked_page(&[(3000..3002, 61.5)])).unwrap();
@@ -206,9 +206,9 @@ fn a_boundary_is_explained_as_explain_does() {
     let why = browser.text("#why");
     // The force of the base on the cube: on the last frame of the Grasp and on the first one of the Translate.
     for frame in [begins - 0.001, begins] {
-        let told =
+        let printed =
             said(&teachtree(&["explain", log.to_str().unwrap(), "--at", &format!("{frame:.3}s"), "--track", "right"]));
-        let line = told.lines().find(|line| line.contains("norm(contacts.force) above loads_on")).unwrap();
+        let line = printed.lines().find(|line| line.contains("norm(contacts.force) above loads_on")).unwrap();
         let fact = line.split_once("loads_off: ").unwrap().1;
         // `18.4 mN, wanted above 50 mN, 31.6 mN short`, or `20.0 mN, held since 0.001 s, lost below 20 mN: 0.1 mN to spare`.
         let value = fact.split_once(',').unwrap().0;

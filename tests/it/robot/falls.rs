@@ -3,7 +3,8 @@
 use crate::program::{all_said, teachtree};
 use serde_json::Value;
 use teachtree::base::recording::Recording;
-use teachtree::stream::{self, OpenRequest};
+use teachtree::stream;
+use teachtree::stream::OpenRequest;
 
 /// What a robot made of the person's demonstration in a shipped scene when in its own scene `from` is `to`: the exit status, what was said, the recording.
 fn performed(scene: &str, from: &str, to: &str) -> (Option<i32>, String, Recording) {
@@ -17,10 +18,10 @@ fn performed(scene: &str, from: &str, to: &str) -> (Option<i32>, String, Recordi
     std::fs::write(&own, text.replace(from, to)).unwrap();
     let page = path("robot.html");
     let output = teachtree(&["simulate", &commands, "--scene", &own, "-o", &out, "--report", &page]);
-    let told = all_said(&output);
-    assert!(std::fs::read_to_string(&page).unwrap().contains("<p>Fell off after "), "{told}");
+    let printed = all_said(&output);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("<p>Fell off after "), "{printed}");
     let opened = stream::open(&OpenRequest { log: out.into(), ..OpenRequest::default() }).unwrap();
-    (output.status.code(), told, opened.recording)
+    (output.status.code(), printed, opened.recording)
 }
 
 const BASE: &str = "position: [0 mm, 0 mm, -10 mm], parts: [{box: [640 mm, 600 mm, 20 mm]}]";
@@ -29,16 +30,23 @@ const BASE: &str = "position: [0 mm, 0 mm, -10 mm], parts: [{box: [640 mm, 600 m
 #[test]
 fn what_is_pushed_off_the_table_ends_the_simulation() {
     let short = "position: [0 mm, -150 mm, -10 mm], parts: [{box: [640 mm, 300 mm, 20 mm]}]";
-    let (status, told, recording) = performed("push", BASE, short);
-    assert_eq!(status, Some(1), "{told}");
-    let fell_s: f64 =
-        told.split("not done push: `box` fell off after ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(!told.contains("from where the demonstration left it"), "{told}");
+    let (status, printed, recording) = performed("push", BASE, short);
+    assert_eq!(status, Some(1), "{printed}");
+    let fell_s: f64 = printed
+        .split("not done push: `box` fell off after ")
+        .nth(1)
+        .unwrap()
+        .split(' ')
+        .next()
+        .unwrap()
+        .parse()
+        .unwrap();
+    assert!(!printed.contains("from where the demonstration left it"), "{printed}");
     let last = |name: &str| *recording.columns[name].values.last().unwrap();
     let (end_s, [y, z]) =
         (*recording.time.last().unwrap(), ["y", "z"].map(|part| last(&format!("box.position.{part}"))));
     // It was pushed some way first; then a free fall of a metre below the base, and no more.
-    assert!(fell_s > 1.0 && (0.3..0.8).contains(&(end_s - fell_s)), "{told}: {end_s} s");
+    assert!(fell_s > 1.0 && (0.3..0.8).contains(&(end_s - fell_s)), "{printed}: {end_s} s");
     assert!(y > 0.0 && (-1.1..-0.95).contains(&z), "{y} m, {z} m");
     assert!(last("block.position.z") < z, "the block fell from the beginning");
 }
@@ -47,12 +55,12 @@ fn what_is_pushed_off_the_table_ends_the_simulation() {
 #[test]
 fn what_is_left_to_do_is_done() {
     let right = "position: [170 mm, 0 mm, -10 mm], parts: [{box: [420 mm, 600 mm, 20 mm]}]";
-    let (status, told, recording) = performed("paper_box", BASE, right);
-    assert_eq!(status, Some(1), "{told}");
-    assert!(told.starts_with("done     pick_and_follow: "), "{told}");
-    assert!(told.contains("not done push_and_trace: `left_cube` fell off after 0.0 s"), "{told}");
+    let (status, printed, recording) = performed("paper_box", BASE, right);
+    assert_eq!(status, Some(1), "{printed}");
+    assert!(printed.starts_with("done     pick_and_follow: "), "{printed}");
+    assert!(printed.contains("not done push_and_trace: `left_cube` fell off after 0.0 s"), "{printed}");
     // The second task, of eleven seconds, is not begun.
-    assert!(recording.time.last().unwrap() < &13.0, "{told}");
+    assert!(recording.time.last().unwrap() < &13.0, "{printed}");
 }
 
 /// The left hand's first task is about a box without a floor, which is gone when its turn comes: the hand goes to its next task from where it is.
@@ -85,9 +93,9 @@ fn a_hand_whose_first_task_is_gone_does_not_jump() {
     let scene = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/independent.yaml")).unwrap();
     let ghost = "bodies:\n  ghost: {role: object, mass: 40 g, position: [-450 mm, -40 mm, 35 mm], parts: [{box: [80 mm, 60 mm, 70 mm]}]}\n";
     std::fs::write(&own, scene.replace("bodies:\n", ghost)).unwrap();
-    let told = all_said(&teachtree(&["simulate", &file, "--scene", &own, "-o", &path("robot.csv")]));
-    assert!(told.contains("`ghost` fell off after 0.0 s"), "{told}");
-    let done = told.split("`left_box`").nth(1).unwrap();
+    let printed = all_said(&teachtree(&["simulate", &file, "--scene", &own, "-o", &path("robot.csv")]));
+    assert!(printed.contains("`ghost` fell off after 0.0 s"), "{printed}");
+    let done = printed.split("`left_box`").nth(1).unwrap();
     let off_mm: f64 = done.split("palm within ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
-    assert!(told.contains("done     left ") && off_mm < 10.0, "{told}");
+    assert!(printed.contains("done     left ") && off_mm < 10.0, "{printed}");
 }

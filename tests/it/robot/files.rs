@@ -5,7 +5,7 @@ use teachtree::robot;
 
 /// Each fixture has one mistake; its first line says which place and words the error must have.
 #[test]
-fn every_mistake_in_a_robot_is_told_at_its_line() {
+fn every_mistake_in_a_robot_is_reported_at_its_line() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/robots");
     let mut seen = 0;
     let mut wrong = Vec::new();

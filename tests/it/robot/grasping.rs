@@ -6,7 +6,7 @@ use serde_json::Value;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Body;
 use teachtree::base::yaml;
-use teachtree::robot::grasp::{Contact, Failure, Grasp, Mapper, Wanted};
+use teachtree::robot::grasp::{Contact, Failure, GraspCandidate, Mapper, Wanted};
 use teachtree::robot::{HandModel, REACHED_M, Robot};
 
 fn body(shape: &str) -> Body {
@@ -44,7 +44,7 @@ fn the_measure_is_best_near_80_mm_and_ends_near_160_mm() {
 pub fn tips_off_contacts(
     robot: &Robot,
     hand: &HandModel,
-    grasp: &Grasp,
+    grasp: &GraspCandidate,
     q: &[f64],
     contacts: &[Contact],
 ) -> Vec<(Finger, f64)> {

@@ -8,7 +8,7 @@ use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Body;
 use teachtree::base::yaml;
 use teachtree::command::{Commands, Task};
-use teachtree::robot::grasp::{Contact, Grasp, Mapper, Obstacle, Wanted};
+use teachtree::robot::grasp::{Contact, GraspCandidate, Mapper, Obstacle, Wanted};
 use teachtree::robot::{self, Robot};
 
 const GRIPPER: &str = include_str!("../../../robots/parallel_jaw.yaml");
@@ -61,7 +61,12 @@ fn across(width: f64) -> (Body, Vec<Contact>) {
     (body, vec![at(Finger::Thumb, -1.0), at(Finger::Index, 1.0)])
 }
 
-fn mapped(robot: &Robot, object: &Body, contacts: Vec<Contact>, obstacles: Vec<Obstacle<'_>>) -> Result<Grasp, String> {
+fn mapped(
+    robot: &Robot,
+    object: &Body,
+    contacts: Vec<Contact>,
+    obstacles: Vec<Obstacle<'_>>,
+) -> Result<GraspCandidate, String> {
     let wanted = Wanted { contacts, object, obstacles };
     Mapper::new(&robot.hands[&Side::Right]).map(&wanted).map_err(|failure| failure.to_string())
 }
@@ -151,7 +156,7 @@ fn jaws_stand_on_their_contacts_with_the_palm_where_there_is_room() {
 }
 
 #[test]
-fn what_jaws_cannot_hold_is_told_with_what_is_missing() {
+fn what_jaws_cannot_hold_is_reported_with_what_is_missing() {
     let gripper = shipped("parallel_jaw");
     let (object, contacts) = across(120.0);
     let wide = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
@@ -163,17 +168,17 @@ fn what_jaws_cannot_hold_is_told_with_what_is_missing() {
     // Thumb on one side, the fingers on top.
     let (object, mut contacts) = across(60.0);
     contacts[1] = Contact { finger: Finger::Index, point: Point3::new(0.0, 0.025, 0.030), normal: Vector3::z() };
-    let slips = mapped(&gripper, &object, contacts.clone(), Vec::new()).unwrap_err();
+    let suspicious_channels = mapped(&gripper, &object, contacts.clone(), Vec::new()).unwrap_err();
     assert_eq!(
-        slips,
-        "the index jaw slips off: the line between the jaws leans by 66 degrees there, and friction holds up to 45"
+        suspicious_channels,
+        "the index jaw suspicious_channels off: the line between the jaws leans by 66 degrees there, and friction holds up to 45"
     );
     contacts.remove(0);
     let pushes = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();
     assert_eq!(pushes, "a gripper holds between thumb and fingers, and here only one side touches: it does not push");
 }
 
-/// What a robot is told to do after a person's demonstration, and what came of it: exit status and all that was printed, and the tasks that rules find
+/// What a robot is reported to do after an operator's demonstration, and what came of it: exit status and all that was printed, and the tasks that rules find
 /// in its recording.
 fn carried_out(scene: &str, seed: &str, robot: &str) -> (Commands, [(Option<i32>, String); 2], String) {
     let folder = tempfile::tempdir().unwrap();
@@ -184,15 +189,15 @@ fn carried_out(scene: &str, seed: &str, robot: &str) -> (Commands, [(Option<i32>
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
     assert!(teachtree(&["teach", scene, scene, "--seed", seed, "-o", &log]).status.success());
-    let told = |args: &[&str]| {
+    let printed = |args: &[&str]| {
         let output = teachtree(args);
         (output.status.code(), String::from_utf8_lossy(&output.stdout).to_string() + &complained(&output))
     };
-    let made = told(&["command", &log, "--robot", robot, "-o", &commanded]);
+    let made = printed(&["command", &log, "--robot", robot, "-o", &commanded]);
     let page = path("robot.html");
-    let done = told(&["simulate", &commanded, "--robot", robot, "--scene", scene, "-o", &out, "--report", &page]);
+    let done = printed(&["simulate", &commanded, "--robot", robot, "--scene", scene, "-o", &out, "--report", &page]);
     let commands = Commands::read(&std::fs::read_to_string(&commanded).unwrap(), "commands.json").unwrap();
-    let tasks = if done.0 == Some(0) { told(&["analyze", &out]).1 } else { String::new() };
+    let tasks = if done.0 == Some(0) { printed(&["analyze", &out]).1 } else { String::new() };
     (commands, [made, done], tasks)
 }
 
@@ -228,9 +233,9 @@ fn a_gripper_on_an_arm_does_what_three_fingers_showed() {
 fn a_cube_that_is_wider_than_the_jaws_open_is_refused_in_millimetres() {
     let (commands, [made, done], _) = carried_out("pick_and_follow", "2", "parallel_jaw");
     assert_eq!((made.0, done.0), (Some(1), Some(1)));
-    for told in [&made.1, &done.1] {
-        assert!(told.contains("the jaws open to 100.0 mm, and 12"), "{told}");
-        assert!(told.contains(" mm are missing"), "{told}");
+    for printed in [&made.1, &done.1] {
+        assert!(printed.contains("the jaws open to 100.0 mm, and 12"), "{printed}");
+        assert!(printed.contains(" mm are missing"), "{printed}");
     }
     assert!(commands.tasks[0].grasps[0].mapped.is_none());
 }

@@ -171,7 +171,7 @@ fn the_closed_measure_is_that_of_the_jacobian() {
 }
 
 #[test]
-fn out_of_reach_is_told_in_millimetres() {
+fn out_of_reach_is_reported_in_millimetres() {
     let robot = shipped("gifu_hand_iii_right");
     let index = right(&robot).finger(Finger::Index).unwrap();
     // Straight ahead of the stretched finger: 20 mm too far.

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
-use teachtree::command::{Commands, Contact, Grasp, Segment, Task, Tip};
+use teachtree::command::{Commands, Contact, GraspSpec, Segment, Task, Tip};
 use teachtree::robot::control::executor::Executor;
 use teachtree::robot::control::impedance::limited;
 use teachtree::robot::dynamics::motion::Motion;
@@ -193,7 +193,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
             ..Segment::default()
         }
     };
-    let grasp = Grasp {
+    let grasp = GraspSpec {
         contacts: contacts
             .iter()
             .map(|(finger, point)| Contact {
@@ -202,7 +202,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
                 normal: [0.0, point[1].signum(), 0.0],
             })
             .collect(),
-        ..Grasp::default()
+        ..GraspSpec::default()
     };
     let task = Task {
         track: "right".into(),
@@ -271,17 +271,17 @@ fn what_keeps_a_hand_from_a_grasp_is_named_with_its_place() {
     };
     // Clear of the cube where it stands, but not of the fingers behind it.
     let rail = "position: [100 mm, 75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
-    let told =
+    let printed =
         why(&[("rail", rail), ("far", "position: [100 mm, 275 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 20 mm]}]")]);
-    assert!(told.ends_with("it could be held without `rail` where `cube` is taken, at 7.0 s"), "{told}");
+    assert!(printed.ends_with("it could be held without `rail` where `cube` is taken, at 7.0 s"), "{printed}");
     // High enough to be met where the cube is let go too.
     let high = "position: [100 mm, 75 mm, 120 mm], parts: [{box: [120 mm, 20 mm, 240 mm]}]";
-    let told = why(&[("rail", high)]);
-    assert!(told.ends_with("it could be held without `rail`"), "{told}");
+    let printed = why(&[("rail", high)]);
+    assert!(printed.ends_with("it could be held without `rail`"), "{printed}");
     // Two of them, each of which is enough.
     let other = "position: [100 mm, -75 mm, 60 mm], parts: [{box: [120 mm, 20 mm, 120 mm]}]";
-    let told = why(&[("rail", rail), ("other", other)]);
-    assert!(told.ends_with("it could be held without what stands about it"), "{told}");
+    let printed = why(&[("rail", rail), ("other", other)]);
+    assert!(printed.ends_with("it could be held without what stands about it"), "{printed}");
     assert_eq!(why(&[]), "");
 }
 

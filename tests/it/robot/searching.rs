@@ -100,10 +100,10 @@ fn a_hole_that_is_not_where_it_is_expected_is_felt_for() {
     };
     let found = with_holder("88.5", "21.4");
     assert!(found.status.success(), "{}{}", said(&found), complained(&found));
-    let told = said(&found);
-    let off = told.split("hole found ").nth(1).and_then(|rest| rest.split(" mm").next()).unwrap();
+    let printed = said(&found);
+    let off = printed.split("hole found ").nth(1).and_then(|rest| rest.split(" mm").next()).unwrap();
     let off: f64 = off.parse().unwrap();
-    assert!((off - 2.05).abs() < 0.8, "{told}");
+    assert!((off - 2.05).abs() < 0.8, "{printed}");
     let again = teachtree(&["analyze", &out]);
     assert!(said(&again).contains("peg_in_hole"), "{}", said(&again));
 

@@ -1,4 +1,4 @@
-//! Two arms: a person's hand-over becomes the robot's.
+//! Two arms: an operator's hand-over becomes the robot's.
 
 use super::kinematics::shipped;
 use crate::command::{pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
@@ -38,11 +38,11 @@ fn a_hand_over_is_carried_out_by_two_arms() {
     let (page, joints) = (path("robot.html"), path("joints.json"));
     let more = ["-o", &out, "--report", &page, "--trajectory", &joints];
     let done = teachtree(&[&["simulate", &commanded, "--scene", scene], &more[..]].concat());
-    let told = String::from_utf8(done.stdout.clone()).unwrap();
-    assert!(done.status.success(), "{told}{}", complained(&done));
+    let printed = String::from_utf8(done.stdout.clone()).unwrap();
+    assert!(done.status.success(), "{printed}{}", complained(&done));
     assert!(
-        told.contains("left pick_and_place: `box` is") && told.contains("right pick_and_place: `box` is"),
-        "{told}"
+        printed.contains("left pick_and_place: `box` is") && printed.contains("right pick_and_place: `box` is"),
+        "{printed}"
     );
     let page = std::fs::read_to_string(page).unwrap();
     pictures_hold_hands_and_objects(&page);

@@ -74,7 +74,7 @@ fn own_labels_in_a_file_score_as_in_the_log() {
 }
 
 #[test]
-fn a_relabeled_truth_is_told_as_the_result_is() {
+fn a_relabeled_truth_is_reported_as_the_result_is() {
     let folder = tempfile::tempdir().unwrap();
     recorded(folder.path(), &["1"]);
     let name = folder.path().to_str().unwrap();

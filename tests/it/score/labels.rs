@@ -1,7 +1,7 @@
 //! Label files: what is read, and what is said of a bad one.
 
 use std::path::PathBuf;
-use teachtree::stream::labels::{Kind, Labels, read};
+use teachtree::stream::read::labels::{Kind, Labels, read};
 
 /// When the five rows of a log were, s; the third repeats the stamp of the second.
 const ROW_TIME: [f64; 5] = [0.0, 0.1, 0.1, 0.2, 0.4];
@@ -21,12 +21,12 @@ fn intervals(text: &str) -> Vec<(String, f64, f64)> {
 #[test]
 fn times_are_seconds() {
     let labels = reading("track,label,start_s,end_s,who\nright,Grasp,0.5,1.25,me\nleft,Move,0,2,you\n").unwrap();
-    let told: Vec<_> = labels
+    let printed: Vec<_> = labels
         .intervals
         .iter()
         .map(|label| (label.track.as_deref(), label.name.as_str(), label.start_s, label.end_s, label.row))
         .collect();
-    assert_eq!(told, [(Some("left"), "Move", 0.0, 2.0, 3), (Some("right"), "Grasp", 0.5, 1.25, 2)]);
+    assert_eq!(printed, [(Some("left"), "Move", 0.0, 2.0, 3), (Some("right"), "Grasp", 0.5, 1.25, 2)]);
 }
 
 #[test]
@@ -54,8 +54,9 @@ fn tasks_are_labels_too() {
 #[test]
 fn time_with_two_names_is_not_labelled() {
     let labels = reading("label,start_s,end_s\nA,0,2\nA,1,3\nB,2.5,5\nC,3.5,4\n").unwrap();
-    let told: Vec<_> = labels.intervals.iter().map(|label| (label.name.as_str(), label.start_s, label.end_s)).collect();
-    assert_eq!(told, [("A", 0.0, 2.0), ("A", 2.0, 2.5), ("B", 3.0, 3.5), ("B", 4.0, 5.0)]);
+    let printed: Vec<_> =
+        labels.intervals.iter().map(|label| (label.name.as_str(), label.start_s, label.end_s)).collect();
+    assert_eq!(printed, [("A", 0.0, 2.0), ("A", 2.0, 2.5), ("B", 3.0, 3.5), ("B", 4.0, 5.0)]);
     assert!((labels.contradicted_s - 1.0).abs() < 1e-9);
 }
 
@@ -79,6 +80,7 @@ fn what_is_wrong_is_said_with_its_place() {
         ("too many at once", &crowd),
         ("too long", &long),
     ];
-    let told: String = cases.iter().map(|(name, text)| format!("{name}\n  {}\n", reading(text).unwrap_err())).collect();
-    insta::assert_snapshot!(told);
+    let printed: String =
+        cases.iter().map(|(name, text)| format!("{name}\n  {}\n", reading(text).unwrap_err())).collect();
+    insta::assert_snapshot!(printed);
 }

@@ -4,7 +4,7 @@ use super::build::RIGHT;
 use teachtree::analysis::Who;
 use teachtree::analysis::score::{Known, NameMap, Span, Truth};
 use teachtree::base::recording::{Event, Recording};
-use teachtree::stream::labels::{Interval, Kind, Labels};
+use teachtree::stream::read::labels::{Interval, Kind, Labels};
 
 fn known() -> Known {
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
@@ -22,7 +22,7 @@ fn recording(columns: &[(&str, &str)]) -> Recording {
     recording
 }
 
-fn told(spans: &[Span]) -> String {
+fn printed(spans: &[Span]) -> String {
     spans.iter().map(|span| format!("{} {}–{} ", span.name(), span.start_s, span.end_s)).collect()
 }
 
@@ -31,7 +31,7 @@ fn a_column_is_runs_of_names_and_an_empty_cell_is_not_known() {
     let truth = Truth::of_recording(&recording(&[("right.label", "Move Move - Grasp Grasp")]), &NameMap::default());
     let tracks = truth.unwrap().tracks;
     assert_eq!(tracks.len(), 1);
-    assert_eq!((tracks[0].who, told(&tracks[0].primitives)), (RIGHT, "Move 0–2 Grasp 3–5 ".into()));
+    assert_eq!((tracks[0].who, printed(&tracks[0].primitives)), (RIGHT, "Move 0–2 Grasp 3–5 ".into()));
     assert_eq!(tracks[0].tasks, None);
 }
 
@@ -39,7 +39,7 @@ fn a_column_is_runs_of_names_and_an_empty_cell_is_not_known() {
 fn an_empty_cell_of_both_hands_is_no_coordination() {
     let truth = Truth::of_recording(&recording(&[("both.label", "- - Pass -")]), &NameMap::default()).unwrap();
     assert_eq!(
-        (truth.tracks[0].who, told(&truth.tracks[0].primitives)),
+        (truth.tracks[0].who, printed(&truth.tracks[0].primitives)),
         (Who::Both, "separate 0–2 Pass 2–3 separate 3–4 ".into())
     );
 }
@@ -55,7 +55,7 @@ fn tasks_are_runs_too_and_their_events_part_equal_ones() {
     let mut recording =
         recording(&[("right.label", "Move Move Move Move Move"), ("right.task", "pick pick pick - push")]);
     let tasks = |recording: &Recording| {
-        told(Truth::of_recording(recording, &NameMap::default()).unwrap().tracks[0].tasks.as_ref().unwrap())
+        printed(Truth::of_recording(recording, &NameMap::default()).unwrap().tracks[0].tasks.as_ref().unwrap())
     };
     assert_eq!(tasks(&recording), "pick 0–3 push 4–5 ");
     let event = |time_s, kind: &str, hand: &str| Event {
@@ -84,7 +84,7 @@ fn maps_are_yaml_or_pairs() {
     assert_eq!(yaml.get("S9"), Some(&[][..]));
     assert_eq!(yaml.get("S3"), None);
     let truth = Truth::of_recording(&recording(&[("right.label", "S1 2 2 S9 S9 Grasp")]), &yaml).unwrap();
-    assert_eq!(told(&truth.tracks[0].primitives), "Move|Approach 0–1 Grasp 1–3 Grasp 5–6 ");
+    assert_eq!(printed(&truth.tracks[0].primitives), "Move|Approach 0–1 Grasp 1–3 Grasp 5–6 ");
 }
 
 #[test]
@@ -97,8 +97,8 @@ fn maps_that_cannot_be_meant_are_refused() {
     let yaml = ["S1: 3", "- S1", "S1: []", "S1: Move\nS1: Grasp"];
     let refused_yaml =
         |text: &str| format!("{}\n  {}\n", text.replace('\n', "; "), NameMap::read(text, "map.yaml").unwrap_err());
-    let told: Vec<String> = pairs.map(refused).into_iter().chain(yaml.map(refused_yaml)).collect();
-    insta::assert_snapshot!(told.concat());
+    let printed: Vec<String> = pairs.map(refused).into_iter().chain(yaml.map(refused_yaml)).collect();
+    insta::assert_snapshot!(printed.concat());
 }
 
 #[test]
@@ -117,12 +117,12 @@ fn names_that_nobody_knows_are_refused() {
     };
     let truth =
         |name: &str, kind, track| Truth::of_labels(&labels(name, kind, track), None, &NameMap::default(), &known());
-    let told = [
+    let printed = [
         truth("Grasq", Kind::Primitive, Some("right")),
         truth("S1", Kind::Primitive, Some("right")),
         truth("Move", Kind::Task, Some("right")),
         truth("Move", Kind::Primitive, None),
     ];
-    insta::assert_snapshot!(told.map(|truth| format!("{}\n", truth.unwrap_err())).concat());
+    insta::assert_snapshot!(printed.map(|truth| format!("{}\n", truth.unwrap_err())).concat());
     assert_eq!(truth("pick", Kind::Task, Some("left")).unwrap().tracks.len(), 1);
 }

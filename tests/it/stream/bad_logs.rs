@@ -5,8 +5,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use teachtree::base::channels::Shape;
 use teachtree::base::units::Dimension;
-use teachtree::stream::formats::delimited;
-use teachtree::stream::{OpenRequest, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::open;
+use teachtree::stream::read::formats::delimited;
 
 /// What a user would be told about a log, and what is left of it.
 fn report(request: &OpenRequest) -> String {
@@ -48,15 +49,15 @@ fn reports(folder: &str, ending: &str, request: impl Fn(PathBuf) -> OpenRequest)
     let files = Path::new(folder).read_dir().unwrap().map(|file| file.unwrap().path());
     let mut files: Vec<PathBuf> = files.filter(|file| file.extension().is_some_and(|found| found == ending)).collect();
     files.sort();
-    let told = files.into_iter().map(|file| {
+    let printed = files.into_iter().map(|file| {
         let title = file.file_stem().unwrap().to_string_lossy().replace('_', " ");
         format!("# {title}\n{}\n", report(&request(file)))
     });
-    told.collect::<Vec<_>>().join("\n")
+    printed.collect::<Vec<_>>().join("\n")
 }
 
 #[test]
-fn each_fault_of_a_log_is_told() {
+fn each_fault_of_a_log_is_reported() {
     let scene = Some("tests/fixtures/logs/box.yaml".into());
     insta::assert_snapshot!(reports("tests/fixtures/logs", "csv", |log| OpenRequest {
         log,
@@ -66,7 +67,7 @@ fn each_fault_of_a_log_is_told() {
 }
 
 #[test]
-fn each_fault_of_a_binding_is_told() {
+fn each_fault_of_a_binding_is_reported() {
     let log: PathBuf = "tests/fixtures/bindings/foreign.csv".into();
     insta::assert_snapshot!(reports("tests/fixtures/bindings", "yaml", |binding| OpenRequest {
         log: log.clone(),
@@ -96,7 +97,7 @@ fn a_log_that_is_not_there_is_refused() {
 fn a_huge_field_is_refused() {
     let text = format!("time,cube.position.x\n0,1\n0.1,{}\n0.2,1\n", "9".repeat(100_000));
     let source = delimited::source(Box::new(std::io::Cursor::new(text.into_bytes())), "huge.csv").unwrap();
-    let wants = [teachtree::stream::table::Want::Time(1.0), teachtree::stream::table::Want::Number(1.0)];
+    let wants = [teachtree::stream::read::table::Want::Time(1.0), teachtree::stream::read::table::Want::Number(1.0)];
     insta::assert_snapshot!(source.read(&wants, None).unwrap_err());
 }
 
@@ -128,7 +129,7 @@ fn a_scene_beyond_all_sizes_is_refused() {
         "bodies:\n  cube: {role: object, parts: [{ball: 10 mm, at: [0 m, 0 m, 20 m]}]}\n".to_string(),
         format!("bodies:\n{bodies}"),
     ];
-    let told = scenes.map(|scene| {
+    let printed = scenes.map(|scene| {
         std::fs::write(folder.path().join("log.scene.yaml"), scene).unwrap();
         let error = open(&OpenRequest { log: log.clone(), ..OpenRequest::default() }).unwrap_err();
         assert!(error.place.contains("log.scene.yaml"), "{error}");
@@ -140,7 +141,7 @@ fn a_scene_beyond_all_sizes_is_refused() {
         "bodies.cube.parts.0: is 20 m from the middle of its body, expected at most 10 m",
         "bodies: found 300 bodies, expected at most 256",
     ];
-    for (told, wanted) in told.iter().zip(wanted) {
-        assert!(told.contains(wanted), "{told}");
+    for (printed, wanted) in printed.iter().zip(wanted) {
+        assert!(printed.contains(wanted), "{printed}");
     }
 }

@@ -6,9 +6,11 @@ use std::fmt::Write;
 use teachtree::base::recording::Recording;
 use teachtree::base::scene::Scene;
 use teachtree::base::units::Dimension;
-use teachtree::stream::binding::{BindingFile, bind};
-use teachtree::stream::formats::{self, delimited};
-use teachtree::stream::{OpenRequest, Opened, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::Opened;
+use teachtree::stream::bind::{BindingFile, bind};
+use teachtree::stream::open;
+use teachtree::stream::read::formats::{self, delimited};
 use teachtree::world::{shipped, teach};
 
 fn opened() -> Opened {
@@ -80,9 +82,9 @@ fn a_trusted_force_counts_although_it_is_constant() {
     let stuck = |binding| {
         let opened = open(&OpenRequest { log: log.clone(), binding, scene: scene.clone() }).unwrap();
         let frames = opened.frames(&[super::ask("load")]).unwrap();
-        let told =
+        let printed =
             frames.issues.iter().any(|issue| issue.kind == "stuck_sensor" && issue.channel == "right.thumb.force");
-        (told, super::column(&frames, "load", 0, 0)[0])
+        (printed, super::column(&frames, "load", 0, 0)[0])
     };
     assert_eq!(stuck(None), (true, 0.0));
     assert_eq!(stuck(Some(binding)), (false, 0.8));

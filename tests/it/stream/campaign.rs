@@ -7,8 +7,10 @@ use teachtree::base::recording::Recording;
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{Request, Rules, load};
+use teachtree::stream::OpenRequest;
 use teachtree::stream::frames::Issue;
-use teachtree::stream::{OpenRequest, formats, open};
+use teachtree::stream::open;
+use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 
 /// The shipped rules of one hand.
@@ -128,7 +130,7 @@ fn taught(name: &str) -> Recording {
 }
 
 #[test]
-fn a_damaged_cell_is_told_or_changes_nothing() {
+fn a_damaged_cell_is_reported_or_changes_nothing() {
     let program = Program::new();
     for (name, seed) in [("peg_in_hole", 1), ("pick_and_place", 2)] {
         let plain = taught(name);

@@ -93,7 +93,7 @@ fn contacts_have_a_slot_for_each_body_and_the_direction_of_their_force() {
     assert_eq!(column(&frames, "contacts.force", 0, 2)[10], 0.49);
     assert_eq!(column(&frames, "contacts.normal", 0, 2)[10], 1.0);
     near(column(&frames, "load", 0, 0)[50], 0.35f64.hypot(0.4), 1e-12);
-    // The index has no force in the log: it feels nothing, and that is told.
+    // The index has no force in the log: it feels nothing, and that is reported.
     assert!(column(&frames, "fingers.force", 1, 2).iter().all(|force| *force == 0.0));
     assert!(frames.issues.iter().any(|issue| issue.kind == "missing_channel" && issue.channel == "right.index.force"));
 }

@@ -13,9 +13,9 @@ mod text;
 
 use std::path::{Path, PathBuf};
 use teachtree::base::recording::Recording;
-use teachtree::stream::binding::{BindingFile, bind};
-use teachtree::stream::formats;
+use teachtree::stream::bind::{BindingFile, bind};
 use teachtree::stream::frames::Issue;
+use teachtree::stream::read::formats;
 
 /// The scene that bindings in these tests have.
 const SCENE: &str =

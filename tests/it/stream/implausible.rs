@@ -2,24 +2,26 @@
 
 use super::ask_contact;
 use teachtree::base::recording::Recording;
-use teachtree::stream::{OpenRequest, frames, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::frames;
+use teachtree::stream::open;
 use teachtree::world::{shipped, teach};
 
 fn taught(name: &str) -> Recording {
     teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 1).unwrap()
 }
 
-/// What is told of this kind.
-fn told(recording: &Recording, kind: &str) -> Vec<String> {
+/// What is reported of this kind.
+fn printed(recording: &Recording, kind: &str) -> Vec<String> {
     let issues = frames(recording, &[ask_contact()]).unwrap().issues;
     let of_kind = issues.into_iter().filter(|issue| issue.kind == kind);
     of_kind.map(|issue| format!("{}: {}", issue.channel, issue.message)).collect()
 }
 
 #[test]
-fn a_quaternion_in_another_order_is_told() {
+fn a_quaternion_in_another_order_is_reported() {
     let plain = taught("pick_and_place");
-    assert_eq!(told(&plain, "implausible_rotation"), [""; 0]);
+    assert_eq!(printed(&plain, "implausible_rotation"), [""; 0]);
     let mut said = vec![];
     for order in [["x", "y", "z", "w"], ["z", "w", "x", "y"]] {
         let mut log = plain.clone();
@@ -29,7 +31,7 @@ fn a_quaternion_in_another_order_is_told() {
                 log.columns[&format!("{body}.rotation.{column}")].values = of(holds);
             }
         }
-        said.push(told(&log, "implausible_rotation").join("\n"));
+        said.push(printed(&log, "implausible_rotation").join("\n"));
     }
     insta::assert_snapshot!(said.join("\n--\n"));
     // One that lies otherwise than the scene has it, beside one that is there, is in the order of that.
@@ -37,20 +39,20 @@ fn a_quaternion_in_another_order_is_told() {
     for (column, value) in [("w", 0.0), ("x", 0.0), ("y", 0.0), ("z", 1.0)] {
         log.columns[&format!("block.rotation.{column}")].values.fill(value);
     }
-    assert_eq!(told(&log, "implausible_rotation"), [""; 0]);
+    assert_eq!(printed(&log, "implausible_rotation"), [""; 0]);
 }
 
 #[test]
-fn the_force_of_one_finger_that_is_turned_is_told() {
+fn the_force_of_one_finger_that_is_turned_is_reported() {
     for name in shipped::names() {
         let plain = taught(name);
-        assert_eq!(told(&plain, "implausible_force"), [""; 0], "{name}");
+        assert_eq!(printed(&plain, "implausible_force"), [""; 0], "{name}");
     }
     let mut log = taught("pick_and_place");
     for axis in ["x", "y", "z"] {
         log.columns[&format!("right.thumb.force.{axis}")].values.iter_mut().for_each(|value| *value = -*value);
     }
-    insta::assert_snapshot!(told(&log, "implausible_force").join("\n"));
+    insta::assert_snapshot!(printed(&log, "implausible_force").join("\n"));
 }
 
 /// What a binding of this says of a log whose object is turned by an angle of time.
@@ -72,7 +74,7 @@ fn angles(folder: &std::path::Path, unit: &str, angle: impl Fn(f64) -> f64) -> V
 }
 
 #[test]
-fn degrees_that_are_read_as_radians_are_told() {
+fn degrees_that_are_read_as_radians_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
     insta::assert_snapshot!(angles(folder, "", |_| 90.0).join("\n"));
@@ -84,9 +86,9 @@ fn degrees_that_are_read_as_radians_are_told() {
     assert_eq!(angles(folder, " [deg]", |time| 720.0 * time), [""; 0]);
     // A bad sample is no degree.
     for bad_s in [0.0, 0.5] {
-        let told = angles(folder, "", |time| if time == bad_s { 90.0 } else { 0.3 });
-        assert!(told.iter().all(|told| told.starts_with("impossible_jump ")), "{told:?}");
-        assert_eq!(told.len(), 1);
+        let printed = angles(folder, "", |time| if time == bad_s { 90.0 } else { 0.3 });
+        assert!(printed.iter().all(|told| printed.starts_with("impossible_jump ")), "{printed:?}");
+        assert_eq!(printed.len(), 1);
     }
     // Turns that are counted.
     assert_eq!(angles(folder, "", |time| 12.0 * time), [""; 0]);

@@ -3,8 +3,10 @@
 use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
 use teachtree::base::recording::Recording;
+use teachtree::stream::OpenRequest;
 use teachtree::stream::frames::Issue;
-use teachtree::stream::{OpenRequest, formats, open};
+use teachtree::stream::open;
+use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 
 type Change<'a> = &'a dyn Fn(&mut Recording);
@@ -32,7 +34,7 @@ fn slower(log: &mut Recording, every: usize) {
     log.labels.values_mut().for_each(|texts| *texts = texts.iter().cloned().step_by(every).collect());
 }
 
-/// What is told of the jumps of a log that is written and opened.
+/// What is reported of the jumps of a log that is written and opened.
 fn jumps(folder: &Path, recording: &Recording) -> Vec<Issue> {
     let log = folder.join("log.csv");
     formats::write(recording, &log).unwrap();
@@ -48,7 +50,7 @@ fn segments(folder: &Path, log: &str, more: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn a_bad_sample_is_told_and_changes_no_segment() {
+fn a_bad_sample_is_reported_and_changes_no_segment() {
     let folder = tempfile::tempdir().unwrap();
     let plain = taught();
     formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
@@ -76,8 +78,8 @@ fn a_bad_sample_is_told_and_changes_no_segment() {
     for (channel, count, change) in changes {
         let mut recording = plain.clone();
         change(&mut recording);
-        let told = jumps(folder.path(), &recording);
-        let [issue] = told.as_slice() else { panic!("{channel}: {told:?}") };
+        let printed = jumps(folder.path(), &recording);
+        let [issue] = printed.as_slice() else { panic!("{channel}: {printed:?}") };
         assert_eq!(issue.channel, channel);
         assert!(issue.message.starts_with(&format!("{count} sample")), "{}", issue.message);
         assert_eq!(segments(folder.path(), "log.csv", &[]), wanted, "{channel}: {}", issue.message);
@@ -86,7 +88,7 @@ fn a_bad_sample_is_told_and_changes_no_segment() {
 
 /// A decimal point that is lost in one cell had made a `turn_screw` of this task.
 #[test]
-fn a_lost_decimal_point_in_a_velocity_is_told_and_changes_no_task() {
+fn a_lost_decimal_point_in_a_velocity_is_reported_and_changes_no_task() {
     let folder = tempfile::tempdir().unwrap();
     let plain = teach(&shipped::scene("peg_in_hole").unwrap(), &shipped::operator("peg_in_hole").unwrap(), 1).unwrap();
     formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
@@ -96,10 +98,10 @@ fn a_lost_decimal_point_in_a_velocity_is_told_and_changes_no_task() {
         let row = 4144;
         let digits = (log.columns[column].values[row] * 1e6).round();
         set(&mut log, column, row, digits);
-        let told = jumps(folder.path(), &log);
-        assert_eq!(told.len(), 1, "{column} became {digits}: {told:?}");
+        let printed = jumps(folder.path(), &log);
+        assert_eq!(printed.len(), 1, "{column} became {digits}: {printed:?}");
         assert_eq!(segments(folder.path(), "log.csv", &[]), wanted, "{column} became {digits}");
-        // What is read in windows is told as what is in memory.
+        // What is read in windows is reported as what is in memory.
         let json = ["analyze", "log.csv", "--format", "json"];
         let in_memory = teachtree_in(folder.path(), &[&json[..], &["--report", "report.html"]].concat());
         assert_eq!(said(&teachtree_in(folder.path(), &json)), said(&in_memory), "{column}");
@@ -127,11 +129,11 @@ fn what_is_said_names_value_and_time() {
     set(&mut log, "box.position.z", 1900, 2.0);
     add(&mut log, "right.thumb.force.x", 700, 250.0);
     add(&mut log, "right.thumb.force.x", 900, 150.0);
-    let told: Vec<String> = jumps(folder.path(), &log)
+    let printed: Vec<String> = jumps(folder.path(), &log)
         .iter()
         .map(|it| format!("{} {}–{} s: {}", it.channel, it.start_s, it.end_s, it.message))
         .collect();
-    insta::assert_snapshot!(told.join("\n"));
+    insta::assert_snapshot!(printed.join("\n"));
 }
 
 /// A binding reads the same log in other units, turned angles and at another rate.
@@ -214,7 +216,7 @@ fn what_may_be_is_no_jump() {
 
 /// A device that does not see yet tells zeros, and one that goes off tells anything.
 #[test]
-fn what_begins_or_ends_a_log_and_cannot_be_is_told() {
+fn what_begins_or_ends_a_log_and_cannot_be_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     let plain = taught();
     formats::write(&plain, &folder.path().join("plain.csv")).unwrap();
@@ -234,9 +236,9 @@ fn what_begins_or_ends_a_log_and_cannot_be_is_told() {
             });
             add(&mut log, "right.thumb.force.y", at, 300.0);
         }
-        let told = jumps(folder.path(), &log);
-        assert_eq!(told.len(), 3, "row {from}: {told:?}");
-        for issue in told {
+        let printed = jumps(folder.path(), &log);
+        assert_eq!(printed.len(), 3, "row {from}: {printed:?}");
+        for issue in printed {
             assert_eq!([issue.start_s, issue.end_s], [plain.time[from], plain.time[from + count - 1]]);
         }
         assert_eq!(names("log.csv"), wanted, "row {from}");
@@ -258,9 +260,9 @@ fn a_jump_is_found_wherever_it_is() {
             add(&mut log, "right.thumb.force.y", at, 300.0);
             ["w", "x", "y", "z"].iter().for_each(|part| set(&mut log, &format!("box.rotation.{part}"), at, 0.5));
         }
-        let told = jumps(folder.path(), &log);
-        assert_eq!(told.len(), 3, "row {row}: {told:?}");
-        for issue in told {
+        let printed = jumps(folder.path(), &log);
+        assert_eq!(printed.len(), 3, "row {row}: {printed:?}");
+        for issue in printed {
             assert_eq!([issue.start_s, issue.end_s], [plain.time[row], plain.time[row + 1]], "{}", issue.message);
         }
     }

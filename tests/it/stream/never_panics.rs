@@ -7,9 +7,10 @@ use teachtree::base::channels::DERIVED;
 use teachtree::base::recording::{Column, Recording};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
-use teachtree::stream::binding::{BindingFile, bind};
-use teachtree::stream::formats::delimited;
-use teachtree::stream::{frames, names};
+use teachtree::stream::bind::{BindingFile, bind};
+use teachtree::stream::frames;
+use teachtree::stream::names;
+use teachtree::stream::read::formats::delimited;
 
 const SCENE: &str = "
 bodies:

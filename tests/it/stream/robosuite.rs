@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use teachtree::base::channels::Shape;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::units::Dimension;
+use teachtree::stream::OpenRequest;
 use teachtree::stream::frames::Frames;
-use teachtree::stream::{OpenRequest, open};
+use teachtree::stream::open;
 use teachtree::{analysis, engine, graph, language};
 
 fn request(log: &str, binding: &str) -> OpenRequest {

@@ -4,7 +4,9 @@ use super::recording;
 use proptest::prelude::*;
 use teachtree::base::recording::{Column, Event, Recording};
 use teachtree::base::units::Dimension;
-use teachtree::stream::{OpenRequest, csv, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::open;
+use teachtree::stream::read::csv;
 
 const SCENE: &str = "
 name: box

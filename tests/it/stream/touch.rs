@@ -125,7 +125,7 @@ fn the_balance_tells_how_much_a_contact_bears() {
 }
 
 #[test]
-fn a_loaded_wall_is_told_from_one_that_is_merely_touched() {
+fn a_loaded_wall_is_reported_from_one_that_is_merely_touched() {
     let squeeze = |t: f64| 1.0 + 0.01 * (50.0 * t).sin();
     // In the air, 0.1 mm beside the wall; from 1 s on the thumb pushes with 0.5 N more than the index.
     let mut pressed = over_base(CUBE, [&|_| 0.300 - 0.0301, &|_| 0.0, &|_| 0.150], 0.0, &squeeze, &|_| WEIGHT);
@@ -195,13 +195,13 @@ fn a_flag_is_a_contact() {
 }
 
 #[test]
-fn what_cannot_be_told_without_a_support_is_said() {
+fn what_cannot_be_reported_without_a_support_is_said() {
     let mut log = flagged("contact.thing.base");
     log.columns.shift_remove("contact.thing.base");
     let frames = frames(&log, &[ask("contacts.force")]).unwrap();
-    let told: Vec<&str> =
+    let printed: Vec<&str> =
         frames.issues.iter().filter(|it| it.kind == "no_support").map(|it| it.message.as_str()).collect();
-    insta::assert_snapshot!(told.join("\n"));
+    insta::assert_snapshot!(printed.join("\n"));
 }
 
 #[test]

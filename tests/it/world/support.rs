@@ -39,7 +39,7 @@ pub fn steps(seconds: f64) -> usize {
     (seconds / STEP_S).round() as usize
 }
 
-/// A hand whose fingertips are told to be at these points.
+/// A hand whose fingertips are reported to be at these points.
 pub fn hand(tips: &[[f64; 3]]) -> HandTarget {
     HandTarget {
         palm: Isometry3::translation(0.0, 0.0, 0.3),

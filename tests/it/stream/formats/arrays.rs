@@ -7,9 +7,9 @@ use serde_json::Value;
 use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::stream::formats;
 use teachtree::stream::inspect::inspect;
-use teachtree::stream::table::{Source, Want};
+use teachtree::stream::read::formats;
+use teachtree::stream::read::table::{Source, Want};
 
 fn file(name: &str) -> PathBuf {
     fixture("arrays").join(name)
@@ -20,7 +20,7 @@ fn columns(source: Source) -> BTreeMap<String, Vec<f64>> {
     let mut found = BTreeMap::new();
     for sheet in source.sheets {
         let (name, header) = (sheet.name, sheet.header.clone());
-        let wants = vec![Want::Perhaps(1.0); header.len()];
+        let wants = vec![Want::Optional(1.0); header.len()];
         let table = sheet.rows.read(&header, &wants, Some(1.0)).unwrap();
         let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
         found.extend(header.iter().map(title).zip(table.numbers));

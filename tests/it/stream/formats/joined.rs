@@ -36,7 +36,7 @@ fn logs_may_lack_what_ends_in_a_question_mark() {
 
 /// What is tared reads zero at rest, so that a stuck sensor would pass for one at rest.
 #[test]
-fn a_dead_sensor_is_told_before_it_is_tared() {
+fn a_dead_sensor_is_reported_before_it_is_tared() {
     let rows: String =
         (0..300).map(|row| format!("{},{},0,0,-2.3,-1.1,-12.4\n", f64::from(row) / 100.0, row)).collect();
     let text = format!("time,px,py,pz,fx,fy,fz\n{rows}");

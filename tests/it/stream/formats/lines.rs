@@ -1,7 +1,8 @@
 //! JSON lines.
 
 use super::{bound_text, values};
-use teachtree::stream::{OpenRequest, open};
+use teachtree::stream::OpenRequest;
+use teachtree::stream::open;
 
 #[test]
 fn an_object_a_line_is_a_row() {
@@ -55,7 +56,7 @@ fn what_is_said_twice_is_refused_at_its_line() {
     let refused = |text: &str| bound_text("log.jsonl", text, "").unwrap_err();
     let scene = r#"{"scene": {"bodies": {}}}"#;
     let row = r#"{"time": 0, "right.thumb.noise": 1}"#;
-    let told = [
+    let printed = [
         refused(&format!("{row}\n{{\"time\": 0.1, \"right.thumb.noise\": 1, \"right.thumb.noise\": 2}}\n")),
         refused(&format!("{row}\n{{\"time\": 0.1, \"right\": {{\"thumb\": {{\"noise\": 1, \"noise\": 2}}}}}}\n")),
         refused(&format!("{row}\n{{\"time\": 0.1, \"right.thumb.noise\": 1, \"right\": {{\"thumb.noise\": 2}}}}\n")),
@@ -78,7 +79,7 @@ fn what_is_said_twice_is_refused_at_its_line() {
         let (place, message) = text.split_once(": ").unwrap();
         format!("{}: {message}", place.split(" letter ").next().unwrap())
     };
-    assert_eq!(told.each_ref().map(|text| without_letter(text.as_str())), wanted);
+    assert_eq!(printed.each_ref().map(|text| without_letter(text.as_str())), wanted);
 }
 
 /// Lines without a row, the scene or a blank one, count.

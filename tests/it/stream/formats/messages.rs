@@ -292,11 +292,11 @@ fn joint_state(of: &[(&str, f64)]) -> Vec<u8> {
 fn elements_are_called_as_the_message_calls_them() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("log.mcap");
-    // Two nodes tell of two frames each, in messages that alternate; what never changes is told once.
+    // Two nodes tell of two frames each, in messages that alternate; what never changes is reported once.
     let poses = (10..16).map(|half| {
         let x = f64::from(half);
-        let told = if half % 2 == 0 { [("cube", x), ("tip", -x)] } else { [("tip", -x), ("cube", x)] };
-        (f64::from(half) / 2.0 + 0.2, transforms(half, &told))
+        let printed = if half % 2 == 0 { [("cube", x), ("tip", -x)] } else { [("tip", -x), ("cube", x)] };
+        (f64::from(half) / 2.0 + 0.2, transforms(half, &printed))
     });
     let states = (10..16).map(|half| {
         let arm = [("elbow", 1.0), ("finger", f64::from(half))];

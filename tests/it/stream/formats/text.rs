@@ -87,7 +87,7 @@ channels:
     // Positions go on between their samples, forces stay.
     assert_eq!(values(&recording, "right.palm.position.x"), [1.0, 2.0, 3.0, 4.0]);
     assert_eq!(values(&recording, "right.palm.force.x"), [5.0, 5.0, 6.0, 6.0]);
-    // A sensor that begins later than what may be bridged is told to be silent until then.
+    // A sensor that begins later than what may be bridged is reported to be silent until then.
     let (recording, _) = bound(&log, &format!("{binding}resample: 100 Hz\nbridge: 25 ms\ntime_offset: 0 s\nsensors: {{right.palm.force: {{time_offset: 30 ms}}}}\n")).unwrap();
     assert!(recording.time.len() > 4 && values(&recording, "right.palm.force.x")[0].is_nan());
     insta::assert_snapshot!(bound(&log, binding).unwrap_err(), @r"
@@ -346,26 +346,26 @@ fn many_lines_are_read_as_a_few_are() {
 }
 
 #[test]
-fn what_is_wrong_far_down_is_told_with_its_row() {
-    let told = |text: &str| bound_text("log.csv", text, PALM).unwrap_err().to_string();
+fn what_is_wrong_far_down_is_reported_with_its_row() {
+    let printed = |text: &str| bound_text("log.csv", text, PALM).unwrap_err().to_string();
     for line_end in ["\n", "\r\n"] {
-        let told = |otherwise: &[(usize, &str)]| told(&many(line_end, otherwise));
-        assert_eq!(told(&[(52_345, "52.345,1,x,3,")]), "log.csv row 52345 column py: found `x`, expected a number");
+        let printed = |otherwise: &[(usize, &str)]| printed(&many(line_end, otherwise));
+        assert_eq!(printed(&[(52_345, "52.345,1,x,3,")]), "log.csv row 52345 column py: found `x`, expected a number");
         assert_eq!(
-            told(&[(7, ""), (52_345, "52.345,1,2")]),
+            printed(&[(7, ""), (52_345, "52.345,1,2")]),
             "log.csv row 52345: found 3 fields, expected 5 as in the header"
         );
         assert_eq!(
-            told(&[(52_345, "1,1,2,3,")]),
+            printed(&[(52_345, "1,1,2,3,")]),
             "log.csv row 52345 column time: time runs backwards: 1 s after 52.344 s"
         );
         // The first of two.
         assert_eq!(
-            told(&[(20_000, "20,?,2,3,"), (52_345, "52.345,?,2,3,")]),
+            printed(&[(20_000, "20,?,2,3,"), (52_345, "52.345,?,2,3,")]),
             "log.csv row 20000 column px: found `?`, expected a number"
         );
     }
-    let open = told(&many("\n", &[(52_345, "52.345,1,2,3,\"open")]));
+    let open = printed(&many("\n", &[(52_345, "52.345,1,2,3,\"open")]));
     assert_eq!(open, "log.csv row 52345: a cell goes on over the end of its line: a quote is opened and not closed");
 }
 

@@ -1,0 +1,61 @@
+//! What a binding says against the scene and the rules: bodies that are not there, channels that nobody reads.
+
+use super::{BindingFile, Filling, Template};
+use crate::base::error::InputError;
+use crate::base::scene::{Role, Scene};
+use crate::base::units::Dimension;
+use crate::stream::clean::unknown_columns::UnknownColumn;
+use crate::stream::names;
+
+impl BindingFile {
+    /// Checks the names on the left side of `channels`, and those in `trust`.
+    ///
+    /// Returns the channels that only a rule file of its own could read, each with the error that it is when none does: their names are
+    /// nearly those of known channels.
+    ///
+    /// # Errors
+    /// When a channel names a body that the scene lacks, or something is trusted that is no force of a finger.
+    pub fn check(&self, scene: &Scene) -> Result<Vec<(String, InputError)>, InputError> {
+        let objects: Vec<&str> =
+            scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
+        // Any object will do: what is asked is whether the rest of the name means something.
+        let object = objects.first().copied().unwrap_or_default();
+        let filling = Filling { object, other: objects.get(1).copied().unwrap_or(object), component: 0 };
+        let mut suspicious_channels = vec![];
+        for key in self.binding.channels.keys().filter(|key| !names::is_label(key)) {
+            let Ok(template) = Template::parse(key) else { continue };
+            if template.has_object() && objects.is_empty() {
+                continue;
+            }
+            let channel = template.fill(filling);
+            let column = names::channel(&channel).map_or(channel.clone(), |(shape, ..)| {
+                shape
+                    .components()
+                    .first()
+                    .filter(|it| !it.is_empty())
+                    .map_or(channel.clone(), |it| format!("{channel}.{it}"))
+            });
+            match UnknownColumn::of(&column, scene) {
+                None => {}
+                Some(stranger @ UnknownColumn::Body(_)) => {
+                    return Err(self.error(key, stranger.message(&column, scene)));
+                }
+                Some(stranger) => {
+                    let message = stranger.message(&channel, scene);
+                    if message.contains("did you mean") {
+                        suspicious_channels.push((channel, self.error(key, message)));
+                    }
+                }
+            }
+        }
+        for channel in &self.binding.trust {
+            let is_force = matches!(names::channel(channel), Some((_, Dimension::FORCE, [None, None])));
+            if !is_force {
+                let message =
+                    format!("`{channel}` is no force of a finger, expected a channel such as `right.thumb.force`");
+                return Err(self.error("trust", message));
+            }
+        }
+        Ok(suspicious_channels)
+    }
+}

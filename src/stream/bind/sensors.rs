@@ -1,0 +1,189 @@
+//! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
+
+use super::{BindingFile, Sensor};
+use crate::base::error::InputError;
+use crate::base::geometry::unit;
+use crate::base::quantity::Mass;
+use crate::base::recording::{Column, Recording};
+use crate::base::shown::Shown;
+use crate::base::units::Dimension;
+use crate::stream::names;
+use crate::stream::read::table::{placed, union};
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// The columns of a channel; its components, or itself.
+fn is_of(column: &str, channel: &str) -> bool {
+    column == channel
+        || names::meaning(column).map_or_else(
+            || column.strip_prefix(channel).is_some_and(|rest| matches!(rest, ".x" | ".y" | ".z" | ".w")),
+            |meaning| meaning.channel == channel,
+        )
+}
+
+/// Shifts the stamps of the sensors that have an offset; the log is then on the union of all stamps, to be resampled.
+///
+/// # Errors
+/// When a sensor is not bound.
+pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, InputError> {
+    let offset = |channel: &str| {
+        file.binding
+            .sensors
+            .iter()
+            .find(|(sensor, _)| is_of(channel, sensor))
+            .map_or(0.0, |(_, sensor)| sensor.time_offset.0)
+    };
+    for (channel, sensor) in &file.binding.sensors {
+        if !recording.columns.keys().any(|name| is_of(name, channel)) {
+            return Err(file.error(channel, format!("no channel `{channel}` is bound")));
+        }
+        if !sensor.time_offset.0.is_finite() {
+            return Err(file.error(channel, "the time offset is not finite".into()));
+        }
+    }
+    let shifted = |offset: f64| -> Vec<f64> { recording.time.iter().map(|stamp| stamp + offset).collect() };
+    let mut offsets: Vec<f64> = recording.columns.keys().map(|name| offset(name)).collect();
+    offsets.sort_by(f64::total_cmp);
+    offsets.dedup();
+    if offsets.iter().all(|offset| *offset == 0.0) {
+        return Ok(false);
+    }
+    let stamps: Vec<Vec<f64>> = offsets.iter().map(|offset| shifted(*offset)).collect();
+    let time = union(&stamps.iter().map(Vec::as_slice).collect::<Vec<_>>());
+    for (name, column) in &mut recording.columns {
+        let own: Vec<f64> = recording.time.iter().map(|stamp| stamp + offset(name)).collect();
+        column.values = placed(&time, &own, &column.values);
+    }
+    for texts in recording.labels.values_mut() {
+        let row = |stamp: &f64| recording.time.partition_point(|own| own <= stamp).saturating_sub(1);
+        *texts = time.iter().map(|stamp| texts.get(row(stamp)).cloned().unwrap_or_default()).collect();
+    }
+    recording.time = time;
+    Ok(true)
+}
+
+/// Takes the weight of tools off, then zeroes what should read zero, then turns forces into the reference frame.
+///
+/// # Errors
+/// When a channel is not bound, or has another form than the correction needs.
+pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
+    let mut turned = vec![];
+    for (channel, sensor) in &file.binding.sensors {
+        let rotation = rotation(recording, channel, sensor, file)?;
+        if let Some(tool) = sensor.tool {
+            weigh(recording, channel, tool, rotation.as_deref(), file)?;
+        }
+        turned.extend(rotation.map(|rotation| (channel, rotation)));
+    }
+    tare(recording, file)?;
+    for (channel, rotation) in turned {
+        change(recording, channel, file, |row, force| rotation.get(row).copied().unwrap_or_default() * force)?;
+    }
+    Ok(())
+}
+
+/// reference_from_sensor in each row; none when the sensor measures in the reference frame.
+fn rotation(
+    recording: &Recording,
+    channel: &str,
+    sensor: &Sensor,
+    file: &BindingFile,
+) -> Result<Option<Vec<UnitQuaternion<f64>>>, InputError> {
+    let mounted = sensor.mounted.map(unit);
+    let Some(frame) = &sensor.frame else {
+        return Ok(mounted.map(|mounted| vec![mounted; recording.time.len()]));
+    };
+    let part = |component: &str| {
+        let name = format!("{frame}.{component}");
+        let column = recording.columns.get(&name).map(|column| column.values.as_slice());
+        column.ok_or_else(|| file.error(channel, format!("its frame is `{frame}`, and no channel `{name}` is bound")))
+    };
+    let parts = [part("w")?, part("x")?, part("y")?, part("z")?];
+    let at = |row: usize| {
+        let values = parts.map(|column| column.get(row).copied().unwrap_or(f64::NAN));
+        unit(values) * mounted.unwrap_or_default()
+    };
+    Ok(Some((0..recording.time.len()).map(at).collect()))
+}
+
+/// Takes off what a tool between the sensor and what is touched weighs.
+///
+/// The sensor bears the tool: while nothing is touched, a force on an object reads as the tool's weight turned upwards.
+fn weigh(
+    recording: &mut Recording,
+    channel: &str,
+    tool: Mass,
+    rotation: Option<&[UnitQuaternion<f64>]>,
+    file: &BindingFile,
+) -> Result<(), InputError> {
+    let weight_in_reference = Vector3::from(recording.scene.gravity.map(|part| part.0)) * tool.0;
+    change(recording, channel, file, |row, force| {
+        let reference_from_sensor = rotation.and_then(|rotation| rotation.get(row)).copied().unwrap_or_default();
+        force + reference_from_sensor.inverse() * weight_in_reference
+    })
+}
+
+/// Changes the vectors of a channel row by row.
+fn change(
+    recording: &mut Recording,
+    channel: &str,
+    file: &BindingFile,
+    changed: impl Fn(usize, Vector3<f64>) -> Vector3<f64>,
+) -> Result<(), InputError> {
+    let names = ["x", "y", "z"].map(|axis| format!("{channel}.{axis}"));
+    let column = |name: &String| recording.columns.get(name).map(|column| column.values.clone());
+    let parts: Vec<Vec<f64>> = names.iter().filter_map(column).collect();
+    let [x, y, z] = parts.as_slice() else {
+        return Err(file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")));
+    };
+    let rows: Vec<Vector3<f64>> =
+        x.iter().zip(y).zip(z).enumerate().map(|(row, ((x, y), z))| changed(row, Vector3::new(*x, *y, *z))).collect();
+    for (axis, name) in names.iter().enumerate() {
+        if let Some(Column { values, .. }) = recording.columns.get_mut(name) {
+            *values = rows.iter().map(|row| row.get(axis).copied().unwrap_or(f64::NAN)).collect();
+        }
+    }
+    Ok(())
+}
+
+/// Subtracts from channels what they read while they should read zero. What is left of a finger's force then is its noise: the root of the mean
+/// square, N, as the channel `<hand>.<finger>.noise`.
+fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
+    let Some(tare) = &file.binding.tare else { return Ok(()) };
+    let from = recording.time.partition_point(|time| *time < tare.from.0);
+    let to = recording.time.partition_point(|time| *time < tare.to.0);
+    for channel in &tare.channels {
+        let mut found = false;
+        let mut variance = 0.0;
+        for (_, column) in recording.columns.iter_mut().filter(|(name, _)| is_of(name, channel)) {
+            found = true;
+            let rest: Vec<f64> = column
+                .values
+                .get(from..to)
+                .unwrap_or_default()
+                .iter()
+                .copied()
+                .filter(|value| !value.is_nan())
+                .collect();
+            if rest.is_empty() {
+                return Err(file.error(
+                    "tare",
+                    format!("`{channel}` has no sample from {} s to {} s", Shown(tare.from.0), Shown(tare.to.0)),
+                ));
+            }
+            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
+            variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;
+            column.values.iter_mut().for_each(|value| *value -= mean);
+        }
+        if let Some(noise) = channel.strip_suffix(".force").map(|finger| format!("{finger}.noise"))
+            && names::channel(&noise).is_some()
+            && !recording.columns.contains_key(&noise)
+        {
+            let values = vec![variance.sqrt(); recording.time.len()];
+            recording.columns.insert(noise, Column { dimension: Dimension::FORCE, values });
+        }
+        if !found {
+            return Err(file.error("tare", format!("no channel `{channel}` is bound")));
+        }
+    }
+    Ok(())
+}

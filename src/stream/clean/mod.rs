@@ -1,0 +1,9 @@
+//! Clean: columns of a recording in, the same columns without drop-outs, spikes and stuck sensors out. Each change is an issue of the log.
+
+pub mod dropouts;
+pub mod gap_filling;
+pub mod preprocess;
+pub mod spikes;
+pub mod stuck_sensors;
+pub mod timebase;
+pub mod unknown_columns;

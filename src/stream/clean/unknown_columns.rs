@@ -1,0 +1,132 @@
+//! Columns that nobody knows: which they are, and what may have been meant.
+
+use crate::base::hands::{Finger, Side};
+use crate::base::recording::Recording;
+use crate::base::scene::Scene;
+use crate::stream::clean::preprocess::over_all;
+use crate::stream::frames::Issue;
+use crate::stream::names::{self, Meaning};
+
+/// Channels listed one by one; more are summed up: such a log is none of ours.
+const LISTED: usize = 20;
+
+/// So many bodies are listed in a message.
+const FEW: usize = 12;
+
+/// Why a column is not known.
+pub enum UnknownColumn<'a> {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(&'a str),
+}
+
+/// The same, kept without the name that it is of.
+pub enum Kept {
+    /// No channel has its name.
+    Name,
+    /// It names a body that the scene has not.
+    Body(String),
+}
+
+impl Kept {
+    /// Why a column is not known.
+    pub fn borrowed(&self) -> UnknownColumn<'_> {
+        match self {
+            Self::Name => UnknownColumn::Name,
+            Self::Body(body) => UnknownColumn::Body(body),
+        }
+    }
+}
+
+impl<'a> UnknownColumn<'a> {
+    /// The same, kept without the name that it is of.
+    pub fn owned(&self) -> Kept {
+        match self {
+            Self::Name => Kept::Name,
+            Self::Body(body) => Kept::Body((*body).to_string()),
+        }
+    }
+
+    /// Why a column is not known, if it is not.
+    pub fn of(name: &'a str, scene: &Scene) -> Option<Self> {
+        let Some(Meaning { bodies, .. }) = names::meaning(name) else { return Some(Self::Name) };
+        bodies.into_iter().flatten().find(|body| !scene.bodies.contains_key(*body)).map(Self::Body)
+    }
+
+    /// What is wrong with this name, and what may have been meant.
+    pub fn message(&self, name: &str, scene: &Scene) -> String {
+        let meant = |near: Option<&str>| near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"));
+        match self {
+            Self::Body(body) => {
+                let bodies: Vec<&str> = scene.bodies.keys().map(String::as_str).collect();
+                match names::nearest(body, bodies.iter().copied()) {
+                    None if !bodies.is_empty() && bodies.len() <= FEW => {
+                        format!("the scene has no body `{body}`, only {}", bodies.join(", "))
+                    }
+                    near => format!("the scene has no body `{body}`{}", meant(near)),
+                }
+            }
+            Self::Name => match no_finger(name) {
+                Some(part) => format!(
+                    "`{part}` is no finger, expected {}{}",
+                    Finger::ALL.map(Finger::name).join(", "),
+                    meant(names::nearest(part, Finger::ALL.map(Finger::name)))
+                ),
+                None => {
+                    let known = known(scene);
+                    format!("no channel has this name{}", meant(names::nearest(name, known.iter().map(String::as_str))))
+                }
+            },
+        }
+    }
+}
+
+/// Tells which channels are ignored.
+pub fn ignored(recording: &Recording, strangers: &[(&str, UnknownColumn)]) -> Vec<Issue> {
+    // One issue a channel: three components have one and the same mistake.
+    let mut channels: Vec<(&str, &UnknownColumn)> = strangers.iter().map(|(name, why)| (whole(name), why)).collect();
+    channels.dedup_by_key(|(channel, _)| *channel);
+    let listed = channels.iter().take(LISTED).map(|(channel, why)| {
+        let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
+        over_all(&recording.time, "unknown_channel", channel, message)
+    });
+    let more = channels.len().saturating_sub(LISTED);
+    let rest = (more > 0)
+        .then(|| over_all(&recording.time, "unknown_channel", "", format!("{more} more channels are ignored")));
+    listed.chain(rest).collect()
+}
+
+/// A name without the component that it ends in.
+fn whole(name: &str) -> &str {
+    match names::meaning(name) {
+        Some(meaning) => meaning.channel,
+        None => {
+            name.rsplit_once('.').filter(|(_, last)| matches!(*last, "w" | "x" | "y" | "z")).map_or(name, |it| it.0)
+        }
+    }
+}
+
+/// The part of a name that stands where a finger should: `right.pointer.force`.
+fn no_finger(name: &str) -> Option<&str> {
+    let mut parts = name.split('.');
+    let (side, finger, quantity) = (parts.next()?, parts.next()?, parts.next()?);
+    let of_finger = matches!(quantity, "position" | "force" | "contact");
+    (Side::from_name(side).is_some() && of_finger && Finger::from_name(finger).is_none()).then_some(finger)
+}
+
+/// The channels that may have been meant.
+fn known(scene: &Scene) -> Vec<String> {
+    const OF_FINGER: [&str; 3] = ["position", "force", "contact"];
+    const OF_BODY: [&str; 4] = ["position", "rotation", "velocity", "angular_velocity"];
+    let of_fingers = Side::BOTH.into_iter().flat_map(|side| {
+        Finger::ALL
+            .into_iter()
+            .flat_map(move |finger| OF_FINGER.iter().map(move |end| format!("{side}.{finger}.{end}")))
+    });
+    let of_hands = Side::BOTH
+        .into_iter()
+        .flat_map(|side| ["palm.rotation", "gripper.closed", "gripper.opening"].map(|end| format!("{side}.{end}")));
+    let of_bodies = scene.bodies.keys().flat_map(|body| OF_BODY.iter().map(move |end| format!("{body}.{end}")));
+    of_fingers.chain(of_hands).chain(of_bodies).collect()
+}

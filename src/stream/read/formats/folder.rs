@@ -1,0 +1,97 @@
+//! A folder as a log: each table of text in it is a sheet of its own, named as its file without ending.
+
+use super::{delimited, text_ending};
+use crate::base::error::InputError;
+use crate::stream::read::table::{Sheet, Source};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+
+/// The most files that a folder may have to be taken for a log.
+const MAX_FILES: usize = 200;
+
+/// Opens a folder; `episode` chooses one of a data set.
+///
+/// # Errors
+/// When there is nothing in it that is a log.
+pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
+    let name = path.display().to_string();
+    if path.join("meta").join("info.json").is_file() {
+        return data_set(path, episode);
+    }
+    if let Some(episode) = episode {
+        return Err(InputError::new(
+            name,
+            format!("this folder is no data set with an episode {episode}: meta/info.json is not there"),
+        ));
+    }
+    if path.join("metadata.yaml").is_file() {
+        return bag(path);
+    }
+    let mut files = files(path)?;
+    files.retain(|file| text_ending(file) && !is_beside(file));
+    if files.is_empty() {
+        return Err(InputError::new(name, "the folder holds no log"));
+    }
+    let mut sheets = vec![];
+    let mut refused = vec![];
+    for file in files {
+        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let place = file.display().to_string();
+        let bytes = File::open(&file).map_err(|error| InputError::unreadable(&place, &error))?;
+        // A file that is no table does not keep the others from being read.
+        match delimited::source(Box::new(BufReader::new(bytes)), place) {
+            Ok(source) => sheets.extend(source.sheets.into_iter().map(|sheet| Sheet { name: stem.clone(), ..sheet })),
+            Err(error) => refused.push((stem, error.message)),
+        }
+    }
+    if sheets.is_empty() {
+        let why = refused.first().map_or("", |(_, why)| why);
+        return Err(InputError::new(name, format!("the folder holds no table that can be read: {why}")));
+    }
+    Ok(Source { refused, ..Source::many(name, sheets) })
+}
+
+#[cfg(feature = "mcap")]
+fn bag(path: &Path) -> Result<Source, InputError> {
+    super::mcap::folder(path)
+}
+
+#[cfg(not(feature = "mcap"))]
+fn bag(path: &Path) -> Result<Source, InputError> {
+    Err(InputError::new(path.display().to_string(), "this build cannot read bags, its feature `mcap` is off"))
+}
+
+#[cfg(feature = "parquet")]
+fn data_set(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
+    super::lerobot::open(path, episode)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn data_set(path: &Path, _: Option<&str>) -> Result<Source, InputError> {
+    let message = "this build cannot read data sets, its feature `parquet` is off";
+    Err(InputError::new(path.display().to_string(), message))
+}
+
+/// Whether a file belongs to a log that stands beside it.
+fn is_beside(file: &Path) -> bool {
+    file.file_name().is_some_and(|name| name.to_string_lossy().ends_with(".events.csv"))
+}
+
+/// The files of a folder by name.
+fn files(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let name = folder.display().to_string();
+    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
+    let mut files = vec![];
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.is_file() {
+            files.push(path);
+        }
+        if files.len() > MAX_FILES {
+            return Err(InputError::new(name, format!("the folder holds more than {MAX_FILES} files, it is no log")));
+        }
+    }
+    files.sort();
+    Ok(files)
+}

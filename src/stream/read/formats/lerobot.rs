@@ -1,0 +1,240 @@
+//! LeRobot data sets, versions 2.0 to 3.0: a folder with `meta/info.json`, of which one episode is a log.
+//!
+//! Version 2 has a file an episode; in version 3 a file holds many, and `meta/episodes` says which. Columns are called by the names that
+//! the set gives them (`observation.state.gripper.pos`), by place where it gives none (`observation.state[5]`); `timestamp` is `time [s]`.
+
+use super::parquet;
+use crate::base::error::InputError;
+use crate::base::json;
+use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::table::Source;
+use crate::stream::read::text;
+use serde_json::Value;
+use std::fs::File;
+use std::path::{Component, Path, PathBuf};
+
+/// The largest `info.json` that is read, in bytes.
+const MAX_INFO: u64 = 16 << 20;
+/// The most files with lists of episodes that are looked through.
+const MAX_LISTS: usize = 10_000;
+
+/// Where a data set describes itself.
+fn info(folder: &Path) -> PathBuf {
+    folder.join("meta").join("info.json")
+}
+
+/// Opens an episode of a data set.
+///
+/// # Errors
+/// When the set is not as it should be, or it is not said which of its episodes is meant.
+pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> {
+    let set = Set::read(folder)?;
+    let number = |text: &str| {
+        let message = format!("found `#{text}`, expected the number of an episode");
+        text.parse::<usize>().map_err(|_| InputError::new(folder.display().to_string(), message))
+    };
+    let episode = set.choose(episode.map(number).transpose()?)?;
+    let file = set.data_file(episode)?;
+    let name = file.display().to_string();
+    let bytes = File::open(&file).map_err(|error| InputError::unreadable(&name, &error))?;
+    let read = parquet::read(bytes, &name, |_| true)?;
+    let rows = rows_of(&read, episode, &name)?;
+    let mut memory = InMemoryTable::new(format!("{name} episode {episode}"));
+    for (title, cells) in read.columns() {
+        let cells = match cells {
+            Cells::Numbers(values) => {
+                Cells::Numbers(rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect())
+            }
+            Cells::Texts(texts) => {
+                Cells::Texts(rows.iter().map(|row| texts.get(*row).cloned().unwrap_or_default()).collect())
+            }
+        };
+        memory.push_column(set.title(title), cells);
+    }
+    Ok(Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory)))
+}
+
+/// A data set as it describes itself.
+struct Set {
+    folder: PathBuf,
+    place: String,
+    info: Value,
+}
+
+impl Set {
+    fn read(folder: &Path) -> Result<Self, InputError> {
+        let path = info(folder);
+        let place = path.display().to_string();
+        let text = text::read(&path, MAX_INFO)?;
+        let info: Value = json::read(&text, &place)?;
+        let set = Self { folder: folder.to_path_buf(), place, info };
+        let version = set.text("codebase_version")?;
+        if !matches!(version.split('.').next(), Some("v2" | "v3")) {
+            return Err(set.wrong(format!("found a data set of version `{version}`, expected v2.0, v2.1 or v3.0")));
+        }
+        Ok(set)
+    }
+
+    fn wrong(&self, message: impl Into<String>) -> InputError {
+        InputError::new(&self.place, message)
+    }
+
+    fn text(&self, key: &str) -> Result<&str, InputError> {
+        self.info.get(key).and_then(Value::as_str).ok_or_else(|| self.wrong(format!("the text `{key}` is not there")))
+    }
+
+    fn count(&self, key: &str) -> Result<usize, InputError> {
+        let number = self.info.get(key).and_then(Value::as_u64).and_then(|number| usize::try_from(number).ok());
+        number.ok_or_else(|| self.wrong(format!("the number `{key}` is not there")))
+    }
+
+    /// The episode that is meant.
+    fn choose(&self, asked: Option<usize>) -> Result<usize, InputError> {
+        let episodes = self.count("total_episodes")?;
+        let folder = self.folder.display();
+        match asked {
+            Some(episode) if episode < episodes => Ok(episode),
+            Some(episode) => {
+                let message = format!("found {episodes} episodes, counted from 0; there is no episode {episode}");
+                Err(InputError::new(folder.to_string(), message))
+            }
+            None if episodes == 1 => Ok(0),
+            None => {
+                Err(InputError::new(folder.to_string(), format!("the data set has {episodes} episodes, one is a log"))
+                    .help(format!("choose one behind `#`, such as `{folder}#0`")))
+            }
+        }
+    }
+
+    /// The file in which an episode is.
+    fn data_file(&self, episode: usize) -> Result<PathBuf, InputError> {
+        let template = self.text("data_path")?;
+        if self.text("codebase_version")?.starts_with("v2") {
+            let chunk = episode / self.count("chunks_size")?.max(1);
+            return self.path(template, &[("episode_chunk", chunk), ("episode_index", episode)]);
+        }
+        let (chunk, file) = self.listed(episode)?;
+        self.path(template, &[("chunk_index", chunk), ("file_index", file)])
+    }
+
+    /// Which chunk and file the lists of a set of version 3 say for an episode.
+    fn listed(&self, episode: usize) -> Result<(usize, usize), InputError> {
+        let lists = self.folder.join("meta").join("episodes");
+        let wanted = ["episode_index", "data/chunk_index", "data/file_index"];
+        for path in lists_in(&lists)? {
+            let name = path.display().to_string();
+            let file = File::open(&path).map_err(|error| InputError::unreadable(&name, &error))?;
+            let list = parquet::read(file, &name, |column| wanted.contains(&column))?;
+            let mut columns = vec![];
+            for column in wanted {
+                match list.columns().get(column) {
+                    Some(Cells::Numbers(values)) => columns.push(values),
+                    _ => return Err(InputError::new(name, format!("the column `{column}` is not there"))),
+                }
+            }
+            let [episodes, chunks, files] = columns.as_slice() else { continue };
+            let Some(row) = episodes.iter().position(|at| is(*at, episode)) else { continue };
+            let whole = |values: &[f64]| {
+                values.get(row).filter(|value| (0.0..1e9).contains(*value)).map(|value| *value as usize)
+            };
+            return match (whole(chunks), whole(files)) {
+                (Some(chunk), Some(file)) => Ok((chunk, file)),
+                _ => Err(InputError::new(name, format!("it does not say in which file episode {episode} is"))),
+            };
+        }
+        Err(InputError::new(lists.display().to_string(), format!("no list names episode {episode}")))
+    }
+
+    /// A path of the set: `{name}` and `{name:03d}` stand for numbers.
+    fn path(&self, template: &str, numbers: &[(&str, usize)]) -> Result<PathBuf, InputError> {
+        let wrong = || self.wrong(format!("`{template}` is no path that I can fill"));
+        let mut path = String::new();
+        let mut rest = template;
+        while let Some((head, tail)) = rest.split_once('{') {
+            let (field, after) = tail.split_once('}').ok_or_else(wrong)?;
+            let (name, form) = field.split_once(':').unwrap_or((field, "d"));
+            let number =
+                numbers.iter().find(|(known, _)| *known == name).map(|(_, number)| *number).ok_or_else(wrong)?;
+            let width: usize = match form.trim_end_matches('d') {
+                "" => 0,
+                digits => digits.parse().ok().filter(|width| *width <= 20).ok_or_else(wrong)?,
+            };
+            path.push_str(head);
+            path.push_str(&format!("{number:0width$}"));
+            rest = after;
+        }
+        path.push_str(rest);
+        let path = PathBuf::from(path);
+        if !path.components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(self.wrong(format!("`{template}` leads out of the data set")));
+        }
+        Ok(self.folder.join(path))
+    }
+
+    /// What a column is called.
+    fn title(&self, column: &str) -> String {
+        if column == "timestamp" {
+            return "time [s]".into();
+        }
+        let named = || {
+            let (feature, place) = column.strip_suffix(']')?.rsplit_once('[')?;
+            let place: usize = place.parse().ok()?;
+            let mut names = vec![];
+            texts(self.info.get("features")?.get(feature)?.get("names")?, &mut names, 0);
+            let name = names.get(place)?;
+            // A name that stands twice says nothing.
+            (names.iter().filter(|other| other == &name).count() == 1).then(|| format!("{feature}.{name}"))
+        };
+        named().unwrap_or_else(|| column.to_string())
+    }
+}
+
+/// The texts in lists, nested or under keys, in order.
+fn texts(value: &Value, found: &mut Vec<String>, depth: usize) {
+    const DEEPEST: usize = 4;
+    match value {
+        Value::String(text) => found.push(text.clone()),
+        Value::Array(items) if depth < DEEPEST => items.iter().for_each(|item| texts(item, found, depth + 1)),
+        Value::Object(items) if depth < DEEPEST => items.values().for_each(|item| texts(item, found, depth + 1)),
+        _ => {}
+    }
+}
+
+/// The rows that are of an episode; all of a file that does not say.
+fn rows_of(memory: &InMemoryTable, episode: usize, name: &str) -> Result<Vec<usize>, InputError> {
+    let Some(Cells::Numbers(episodes)) = memory.columns().get("episode_index") else {
+        return Ok((0..memory.rows()).collect());
+    };
+    let rows: Vec<usize> =
+        episodes.iter().enumerate().filter(|(_, at)| is(**at, episode)).map(|(row, _)| row).collect();
+    if rows.is_empty() {
+        return Err(InputError::new(name, format!("no row is of episode {episode}")));
+    }
+    Ok(rows)
+}
+
+/// Whether a number is this episode; indices are far below where a float rounds.
+fn is(number: f64, episode: usize) -> bool {
+    (number - episode as f64).abs() < 0.5
+}
+
+/// The files with lists of episodes, in order.
+fn lists_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let failed =
+        |error: std::io::Error| InputError::new(folder.display().to_string(), format!("cannot be opened: {error}"));
+    let mut files = vec![];
+    for chunk in std::fs::read_dir(folder).map_err(failed)? {
+        let chunk = chunk.map_err(failed)?.path();
+        if !chunk.is_dir() {
+            continue;
+        }
+        for file in std::fs::read_dir(&chunk).map_err(failed)? {
+            let file = file.map_err(failed)?.path();
+            if file.extension().is_some_and(|ending| ending == "parquet") && files.len() < MAX_LISTS {
+                files.push(file);
+            }
+        }
+    }
+    files.sort();
+    Ok(files)
+}

@@ -1,0 +1,199 @@
+//! The formats of logs, one file each: a path in, tables of raw columns out. The content of a log decides its format before its name does.
+
+#[cfg(feature = "hdf5")]
+mod arrays;
+mod csv_dialect;
+pub mod delimited;
+mod folder;
+#[cfg(any(feature = "parquet", feature = "hdf5"))]
+mod guard;
+#[cfg(feature = "hdf5")]
+mod hdf5;
+mod json;
+pub mod jsonl;
+#[cfg(feature = "parquet")]
+mod lerobot;
+mod lines;
+#[cfg(feature = "mcap")]
+mod mcap;
+#[cfg(feature = "parquet")]
+pub mod parquet;
+mod qualisys;
+mod rosbag;
+mod rosmsg;
+mod topics;
+
+use crate::base::error::InputError;
+use crate::base::recording::Recording;
+use crate::stream::atomic_write::{self, Files};
+use crate::stream::frames::Issue;
+use crate::stream::read::csv;
+use crate::stream::read::table::Source;
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+/// Endings of names that a table of text may have.
+const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
+
+/// Opens a log of any format. `set#3` is episode 3 of a data set, `file.hdf5#demo_3` a recording of a file, `-` are JSON lines on standard
+/// input.
+///
+/// # Errors
+/// When it cannot be opened, is of no format that is read here, or its head is wrong.
+pub fn open(path: &Path) -> Result<Source, InputError> {
+    if path == Path::new("-") {
+        return jsonl::read(std::io::stdin().lock(), "standard input".into());
+    }
+    let (path, recording) = split(path);
+    let recording = recording.as_deref();
+    let name = path.display().to_string();
+    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
+    if path.is_dir() {
+        return folder::open(&path, recording);
+    }
+    atomic_write::refuse_unfinished(&path)?;
+    let mut bytes = File::open(&path).map_err(failed)?;
+    let mut magic = vec![];
+    bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
+    bytes.seek(SeekFrom::Start(0)).map_err(failed)?;
+    #[cfg(feature = "hdf5")]
+    if magic.starts_with(&hdf5::MAGIC) {
+        return hdf5::open(&path, recording);
+    }
+    if let Some(recording) = recording {
+        let message = format!("found a file, expected a data set: only data sets have an episode `{recording}`");
+        return Err(InputError::new(name, message));
+    }
+    match magic.as_slice() {
+        [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
+        #[cfg(feature = "mcap")]
+        [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(bytes, name),
+        #[cfg(feature = "mcap")]
+        magic if magic.starts_with(&mcap::ZSTD) => mcap::source(bytes, name),
+        #[cfg(feature = "parquet")]
+        [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
+        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
+        [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
+            jsonl::read(BufReader::new(bytes), name)
+        }
+        magic if text_ending(&path) || ending(&path).is_empty() && is_text(magic) => {
+            delimited::source(Box::new(BufReader::new(bytes)), name)
+        }
+        _ => Err(unknown(&path)),
+    }
+}
+
+/// Refuses a name under which a recording could not be read again: its extension is the format.
+///
+/// # Errors
+/// When it is one.
+pub fn check_name(path: &Path) -> Result<(), InputError> {
+    let ending = ending(path);
+    // A pipe has none.
+    if ending.is_empty() || text_ending(path) || cfg!(feature = "parquet") && ending == "parquet" {
+        return Ok(());
+    }
+    let message = format!("ends in .{ending}, expected the name of a log, which ends in .csv or .parquet");
+    Err(InputError::new(path.display().to_string(), message))
+}
+
+/// Writes a recording as a log of the format that the name ends in: Parquet, or CSV with files beside it.
+///
+/// # Errors
+/// When a file cannot be written, or a column is not as long as the time; then the log is not there.
+pub fn write(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    let mut files = Files::default();
+    add(&mut files, recording, path)?;
+    files.commit()
+}
+
+/// Adds a recording, as [`write`] writes it, to files that belong to it.
+///
+/// # Errors
+/// As [`write`].
+pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
+    match ending(path).as_str() {
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::add(files, recording, path),
+        _ => csv::add(files, recording, path),
+    }
+}
+
+/// Writes the columns and labels of a recording as one table, without its scene and events: Parquet or CSV, by the name.
+///
+/// # Errors
+/// When the file cannot be written, or a column is not as long as the time; then it is not there.
+pub fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+    match ending(path).as_str() {
+        #[cfg(feature = "parquet")]
+        "parquet" => parquet::write_table(recording, path),
+        _ => csv::write_table(recording, path),
+    }
+}
+
+/// Whether a name ends as that of a table of text.
+pub fn text_ending(path: &Path) -> bool {
+    TEXT_ENDINGS.contains(&ending(path).as_str())
+}
+
+/// Whether a file that begins like this may be text.
+fn is_text(magic: &[u8]) -> bool {
+    !magic.is_empty() && magic.iter().all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace())
+}
+
+fn ending(path: &Path) -> String {
+    path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default()
+}
+
+/// A log without the recording behind it.
+pub fn without_episode(path: &Path) -> PathBuf {
+    split(path).0
+}
+
+/// A path and the recording that stands behind it: an episode by number, or a recording of a file that is there. A file that is really called so
+/// has none behind it.
+fn split(path: &Path) -> (PathBuf, Option<String>) {
+    let text = path.to_string_lossy();
+    let is_name = |name: &str| !name.is_empty() && !name.contains(['/', '\\']);
+    match text.rsplit_once('#') {
+        Some((log, name)) if is_name(name) && !path.exists() => {
+            let log = PathBuf::from(log);
+            if log.exists() || name.parse::<usize>().is_ok() {
+                return (log, Some(name.to_string()));
+            }
+            (path.to_path_buf(), None)
+        }
+        _ => (path.to_path_buf(), None),
+    }
+}
+
+/// What is said of a file that no reader knows.
+fn unknown(path: &Path) -> InputError {
+    let ending = ending(path);
+    let name = path.display().to_string();
+    let message = match ending.as_str() {
+        "" => "the file begins like no log that is read here".to_string(),
+        ending => format!("found a file that ends in `.{ending}` and begins like no log that is read here"),
+    };
+    let error = InputError::new(name, message);
+    match ending.as_str() {
+        "db3" => error.help("convert the bag with `ros2 bag convert` to MCAP"),
+        "parquet" if cfg!(not(feature = "parquet")) => {
+            error.help("this build cannot read Parquet, its feature `parquet` is off")
+        }
+        "hdf5" | "h5" if cfg!(not(feature = "hdf5")) => {
+            error.help("this build cannot read HDF5, its feature `hdf5` is off")
+        }
+        "mcap" if cfg!(not(feature = "mcap")) => error.help("this build cannot read MCAP, its feature `mcap` is off"),
+        _ => error.help(format!(
+            "expected a table of text ({}), Parquet, MCAP, HDF5, a ROS bag, JSON lines or a LeRobot data set",
+            TEXT_ENDINGS.join(", ")
+        )),
+    }
+}
+
+/// The message about a log that ends too early.
+fn truncated(at: f64, message: String) -> Issue {
+    Issue { kind: "truncated".into(), start_s: at, end_s: at, channel: String::new(), message }
+}

@@ -1,0 +1,118 @@
+//! Topics of a bag: messages one by one in, a sheet a topic out.
+//!
+//! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches.
+//! Times count from the earliest stamp of the bag, and the rows of a topic are in the order of their stamps.
+
+use super::rosmsg::{Definition, Failure};
+use crate::base::error::InputError;
+use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::table::{Sheet, Source};
+use indexmap::IndexMap;
+
+/// The most topics that a bag may have.
+const MAX_TOPICS: usize = 10_000;
+
+/// How the messages of a topic are read.
+pub enum Reading {
+    /// By a message definition.
+    Defined(Definition),
+    /// As JSON objects.
+    #[cfg(feature = "mcap")]
+    Json,
+    /// Not at all, and why.
+    Refused(String),
+}
+
+/// The topics so far.
+pub struct Topics {
+    file: String,
+    topics: IndexMap<String, Topic>,
+}
+
+struct Topic {
+    rows: InMemoryTable,
+    /// The stamp of each row, ns.
+    stamps: Vec<i64>,
+    refused: Option<String>,
+}
+
+impl Topics {
+    /// No topics yet.
+    pub fn new(file: impl Into<String>) -> Self {
+        Self { file: file.into(), topics: IndexMap::new() }
+    }
+
+    /// Whether no message was taken yet.
+    pub fn is_empty(&self) -> bool {
+        self.topics.values().all(|topic| topic.stamps.is_empty())
+    }
+
+    /// Takes a message that was recorded at `recorded`, ns.
+    ///
+    /// # Errors
+    /// When the log grows too large; a message that is not as it should be refuses its topic.
+    pub fn push(&mut self, topic: &str, reading: &Reading, recorded: i64, message: &[u8]) -> Result<(), InputError> {
+        if self.topics.len() >= MAX_TOPICS && !self.topics.contains_key(topic) {
+            return Err(InputError::new(
+                &self.file,
+                format!("found more than {MAX_TOPICS} topics, the most that are read"),
+            ));
+        }
+        let file = &self.file;
+        let topic = self.topics.entry(topic.to_string()).or_insert_with(|| Topic {
+            rows: InMemoryTable::new(format!("{file} topic {topic}")),
+            stamps: vec![],
+            refused: None,
+        });
+        if topic.refused.is_some() {
+            return Ok(());
+        }
+        if let Reading::Refused(why) = reading {
+            topic.refused = Some(why.clone());
+            return Ok(());
+        }
+        topic.rows.begin_row()?;
+        let decoded = match reading {
+            Reading::Defined(definition) => definition.decode(message, &mut topic.rows),
+            #[cfg(feature = "mcap")]
+            Reading::Json => super::json::message(message, &mut topic.rows),
+            Reading::Refused(_) => return Ok(()),
+        };
+        match decoded {
+            Ok(stamp) => topic.stamps.push(stamp.unwrap_or(recorded)),
+            Err(Failure::Log(error)) => return Err(error),
+            Err(Failure::Message(message)) => {
+                topic.refused = Some(format!("message {}: {message}", topic.stamps.len() + 1));
+            }
+        }
+        Ok(())
+    }
+
+    /// The topics as a log.
+    ///
+    /// # Errors
+    /// When none of them can be read.
+    pub fn finish(self) -> Result<Source, InputError> {
+        let origin = self.topics.values().filter(|topic| topic.refused.is_none()).flat_map(|topic| &topic.stamps).min();
+        let origin = origin.copied().unwrap_or_default();
+        let mut refused = vec![];
+        let mut sheets = vec![];
+        for (name, topic) in self.topics {
+            let Topic { mut rows, stamps, refused: why } = topic;
+            match why {
+                Some(why) => refused.push((name, why)),
+                None => {
+                    let seconds = |stamp: &i64| stamp.saturating_sub(origin) as f64 * 1e-9;
+                    rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
+                    rows.sort_by("time [s]");
+                    sheets.push(Sheet { name, header: rows.header(), rows: Box::new(rows) });
+                }
+            }
+        }
+        match (sheets.is_empty(), refused.first()) {
+            (false, _) => Ok(Source { refused, ..Source::many(self.file, sheets) }),
+            (true, None) => Err(InputError::new(self.file, "the bag holds no message")),
+            (true, Some((name, why))) => Err(InputError::new(format!("{} topic {name}", self.file), why)),
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Read: a path in, raw columns with their stamps out. Nothing here knows what a column means to a rule.
+
+pub mod csv;
+pub mod formats;
+pub mod labels;
+pub mod sheet;
+pub mod table;
+pub mod text;
