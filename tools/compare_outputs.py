@@ -43,7 +43,9 @@ RECORDINGS = {
 }
 
 # Keys of the old program with the names that the new one gives them, and values that are meant to differ.
-RENAMED = {}
+RENAMED = {
+    "relabelled": "relabeled", "taught_start_s": "demonstrated_start_s", "worth": "objective", "not_told": "undetectable",
+}
 MEANT = {"schema", "version", "created_by"}
 # Keys and columns that the new program writes in addition; others that are new are errors.
 ADDED = {

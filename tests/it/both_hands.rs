@@ -40,7 +40,7 @@ fn printed(analysis: &Analysis) -> String {
     let mut text = String::new();
     for track in &analysis.tracks {
         let _ =
-            writeln!(text, "{}\n  raw  {}\n  printed {}", track.who, names(&track.segments), names(&track.relabeled));
+            writeln!(text, "{}\n  raw  {}\n  relabeled {}", track.who, names(&track.segments), names(&track.relabeled));
         for task in &track.tasks {
             let _ =
                 writeln!(text, "  {} {:.1} – {:.1} s: {}", task.task, task.start_s, task.end_s, names(&task.segments));

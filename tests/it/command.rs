@@ -242,12 +242,12 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
     check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
     check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, expected at most 1e11 s"]);
-    check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was taught from"]);
-    check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was taught from"]);
+    check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was demonstrated from"]);
+    check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was demonstrated from"]);
     check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, expected 0.5 s or later"]);
     check(
         &|task| task["segments"][2]["demonstrated_start_s"] = 0.1.into(),
-        &["segment 3", "was taught from 0.1 s on, expected", "s or later, when what is ahead of it began"],
+        &["segment 3", "was demonstrated from 0.1 s on, expected", "s or later, when what is ahead of it began"],
     );
     check(
         &|task| task["segments"][1]["quality"]["jerk_after"] = 1e300.into(),

@@ -51,8 +51,8 @@ fn segments_are_printed_while_the_log_is_written() {
     stdin.flush().unwrap();
     // The rest is not written before this is said.
     let patience = std::time::Duration::from_secs(120);
-    let printed: Vec<String> = (0..4).map_while(|_| printed.recv_timeout(patience).ok()).collect();
-    insta::assert_snapshot!(printed.join("\n"));
+    let early: Vec<String> = (0..4).map_while(|_| printed.recv_timeout(patience).ok()).collect();
+    insta::assert_snapshot!(early.join("\n"));
     for line in &lines[half..] {
         writeln!(stdin, "{line}").unwrap();
     }

@@ -23,7 +23,7 @@ fn refused(args: &[&str]) -> String {
     let printed = complained(&output);
     assert_eq!(output.status.code(), Some(2), "{args:?}: {}{printed}", said(&output));
     assert!(printed.starts_with("error: ") && printed.lines().all(|line| line.len() < 250), "{args:?}: {printed}");
-    told
+    printed
 }
 
 /// What is no thing on a table is reported at its line, by whoever simulates the scene.

@@ -43,8 +43,17 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
 ];
 
 /// Folders and files with pages.
-const PAGES: &[&str] =
-    &["README.md", "ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "demos", "docs", "editors", "grammar"];
+const PAGES: &[&str] = &[
+    "README.md",
+    "ARCHITECTURE.md",
+    "CHANGELOG.md",
+    "CONTRIBUTING.md",
+    "SECURITY.md",
+    "demos",
+    "docs",
+    "editors",
+    "grammar",
+];
 
 /// Modules that open files.
 const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/language/"];

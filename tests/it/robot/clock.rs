@@ -4,12 +4,12 @@ use proptest::prelude::*;
 use teachtree::robot::planning::time_scale::{Part, TimeScale};
 
 fn part(from: f64, to: f64, needs_s: f64) -> Part {
-    Part { taught: [from, to], needs_s }
+    Part { demonstrated: [from, to], needs_s }
 }
 
 #[test]
 fn one_hand_takes_what_it_needs() {
-    // The second one overlaps the first as it was taught; the third was not taught at all.
+    // The second one overlaps the first as it was demonstrated; the third was not demonstrated at all.
     let parts = vec![part(0.0, 1.0, 2.0), part(0.0, 1.5, 0.5), part(1.5, 1.5, 0.9), part(4.0, 5.0, 1.0)];
     let clock = TimeScale::of(&[parts], 0.0);
     assert!((clock.duration() - 4.4).abs() < 1e-9, "{}", clock.duration());
@@ -35,7 +35,7 @@ fn a_hand_waits_for_what_the_other_one_does() {
     assert!((clock.duration() - 8.4).abs() < 1e-9, "{}", clock.duration());
 }
 
-/// Parts of a hand: lengths as taught, some of them zero, gaps between them, and needs.
+/// Parts of a hand: lengths as demonstrated, some of them zero, gaps between them, and needs.
 fn hand() -> impl Strategy<Value = Vec<Part>> {
     let one = (prop_oneof![Just(0.0), 0.05..2.0], prop_oneof![Just(0.0), 0.05..1.0], 0.05..3.0);
     prop::collection::vec(one, 1..6).prop_map(|parts| {
@@ -67,10 +67,10 @@ proptest! {
             }
         }
         let sharp = TimeScale::of(&hands, 0.0);
-        // Where both begin something at the same time as taught, what was taught to take time before is over in both.
+        // Where both begin something at the same time as demonstrated, what was demonstrated to take time before is over in both.
         let mut begun = [0.0, 0.0];
         for (one, other) in hands[0].iter().zip(&hands[1]) {
-            if one.taught == other.taught && one.taught[0] < one.taught[1] && one == &hands[0][0] {
+            if one.demonstrated == other.demonstrated && one.demonstrated[0] < one.demonstrated[1] && one == &hands[0][0] {
                 let times = [sharp.when(0, begun[0] + one.needs_s), sharp.when(1, begun[1] + other.needs_s)];
                 prop_assert!((times[0] - times[1]).abs() < 1e-6, "{times:?}");
             }

@@ -168,10 +168,10 @@ fn what_jaws_cannot_hold_is_reported_with_what_is_missing() {
     // Thumb on one side, the fingers on top.
     let (object, mut contacts) = across(60.0);
     contacts[1] = Contact { finger: Finger::Index, point: Point3::new(0.0, 0.025, 0.030), normal: Vector3::z() };
-    let suspicious_channels = mapped(&gripper, &object, contacts.clone(), Vec::new()).unwrap_err();
+    let slips = mapped(&gripper, &object, contacts.clone(), Vec::new()).unwrap_err();
     assert_eq!(
-        suspicious_channels,
-        "the index jaw suspicious_channels off: the line between the jaws leans by 66 degrees there, and friction holds up to 45"
+        slips,
+        "the index jaw slips off: the line between the jaws leans by 66 degrees there, and friction holds up to 45"
     );
     contacts.remove(0);
     let pushes = mapped(&gripper, &object, contacts, Vec::new()).unwrap_err();

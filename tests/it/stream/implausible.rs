@@ -87,7 +87,7 @@ fn degrees_that_are_read_as_radians_are_reported() {
     // A bad sample is no degree.
     for bad_s in [0.0, 0.5] {
         let printed = angles(folder, "", |time| if time == bad_s { 90.0 } else { 0.3 });
-        assert!(printed.iter().all(|told| printed.starts_with("impossible_jump ")), "{printed:?}");
+        assert!(printed.iter().all(|line| line.starts_with("impossible_jump ")), "{printed:?}");
         assert_eq!(printed.len(), 1);
     }
     // Turns that are counted.

@@ -222,7 +222,7 @@ fn ten_fingertips_that_slip_along_a_cube_of_20_g_do_not_shake_it() {
         velocity = seen.bodies[0].velocity;
         if t > 0.25 {
             let mut forces = seen.hands.iter().flat_map(|hand| &hand.tips).map(|tip| tip.force_on(0));
-            assert!(forces.all(|force| (force.z / force.y.abs() - 0.5).abs() < 0.02), "every tip suspicious_channels");
+            assert!(forces.all(|force| (force.z / force.y.abs() - 0.5).abs() < 0.02), "every tip slips");
             assert!(shaken < 1e-4, "step {step}: shaken by {shaken} m/s");
             let by_lid = seen.contact(0, 2).0.z;
             assert!((by_lid / (0.02 * 9.81 - friction) - 1.0).abs() < 0.02, "the lid bears {by_lid} N");

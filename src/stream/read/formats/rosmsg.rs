@@ -251,10 +251,10 @@ impl Decoder<'_> {
             if says_names || names_itself && self.muted {
                 self.texts.clear();
             }
-            let muted = self.muted;
+            let before = self.muted;
             self.muted |= says_names;
             self.field(field, depth, &names)?;
-            self.muted = muted;
+            self.muted = before;
             self.path.truncate(length);
             if says_names {
                 let distinct: BTreeSet<&String> = self.texts.iter().filter(|name| !name.is_empty()).collect();
