@@ -17,7 +17,7 @@ use std::time::Instant;
 use teachtree::base::geometry::unit;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::{Body, Shape};
-use teachtree::robot::grasp::{Contact, Effort, Grasp, LARGEST_PAD_ANGLE, Mapper, Wanted};
+use teachtree::robot::grasp::{Contact, Effort, GraspCandidate, LARGEST_PAD_ANGLE, Mapper, Wanted};
 use teachtree::robot::{self, HandModel, MAX_DOFS, Robot, Solid};
 
 /// Default number of searches of the peer for each problem.
@@ -98,7 +98,7 @@ fn problems() -> Vec<(String, Body, Vec<Contact>)> {
 
 /// Our result, its mean time, and the poses of the comparison.
 struct Ours {
-    grasp: Grasp,
+    grasp: GraspCandidate,
     effort: Effort,
     seconds: f64,
     looks: Vec<Isometry3<f64>>,
