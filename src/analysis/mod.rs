@@ -22,6 +22,7 @@ pub mod number;
 mod relabel;
 pub mod score;
 mod spans;
+pub mod steps;
 mod stretch;
 mod subject;
 mod tasks;

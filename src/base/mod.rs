@@ -5,6 +5,7 @@
 
 pub mod channels;
 pub mod diagnostic;
+pub mod digest;
 pub mod easing;
 pub mod error;
 pub mod geometry;

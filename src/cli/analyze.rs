@@ -1,8 +1,11 @@
 //! `teachtree analyze`: recordings in, named tasks out.
 
+use super::many::{Issues, ManyArgs};
+#[cfg(feature = "mcap")]
+use super::mcap;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
-use super::{Failure, output};
+use super::{Failure, batch, output};
 use crate::analysis::Subject;
 use crate::base::error::{ErrorKind, InputError};
 use crate::report::Style;
@@ -10,38 +13,52 @@ use crate::session::files::recordings;
 use crate::session::{Analysis, ClosedSegment, Error};
 use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
-use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Options of `analyze`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html"
+    after_help = "Examples:\n  teachtree analyze demonstration.csv\n  teachtree analyze log.csv --binding lab.binding.yaml --format json\n  teachtree analyze demonstration.csv --rules tap.rules --report report.html\n  teachtree analyze 'set#*' --binding lab.binding.yaml --format json --out-dir analyses --resume\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and the others are written."
 )]
 pub struct Args {
-    /// Recordings of any format, or folders of them, `set#3` for an episode; `-` reads JSON lines and prints segments as they close
+    /// Recordings of any format, or folders of them; `set#3`, `set#0..9`, `set#*` for episodes; `-` reads JSON lines and prints segments as they close
     #[arg(required = true, value_name = "LOG")]
-    logs: Vec<PathBuf>,
+    pub logs: Vec<PathBuf>,
     #[command(flatten)]
-    rules: RuleArgs,
+    pub rules: RuleArgs,
     #[command(flatten)]
-    source: SourceArgs,
+    pub source: SourceArgs,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
-    format: Format,
+    pub format: Format,
     /// Where to write it; standard output when left out
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Write a file for each recording into this folder, named as the recording
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "report", "frames", "mcap"])]
+    pub out_dir: Option<PathBuf>,
+    /// Leave out recordings whose file in `--out-dir` is there and was made of the same log, rules, params and version
+    #[arg(long, requires = "out_dir")]
+    pub resume: bool,
+    /// Take each file in a folder for a recording; with a binding a folder with tables of text is one recording in parts otherwise
+    #[arg(long)]
+    each: bool,
+    #[command(flatten)]
+    pub many: ManyArgs,
     /// Also write a page for browsers (one recording only)
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
     /// Also write labels, tasks and objects of each frame as a table, `.csv` or `.parquet` (one recording only)
     #[arg(long, value_name = "FILE")]
     frames: Option<PathBuf>,
-    /// Signals, latches and channels of the rules whose values the table of `--frames` has too
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',', requires = "frames")]
+    /// Signals, latches and channels of the rules whose values the table of `--frames` and the file of `--mcap` have too
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     signals: Vec<String>,
+    /// Also write labels, signals and poses for viewers, and beside it a layout for Foxglove (one recording only)
+    #[cfg(feature = "mcap")]
+    #[arg(long, value_name = "FILE.mcap")]
+    mcap: Option<PathBuf>,
 }
 
 /// Forms of an analysis.
@@ -57,7 +74,11 @@ pub enum Format {
 
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = recordings(&args.logs, args.source.binding.as_deref())?;
+    let found = recordings(&args.logs, args.source.binding.as_deref(), args.each)?;
+    if let Some(folder) = &args.out_dir {
+        return batch::run(args, folder, &found);
+    }
+    let logs: Vec<PathBuf> = found.into_iter().map(|found| found.log).collect();
     if args.report.is_some() && logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
@@ -67,7 +88,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.frames {
         formats::check_name(path)?;
     }
-    let outputs: Vec<&Path> = args.out.iter().chain(&args.report).chain(&args.frames).map(PathBuf::as_path).collect();
+    let views = views(args);
+    if !args.signals.is_empty() && args.frames.is_none() && views.is_empty() {
+        return Err(InputError::new("--signals", "the values of signals are in no output of this command")
+            .help("name one: --frames FILE, or --mcap FILE.mcap")
+            .into());
+    }
+    #[cfg(feature = "mcap")]
+    if let Some(path) = &args.mcap {
+        mcap::check_name(path)?;
+        if logs.len() > 1 {
+            return Err(InputError::new("--mcap", "a file for viewers is of one recording, found several").into());
+        }
+    }
+    let outputs = args.out.iter().chain(&args.report).chain(&args.frames).chain(&views);
+    let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
     let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
     let inputs: Vec<&Path> = logs.iter().chain(&files).map(PathBuf::as_path).collect();
@@ -75,31 +110,54 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut out = String::new();
     let mut failures = Vec::new();
     let mut pages = Vec::new();
-    // All cores share the recordings; what is found comes in the order in which they were named.
-    let found: Vec<Result<Told, Failure>> = logs.par_iter().map(|log| one(args, log, logs.len() == 1)).collect();
-    for found in found {
+    #[cfg(feature = "mcap")]
+    let mut lanes = Vec::new();
+    let mut issues = Issues::default();
+    let mut done = 0;
+    let alone = logs.len() == 1;
+    let found = args.many.each("analyzing", &logs, |log| one(args, log, alone))?;
+    for (log, found) in logs.iter().zip(found) {
         match found {
             // A table has one header.
-            Ok(Told { text, warning, page }) => {
+            Ok(Told {
+                text,
+                kinds,
+                page,
+                #[cfg(feature = "mcap")]
+                    lanes: of_log,
+            }) => {
+                done += 1;
                 pages.extend(page);
+                #[cfg(feature = "mcap")]
+                lanes.extend(of_log);
                 let header = if args.format == Format::Csv && !out.is_empty() {
                     text.find('\n').map_or(0, |at| at + 1)
                 } else {
                     0
                 };
                 out.push_str(&text[header..]);
-                if let Some(warning) = warning {
-                    output::complain(&format!("warning: {warning}"));
+                // Only a table has no place for them.
+                if args.format == Format::Csv && alone && !kinds.is_empty() {
+                    args.many.warn(&untold(log, &kinds));
+                } else if args.format == Format::Csv {
+                    let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.as_str(), *count));
+                    issues.add(&log.display().to_string(), each);
                 }
             }
             // The other recordings are worth having all the same.
-            Err(failure) => failures.push(failure),
+            Err(failure) if alone => failures.push(failure),
+            Err(failure) => failures.push(failure.of_log(log)),
         }
     }
     // The page and the text are of one analysis: both are written or neither.
     let mut written = Files::default();
     for (path, page) in args.report.iter().zip(&pages) {
         output::add(&mut written, path, page, &inputs)?;
+    }
+    #[cfg(feature = "mcap")]
+    for (path, lanes) in args.mcap.iter().zip(&lanes) {
+        written.add(path, |out| lanes.write(out))?;
+        output::add(&mut written, &mcap::layout_of(path), &lanes.layout(), &inputs)?;
     }
     if let Some(path) = args.out.as_ref().filter(|_| !out.is_empty()) {
         output::add(&mut written, path, &out, &inputs)?;
@@ -111,23 +169,39 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         None if args.format == Format::Json => output::print_json(&out)?,
         None => output::print_data(&out)?,
     }
-    Failure::all(failures)
+    issues.summary().filter(|_| !args.many.quiet).iter().for_each(|summary| output::complain(summary));
+    Failure::some(failures, done)
 }
 
 /// What is said about a recording: for whoever reads the output, and for whoever started the program.
-struct Told {
-    text: String,
-    warning: Option<String>,
+pub struct Told {
+    pub text: String,
+    /// The kinds of its issues, each with how many there are.
+    pub kinds: BTreeMap<String, usize>,
     page: Option<String>,
+    #[cfg(feature = "mcap")]
+    lanes: Option<mcap::Lanes>,
+}
+
+/// The files for viewers.
+#[cfg(feature = "mcap")]
+fn views(args: &Args) -> Vec<PathBuf> {
+    args.mcap.iter().flat_map(|path| [path.clone(), mcap::layout_of(path)]).collect()
+}
+
+#[cfg(not(feature = "mcap"))]
+fn views(_: &Args) -> Vec<PathBuf> {
+    Vec::new()
 }
 
 /// Analyzes a recording, the only one or one of several: what is to be said about it.
-fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
-    let analysis = if log == Path::new("-") && args.format == Format::Text && args.out.is_none() {
+pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
+    let prints = args.out.is_none() && args.out_dir.is_none();
+    let analysis = if log == Path::new("-") && args.format == Format::Text && prints {
         live(args)?
     } else {
-        let log = args.source.open(log)?;
-        if args.report.is_some() || args.frames.is_some() {
+        let log = args.source.open(log).map_err(|error| in_parts(args, log, error))?;
+        if args.report.is_some() || args.frames.is_some() || !views(args).is_empty() {
             log.read()?;
         }
         args.rules.load(&log)?.analyze(&log)?
@@ -137,13 +211,35 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
         analysis.frames(&args.signals)?.write(path)?;
     }
     let text = match args.format {
-        Format::Text => timeline(&analysis, args.out.is_none()),
+        Format::Text => timeline(&analysis, prints),
         Format::Json if alone => analysis.json(),
         Format::Json => analysis.json_line(),
         Format::Csv => analysis.csv()?,
     };
-    let untold = args.format == Format::Csv && !analysis.issues().is_empty();
-    Ok(Told { text, warning: untold.then(|| issues(&analysis)), page })
+    let mut kinds = BTreeMap::new();
+    for issue in analysis.issues() {
+        *kinds.entry(issue.kind.clone()).or_default() += 1;
+    }
+    Ok(Told {
+        text,
+        kinds,
+        page,
+        #[cfg(feature = "mcap")]
+        lanes: args.mcap.as_ref().map(|_| mcap::Lanes::new(&analysis, &args.signals)).transpose()?,
+    })
+}
+
+/// An error about a folder that was taken for one recording in parts, with what else it may be.
+fn in_parts(args: &Args, log: &Path, error: Error) -> Failure {
+    let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_bag(log);
+    match Failure::from(error) {
+        Failure::Input(error) if is_parts && args.source.binding.is_some() => {
+            let is = "the folder was read as one recording in parts, a table each; with --each every file in it is one";
+            let help = error.help.as_ref().map_or_else(|| is.to_string(), |help| format!("{help}; {is}"));
+            Failure::Input(error.help(help))
+        }
+        other => other,
+    }
 }
 
 /// Reads a recording from standard input and prints its segments as they close.
@@ -162,13 +258,9 @@ fn live(args: &Args) -> Result<Analysis, Error> {
 }
 
 /// The issues of a log, for a table that has no place for them.
-fn issues(analysis: &Analysis) -> String {
-    let mut kinds: BTreeMap<&str, usize> = BTreeMap::new();
-    for issue in analysis.issues() {
-        *kinds.entry(&issue.kind).or_default() += 1;
-    }
+fn untold(log: &Path, kinds: &BTreeMap<String, usize>) -> String {
     let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
-    format!("{}: the table omits issues, `--format text` prints them: {}", analysis.log(), kinds.join(", "))
+    format!("{}: the table omits issues, `--format text` prints them: {}", log.display(), kinds.join(", "))
 }
 
 /// The timeline, in colour where the terminal wants it.

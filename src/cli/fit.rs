@@ -2,6 +2,7 @@
 
 mod patch;
 
+use super::many::ManyArgs;
 use super::progress::Progress;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
@@ -17,9 +18,7 @@ use crate::session::files::all_logs;
 use crate::session::fitting::{Recording, Runner};
 use crate::stream::names::nearest;
 use patch::{Patch, patch};
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Groups in which recordings are held out when nothing is said, at most.
 const GROUPS: usize = 8;
@@ -30,7 +29,7 @@ const GROUPS: usize = 8;
     after_help = "Examples:\n  teachtree fit recordings/ --rules tap.rules\n  teachtree fit recordings/ --rules tap.rules --params tap_time,tap_force -o tap.patch\n  teachtree fit a.csv b.csv c.csv d.csv --binding lab.binding.yaml --labels labels/ --track right\n  patch -p0 < tap.patch\nThe patch comes only where recordings that were held out bear it out. Rule files are never written.\nExit status: 0 there is a patch, 1 there is none, 2 bad input."
 )]
 pub struct Args {
-    /// Labeled recordings; a folder stands for all logs in it
+    /// Labeled recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     /// The params to change; all that have a range when left out
@@ -51,6 +50,8 @@ pub struct Args {
     rules: RuleArgs,
     #[command(flatten)]
     source: SourceArgs,
+    #[command(flatten)]
+    many: ManyArgs,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -119,15 +120,7 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
 /// Opens the recordings: what runs them, and the params that may be changed.
 fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
     let names = args.truth.names()?;
-    let progress = Progress::new("reading");
-    let done = AtomicUsize::new(0);
-    let read = logs.par_iter().map(|log| {
-        let opened = open(args, log, &names);
-        progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / logs.len() as f64);
-        opened
-    });
-    let read: Vec<Result<Opened, Failure>> = read.collect();
-    drop(progress);
+    let read = args.many.each("reading", logs, |log| open(args, log, &names))?;
     let mut failures = Vec::new();
     let mut all = Vec::new();
     for (log, one) in logs.iter().zip(read) {
@@ -153,7 +146,7 @@ fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Fai
                 .into());
         }
         for warning in &one.warnings {
-            output::complain(&format!("warning: {warning}"));
+            args.many.warn(warning);
         }
         recordings.push(one.recording);
     }
@@ -235,15 +228,16 @@ fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, objectiv
     if too_few && !args.anyway {
         return fitted;
     }
-    let progress = Progress::new("fitting");
+    let progress = (!args.many.quiet).then(|| Progress::new("fitting"));
+    let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
     let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
     fitted.idle = fit::idle(space, objectives);
-    fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| progress.set(part / searches));
+    fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| shown(part / searches));
     fitted.after = objective_of(objectives, &fitted.point);
     if fitted.changed().is_empty() {
         fitted.verdict = Verdict::NothingToGain;
     } else if !too_few {
-        let mut inner = |part: f64| progress.set((1.0 + part * groups as f64) / searches);
+        let mut inner = |part: f64| shown((1.0 + part * groups as f64) / searches);
         let held_out = fit::judge(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
         fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
         fitted.held_out = Some(held_out);

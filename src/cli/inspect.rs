@@ -4,6 +4,7 @@ use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
+use crate::session::files::chosen;
 use crate::session::{Error, Observability, TrackObservability};
 use crate::stream::bind::BindingFile;
 use crate::stream::bind::template::skeleton;
@@ -23,8 +24,9 @@ use std::path::{Path, PathBuf};
     after_help = "Examples:\n  teachtree inspect log.mcap\n  teachtree inspect log.csv --skeleton lab.binding.yaml\n  teachtree inspect log.csv --binding lab.binding.yaml --format json"
 )]
 pub struct Args {
-    /// A recording of any format
-    log: PathBuf,
+    /// A recording of any format; `set#0..9` or `set#*` for several episodes, one after the other
+    #[arg(required = true, value_name = "LOG")]
+    logs: Vec<PathBuf>,
     #[command(flatten)]
     rules: RuleArgs,
     #[command(flatten)]
@@ -67,33 +69,53 @@ struct Recognition {
 
 /// Runs `inspect`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    if args.log == Path::new("-") {
+    let logs = chosen(&args.logs)?;
+    if args.skeleton.is_some() && logs.len() > 1 {
+        return Err(InputError::new("--skeleton", "a binding is written of one recording, found several").into());
+    }
+    let alone = logs.len() == 1;
+    let (mut done, mut failures) = (0, Vec::new());
+    for log in &logs {
+        match one(args, log, alone) {
+            Ok(text) => {
+                let text = if done > 0 && args.format == Format::Text { format!("\n{text}") } else { text };
+                if args.format == Format::Text { output::print(&text) } else { output::print_json(&text) }?;
+                done += 1;
+            }
+            // The other recordings are worth having all the same.
+            Err(failure) if alone => failures.push(failure),
+            Err(failure) => failures.push(failure.of_log(log)),
+        }
+    }
+    Failure::some(failures, done)
+}
+
+/// Inspects a recording, the only one or one of several, which take a line of JSON each.
+fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
+    if log == Path::new("-") {
         return Err(InputError::new("-", "a stream cannot be inspected, expected a file").into());
     }
     let binding = args.source.binding.as_deref().map(BindingFile::read).transpose()?.map(|file| file.binding);
-    let source = formats::open(&args.log)?;
+    let source = formats::open(log)?;
     let canonical = source.header().iter().any(|title| names::meaning(names::split_unit(title).0).is_some());
     let time = binding.as_ref().map(|binding| &binding.time);
     let rate = binding.as_ref().and_then(|binding| binding.rate).map(|rate| rate.0);
-    let log = inspect(source, time, rate)?;
+    let inspected = inspect(source, time, rate)?;
     if let Some(path) = &args.skeleton {
         let files = read_by(&args.source, &args.rules);
-        let inputs: Vec<&Path> = files.iter().chain([&args.log]).map(PathBuf::as_path).collect();
-        let skeleton = skeleton(&log);
+        let inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).chain([log]).collect();
+        let skeleton = skeleton(&inspected);
         output::refuse_inputs(path, &inputs)?;
         refuse_filled_in(path, &skeleton)?;
         output::write(path, &skeleton, &inputs)?;
     }
-    let recognition = if binding.is_some() || canonical { recognition(args)? } else { Recognition::foreign() };
-    let json = match args.format {
-        Format::Text => return Ok(output::print(&text(&log, &recognition))?),
-        Format::Json => {
-            let document = Document { schema: "teachtree.inspection/1", log: &log, recognition: &recognition };
-            let json = serde_json::to_string_pretty(&document);
-            json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n"
-        }
-    };
-    Ok(output::print_json(&json)?)
+    let recognition = if binding.is_some() || canonical { recognition(args, log)? } else { Recognition::foreign() };
+    if args.format == Format::Text {
+        return Ok(text(&inspected, &recognition));
+    }
+    let document = Document { schema: "teachtree.inspection/1", log: &inspected, recognition: &recognition };
+    let json = if alone { serde_json::to_string_pretty(&document) } else { serde_json::to_string(&document) };
+    Ok(json.map_err(|error| InputError::new("JSON", error.to_string()))? + "\n")
 }
 
 /// Refuses a place for a skeleton where there is a file with another text, such as a binding that was filled in.
@@ -107,8 +129,8 @@ fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
 }
 
 /// What the rules can detect in the log.
-fn recognition(args: &Args) -> Result<Recognition, Failure> {
-    let log = match args.source.open(&args.log).and_then(|log| log.read().map(|()| log)) {
+fn recognition(args: &Args, log: &Path) -> Result<Recognition, Failure> {
+    let log = match args.source.open(log).and_then(|log| log.read().map(|()| log)) {
         Ok(log) => log,
         Err(error) => return Ok(Recognition::impossible(&error)),
     };

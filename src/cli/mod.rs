@@ -1,10 +1,13 @@
 //! The command line: one file a command. Only here is anything printed, and only here and in the loaders are files opened.
 //!
-//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input.
+//! Exit status: 0 fine, 1 the answer is no (a failed check), 2 bad usage or input, 3 bad input of some recordings, the others are done.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
 
 mod analyze;
+#[cfg(any(feature = "parquet", feature = "hdf5"))]
+mod annotate;
+mod batch;
 mod check;
 #[cfg(feature = "world")]
 mod demo;
@@ -14,8 +17,12 @@ mod fmt;
 mod graph;
 mod help;
 mod inspect;
+mod list;
 #[cfg(feature = "lsp")]
 mod lsp;
+mod many;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod output;
 mod progress;
 mod prove;
@@ -35,6 +42,7 @@ use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
 use crate::stream::atomic_write;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::path::Path;
 use std::process::ExitCode;
 
 /// Turns a recorded demonstration into named tasks and primitives, by rules that are text.
@@ -56,6 +64,9 @@ enum Command {
     Inspect(inspect::Args),
     /// Segment recordings into primitives and name their tasks
     Analyze(analyze::Args),
+    #[cfg(any(feature = "parquet", feature = "hdf5"))]
+    /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
+    Annotate(annotate::Args),
     /// Explain why a recording has its labels at a time, and why not others
     Explain(explain::Args),
     /// Compare recordings with their expectation files; coverage and mutation of the rules
@@ -85,6 +96,10 @@ enum Command {
     #[cfg(feature = "lsp")]
     /// Run the language server for editors: diagnostics, hover, names, completion
     Lsp(lsp::Args),
+    /// List the rules, scenes, operators, robots and bindings that are in the program
+    List(list::ListArgs),
+    /// Print a file that is in the program
+    Show(list::ShowArgs),
     /// Print the completion script of a shell
     Completions(help::CompletionsArgs),
     /// Print the manual page of a command
@@ -102,12 +117,37 @@ enum Failure {
     Text(String),
     /// Several of them.
     Several(Vec<Failure>),
+    /// The same, while other recordings of the command could be used.
+    Partial(Vec<Failure>),
 }
+
+/// The exit status where some recordings could be used and others could not.
+const PARTIAL: u8 = 3;
 
 impl Failure {
     /// No failure when there is none.
     fn all(failures: Vec<Self>) -> Result<(), Self> {
         if failures.is_empty() { Ok(()) } else { Err(Self::Several(failures)) }
+    }
+
+    /// As [`all`](Self::all); the failures are partial where some recordings, `done` of them, could be used.
+    fn some(failures: Vec<Self>, done: usize) -> Result<(), Self> {
+        match Self::all(failures) {
+            Err(Self::Several(failures)) if done > 0 => Err(Self::Partial(failures)),
+            all => all,
+        }
+    }
+
+    /// The same with the name of the recording, where the failure does not say which one of several it is about.
+    fn of_log(self, log: &Path) -> Self {
+        let name = log.display().to_string();
+        match self {
+            Self::Input(error) if !error.place.contains(&name) => {
+                let place = format!("{name}: {}", error.place);
+                Self::Input(InputError { place, ..error })
+            }
+            other => other,
+        }
     }
 
     /// The same, found while something was read that named the cause.
@@ -124,7 +164,15 @@ impl Failure {
             Self::No => return 1,
             Self::Input(error) => output::complain(&format!("error: {error}")),
             Self::Text(text) => output::complain(text.strip_suffix('\n').unwrap_or(text)),
-            Self::Several(failures) => return failures.iter().map(Self::say).max().unwrap_or(0),
+            Self::Several(failures) | Self::Partial(failures) => {
+                many::texts(failures).iter().for_each(|text| output::complain(text.strip_suffix('\n').unwrap_or(text)));
+                let answers = failures.iter().all(|failure| matches!(failure, Self::No));
+                return match self {
+                    Self::Partial(_) => PARTIAL,
+                    _ if answers => 1,
+                    _ => 2,
+                };
+            }
         }
         2
     }
@@ -189,6 +237,8 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::run(args),
         Command::Inspect(args) => inspect::run(args),
         Command::Analyze(args) => analyze::run(args),
+        #[cfg(any(feature = "parquet", feature = "hdf5"))]
+        Command::Annotate(args) => annotate::run(args),
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
@@ -205,6 +255,8 @@ pub fn main() -> ExitCode {
         Command::Graph(args) => graph::run(args),
         #[cfg(feature = "lsp")]
         Command::Lsp(args) => lsp::run(args),
+        Command::List(args) => list::list(args),
+        Command::Show(args) => list::show(args),
         Command::Completions(args) => help::completions(args, command()),
         Command::Man(args) => help::man(args, command()),
     };

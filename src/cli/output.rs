@@ -103,7 +103,6 @@ fn refuse(path: &Path, inputs: &[&Path], would_be_lost: &dyn Fn(&Path, &Path) ->
     Ok(())
 }
 
-#[cfg(feature = "world")]
 /// Makes a folder with all above it.
 ///
 /// # Errors

@@ -1,10 +1,13 @@
 //! `teachtree prove` and `teachtree diff`: two rule sets held against each other.
 
+use super::many::ManyArgs;
 use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::analysis::{Analysis, Segment};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
+use crate::session::Error;
+use crate::session::files::all_logs;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -43,9 +46,11 @@ pub struct DiffArgs {
     one: PathBuf,
     /// The second rules
     other: PathBuf,
-    /// Recordings on which both are run
+    /// Recordings on which both are run; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(value_name = "LOG")]
     logs: Vec<PathBuf>,
+    #[command(flatten)]
+    many: ManyArgs,
     /// The hand file that keeps the promised signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
@@ -117,16 +122,31 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
             let _ = writeln!(said, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
         }
     }
-    for log in &args.logs {
+    let logs = all_logs(&args.logs)?;
+    let compared = args.many.each("comparing", &logs, |log| {
         let opened = args.source.open(log)?;
         opened.read()?;
         let run = |file: &PathBuf| named(file).load(&opened)?.analyze(&opened);
         let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
-        let _ = writeln!(said, "\n{}", log.display());
+        let mut said = format!("\n{}\n", log.display());
         tell_log(ours.found(), theirs.found(), &mut said);
+        Ok::<_, Error>(said)
+    })?;
+    let (mut done, mut failures) = (0, Vec::new());
+    for (log, compared) in logs.iter().zip(compared) {
+        match compared {
+            Ok(text) => {
+                done += 1;
+                said.push_str(&text);
+            }
+            Err(error) => failures.push(Failure::from(error).of_log(log)),
+        }
     }
-    output::print(&said)?;
-    Ok(())
+    // Where no recording could be read, the difference of the rules would hide it.
+    if done > 0 || failures.is_empty() {
+        output::print(&said)?;
+    }
+    Failure::some(failures, done)
 }
 
 /// The cases in which trees differ.

@@ -1,6 +1,6 @@
 //! `teachtree score`: what is found in recordings against what is true.
 
-use super::progress::Progress;
+use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, read};
@@ -13,17 +13,15 @@ use crate::base::hands::Side;
 use crate::report;
 use crate::session::files::all_logs;
 use crate::stream::atomic_write::Files;
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Options of `score`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'"
+    after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'\n  teachtree score 'set#*' --binding lab.binding.yaml --labels labels/ --track right"
 )]
 pub struct Args {
-    /// Recordings; a folder stands for all logs in it
+    /// Recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
     #[arg(required = true, value_name = "LOG")]
     logs: Vec<PathBuf>,
     #[command(flatten)]
@@ -32,6 +30,8 @@ pub struct Args {
     rules: RuleArgs,
     #[command(flatten)]
     source: SourceArgs,
+    #[command(flatten)]
+    many: ManyArgs,
     /// Relabel the truth by the same rules before relabeled segments are compared with it
     #[arg(long)]
     relabel_truth: bool,
@@ -91,22 +91,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let map = args.truth.names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = Texts { map, sequences };
-    let progress = Progress::new("scoring");
-    let done = AtomicUsize::new(0);
-    // Every recording by itself; collecting keeps their order, so threads change nothing.
-    let scored: Vec<Result<Scored, Failure>> = logs
-        .par_iter()
-        .map(|log| {
-            let scored = score_log(args, log, &texts);
-            progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / logs.len() as f64);
-            scored
-        })
-        .collect();
-    drop(progress);
+    let scored = args.many.each("scoring", &logs, |log| score_log(args, log, &texts))?;
     let mut relabeled = Vec::new();
     let mut raw = Vec::new();
     let mut meta = None;
-    let mut failures = Vec::new();
+    let (mut failures, mut done) = (Vec::new(), 0);
     for scored in scored {
         let scored = match scored {
             Ok(scored) => scored,
@@ -118,8 +107,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 continue;
             }
         };
+        done += 1;
         for warning in scored.warnings {
-            output::complain(&format!("warning: {warning}"));
+            args.many.warn(&warning);
         }
         relabeled.extend(scored.relabeled);
         raw.extend(scored.raw);
@@ -131,7 +121,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let Some(meta) = meta else { return Failure::all(failures) };
     write(args, &scores, &meta, &logs)?;
-    Failure::all(failures)
+    Failure::some(failures, done)
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {

@@ -206,7 +206,8 @@ fn new_expectations(args: &Args, known: &[PathBuf]) -> Result<Vec<PathBuf>, Fail
     let mut written = Vec::new();
     for folder in args.paths.iter().filter(|path| path.is_dir()) {
         let Ok(logs) = all_logs(std::slice::from_ref(folder)) else { continue };
-        for log in logs {
+        // An episode of a data set has no place beside it.
+        for log in logs.into_iter().filter(|log| log.is_file()) {
             let path = log.with_extension(ENDING);
             if known.contains(&path) || path.exists() {
                 continue;

@@ -7,6 +7,7 @@ use crate::analysis::{Analysis, Who};
 use crate::base::error::InputError;
 use crate::session::files::LABEL_ENDINGS;
 use crate::stream::Opened;
+use crate::stream::read::formats;
 use crate::stream::read::labels;
 use crate::stream::read::text;
 use std::path::{Path, PathBuf};
@@ -94,7 +95,7 @@ fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
     if !path.is_dir() {
         return Ok(path.into());
     }
-    let stem = log.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = formats::stem(log);
     let places = LABEL_ENDINGS.map(|ending| path.join(format!("{stem}{ending}")));
     places.iter().find(|place| place.is_file()).cloned().ok_or_else(|| {
         let [one, other] = places.each_ref().map(|place| place.display());

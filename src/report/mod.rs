@@ -14,6 +14,7 @@ pub mod score;
 mod signals;
 mod svg;
 pub mod text;
+pub mod words;
 
 pub use explain::explanation;
 pub use fit::{fit, patch as fit_patch};

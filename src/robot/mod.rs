@@ -26,4 +26,4 @@ pub use model::file::{MAX_BYTES, open};
 pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;
 pub use model::robot::Robot;
-pub use model::shipped::names;
+pub use model::shipped::{names, texts};

@@ -12,7 +12,27 @@ use std::path::{Path, PathBuf};
 pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
 /// How logs in folders end.
-const LOG_ENDINGS: [&str; 3] = ["csv", "tsv", "parquet"];
+const LOG_ENDINGS: [&str; 10] = ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "hdf5", "h5", "hdf"];
+/// How deep folders may be nested, and how many recordings they may hold.
+const DEEPEST: usize = 32;
+const MAX_LOGS: usize = 1 << 20;
+
+/// A recording that was named, alone or by a folder, data set or file that holds it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Found {
+    /// Its path, as it is opened.
+    pub log: PathBuf,
+    /// The name of files that are made of it, without an ending: the folders below the one that was named, and the log's own name.
+    pub name: PathBuf,
+}
+
+impl Found {
+    fn new(log: PathBuf, folder: &Path) -> Self {
+        let name = if log == Path::new("-") { "standard_input".into() } else { formats::stem(&log) };
+        let name = folder.join(name);
+        Self { log, name }
+    }
+}
 
 /// Whether a file may be a log by its name; other tables of text are logs where a scene stands beside them.
 fn is_log(file: &Path) -> bool {
@@ -24,10 +44,10 @@ fn is_log(file: &Path) -> bool {
 }
 
 /// The same logs without those that are named twice.
-fn each_once(logs: Vec<PathBuf>) -> Vec<PathBuf> {
+fn each_once(logs: Vec<Found>) -> Vec<Found> {
     let mut seen = BTreeSet::new();
     // What a link leads to may have another scene beside it.
-    let known = |log: &PathBuf| {
+    let known = |Found { log, .. }: &Found| {
         let folder = log.parent().and_then(|folder| std::fs::canonicalize(folder.join(".")).ok());
         folder.zip(log.file_name()).map_or_else(|| log.clone(), |(folder, name)| folder.join(name))
     };
@@ -45,44 +65,65 @@ pub fn without_companions(paths: &[PathBuf]) -> impl Iterator<Item = &PathBuf> {
     paths.iter().filter(|path| paths.len() == 1 || !is_beside(path))
 }
 
-/// The logs of a list, a folder replaced by those in it, by name.
+/// The logs of a list, each once: a folder is replaced by those in it and in its subfolders, a data set or an HDF5 file in it and a choice such as
+/// `set#*` by its recordings.
 ///
 /// # Errors
 /// A folder that cannot be read, or holds no log.
 pub fn all_logs(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
-        if !path.is_dir() {
-            logs.push(path.clone());
-            continue;
-        }
-        let mut found = logs_in(path)?;
+        let mut found = logs_of(path)?;
         if found.is_empty() {
-            return Err(InputError::new(
-                path.display().to_string(),
-                "the folder has no `.csv`, `.tsv` or `.parquet` log",
-            ));
+            return Err(nothing(path));
         }
         logs.append(&mut found);
+    }
+    Ok(each_once(logs).into_iter().map(|found| found.log).collect())
+}
+
+fn nothing(folder: &Path) -> InputError {
+    let message = format!("the folder holds no log: no data set, and no file that ends in {}", LOG_ENDINGS.join(", "));
+    InputError::new(folder.display().to_string(), message)
+}
+
+/// The same where a folder may also be one recording in several files, as [`formats::open`] reads it. With `each` it never is. Otherwise it is with a
+/// binding, unless there is no table of text in it; and without one, unless some log in it has the names of our channels.
+///
+/// # Errors
+/// A folder that cannot be read, or holds no log.
+pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Result<Vec<Found>, InputError> {
+    let mut logs = Vec::new();
+    for path in without_companions(paths) {
+        let found = logs_of(path)?;
+        let several = |folder: &Path| {
+            each || match binding {
+                Some(_) => !formats::is_one_log(folder),
+                None => found.iter().any(|found| is_canonical(&found.log)),
+            }
+        };
+        if !path.is_dir() || formats::is_set(path) || several(path) {
+            if found.is_empty() {
+                return Err(nothing(path));
+            }
+            logs.extend(found);
+        } else {
+            logs.push(Found::new(path.clone(), Path::new("")));
+        }
     }
     Ok(each_once(logs))
 }
 
-/// The same where a folder may also be one log in parts, which a binding puts together: without one, a folder with logs of ours is meant.
+/// The recordings that choices such as `set#*` stand for, and all other paths as they are.
 ///
 /// # Errors
-/// A folder that cannot be read.
-pub fn recordings(paths: &[PathBuf], binding: Option<&Path>) -> Result<Vec<PathBuf>, InputError> {
+/// A data set or file that cannot be read, or does not have what is chosen.
+pub fn chosen(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut logs = Vec::new();
     for path in without_companions(paths) {
-        let found = if binding.is_none() && path.is_dir() { logs_in(path)? } else { Vec::new() };
-        if found.iter().any(|log| is_canonical(log)) {
-            logs.extend(found);
-        } else {
-            logs.push(path.clone());
-        }
+        logs.extend(formats::chosen(path)?.unwrap_or_else(|| vec![path.clone()]));
     }
-    Ok(each_once(logs))
+    Ok(logs)
 }
 
 /// Whether the columns of a log are called as ours are.
@@ -92,18 +133,52 @@ fn is_canonical(log: &Path) -> bool {
     formats::open(log).is_ok_and(named)
 }
 
-/// The logs in a folder, by name.
-fn logs_in(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
-    let fail = |error: std::io::Error| {
-        InputError::new(folder.display().to_string(), format!("the folder cannot be read: {error}"))
-    };
+/// The recordings of a path: those in a folder, those that a choice stands for, or the path itself.
+fn logs_of(path: &Path) -> Result<Vec<Found>, InputError> {
+    if let Some(logs) = formats::chosen(path)? {
+        return Ok(logs.into_iter().map(|log| Found::new(log, Path::new(""))).collect());
+    }
+    // A data set by itself is one recording if it has one; which one of several is meant has to be said.
+    if !path.is_dir() || formats::is_set(path) {
+        return Ok(vec![Found::new(path.to_path_buf(), Path::new(""))]);
+    }
     let mut found = Vec::new();
+    logs_in(path, Path::new(""), 0, &mut found)?;
+    Ok(found)
+}
+
+/// Finds the logs in a folder and its subfolders, by name. Hidden ones are left out, and links to folders are not followed.
+fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) -> Result<(), InputError> {
+    let place = || folder.display().to_string();
+    let fail = |error: std::io::Error| InputError::new(place(), format!("the folder cannot be read: {error}"));
+    if depth > DEEPEST {
+        let message = format!("found folders nested deeper than {DEEPEST}, the most that are looked through");
+        return Err(InputError::new(place(), message));
+    }
+    let mut entries = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(fail)? {
-        let file = entry.map_err(fail)?.path();
-        if is_log(&file) {
-            found.push(file);
+        let entry = entry.map_err(fail)?;
+        if !entry.file_name().to_string_lossy().starts_with('.') {
+            entries.push((entry.path(), entry.file_type().map_err(fail)?.is_dir()));
         }
     }
-    found.sort();
-    Ok(found)
+    entries.sort();
+    for (path, is_folder) in entries {
+        if found.len() > MAX_LOGS {
+            return Err(InputError::new(
+                place(),
+                format!("holds more than {MAX_LOGS} recordings, the most that are read"),
+            ));
+        }
+        if is_folder && !formats::is_set(&path) && !formats::is_bag(&path) {
+            let name = path.file_name().unwrap_or_default();
+            logs_in(&path, &below.join(name), depth + 1, found)?;
+        } else if is_folder || is_log(&path) {
+            // What cannot be read is reported where it is opened.
+            let several = formats::all_of(&path).ok().flatten();
+            let logs = several.unwrap_or_else(|| vec![path]);
+            found.extend(logs.into_iter().map(|log| Found::new(log, below)));
+        }
+    }
+    Ok(())
 }

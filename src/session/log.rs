@@ -11,6 +11,7 @@ use crate::stream;
 use crate::stream::OpenRequest;
 use crate::stream::Opened;
 use crate::stream::read::csv;
+use crate::stream::read::formats;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::{MAX_COLUMNS, Source, check_size};
 use crate::stream::streaming::Flow;
@@ -102,10 +103,9 @@ impl Log {
         self.0.request.log.display().to_string()
     }
 
-    /// The name of the file or folder, without the folders above it and without its ending.
+    /// The name of the file or folder, without the folders above it and without its ending, and of the recording in it: `lift_demo_3`.
     pub(crate) fn short_name(&self) -> String {
-        let stem = self.0.request.log.file_stem();
-        stem.map_or_else(|| self.name(), |stem| stem.to_string_lossy().into_owned())
+        formats::stem(&self.0.request.log)
     }
 
     /// What the clock of the log shows at t = 0, s: not 0 where a binding shifts the stamps.

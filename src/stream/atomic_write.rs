@@ -1,4 +1,4 @@
-//! Writing files whole or not at all, one or several that belong together.
+//! Writing files whole or not at all, one or several that belong together, and folders.
 //!
 //! A file is written beside its place under a temporary name, synchronized with the disk, and then renamed. Files that belong together, such as a log and its
 //! scene, are all written before the first one is renamed, so neither an error nor a full disk leaves some of them. Between two renames a kill of the program
@@ -70,9 +70,84 @@ pub fn give_up() -> impl Sized {
     let state = state();
     for file in &state.temporary {
         // It is removed by the next run where it cannot be now.
+        let _ = std::fs::remove_dir_all(folder_at(file));
         let _ = std::fs::remove_file(file);
     }
     state
+}
+
+/// A folder that is filled under a temporary name beside its place, and then is there whole or not at all.
+pub struct Folder {
+    /// A file that is locked while the folder is filled.
+    lock: Temporary,
+    target: PathBuf,
+}
+
+impl Folder {
+    /// An empty folder for a place where there is nothing.
+    ///
+    /// # Errors
+    /// When there is something, or the folder cannot be made.
+    pub fn new(target: &Path) -> std::result::Result<Self, InputError> {
+        if target.symlink_metadata().is_ok() {
+            let message = "is there already, expected the name of a new folder";
+            return Err(
+                InputError::new(target.display().to_string(), message).help("name another one, or delete it first")
+            );
+        }
+        let made = || {
+            let lock = Temporary::beside(target)?;
+            std::fs::create_dir(folder_at(lock.0.path()))?;
+            Ok(Self { lock, target: target.to_path_buf() })
+        };
+        made().map_err(|error: Error| cannot(target, &error))
+    }
+
+    /// The folder to be filled.
+    pub fn path(&self) -> PathBuf {
+        folder_at(self.lock.0.path())
+    }
+
+    /// Puts a file in the folder in the place that was named, instead of the folder, which is then gone.
+    ///
+    /// # Errors
+    /// When it cannot be put there.
+    pub fn commit_file(self, name: &Path) -> std::result::Result<(), InputError> {
+        let state = state();
+        std::fs::rename(self.path().join(name), &self.target).map_err(|error| cannot(&self.target, &error))?;
+        sync(folder_of(&self.target));
+        drop(state);
+        Ok(())
+    }
+
+    /// Puts the folder in its place.
+    ///
+    /// # Errors
+    /// When it cannot be put there; then it is gone.
+    pub fn commit(self) -> std::result::Result<(), InputError> {
+        // Whoever wants to end the program waits for this.
+        let mut state = state();
+        let folder = self.path();
+        sync(&folder);
+        std::fs::rename(&folder, &self.target).map_err(|error| cannot(&self.target, &error))?;
+        sync(folder_of(&self.target));
+        state.temporary.remove(self.lock.0.path());
+        Ok(())
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        // After `commit` there is none.
+        let _ = std::fs::remove_dir_all(self.path());
+    }
+}
+
+/// The folder that belongs to a temporary file.
+fn folder_at(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_os_string();
+    name.push(".folder");
+    name.into()
 }
 
 /// Files that belong together: all are written, then all are put in their places.
@@ -266,6 +341,7 @@ fn clear(folder: &Path) {
         if is_file && name.starts_with(PREFIX) && !name.ends_with(MARKER) {
             let abandoned = File::open(entry.path()).is_ok_and(|file| file.try_lock().is_ok());
             if abandoned {
+                let _ = std::fs::remove_dir_all(folder_at(&entry.path()));
                 let _ = std::fs::remove_file(entry.path());
             }
         }

@@ -30,6 +30,11 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     SHIPPED.iter().map(|(name, ..)| *name)
 }
 
+/// Name and texts of the shipped demonstrations: scene and operator.
+pub fn texts() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
+    SHIPPED.iter().copied()
+}
+
 /// The shipped scene of this name.
 ///
 /// # Errors

@@ -320,7 +320,7 @@ fn a_bad_recording_does_not_hide_the_good_ones() {
     let good = "demos/robosuite/stack_panda_demo_1.csv";
     let binding = "demos/robosuite/panda_stack.binding.yaml";
     let output = teachtree(&["analyze", "no_such.csv", good, "--binding", binding]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(3));
     assert!(said(&output).contains("pick_and_place"));
     assert!(complained(&output).contains("no_such.csv"));
 }

@@ -3,6 +3,8 @@
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
 mod analysis;
+#[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod annotate;
 #[cfg(feature = "world")]
 mod both_hands;
 #[cfg(all(feature = "world", feature = "cli"))]
@@ -54,10 +56,16 @@ mod scenarios;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod schemas;
 mod score;
+#[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod sets;
+#[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod signals;
 mod stream;
 #[cfg(feature = "world")]
 mod subjects;
 mod tidy;
+#[cfg(all(feature = "cli", feature = "mcap"))]
+mod views;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod worked_example;
 #[cfg(feature = "world")]

@@ -77,6 +77,9 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let lines = run(&["analyze", "one.csv", "two.csv", "--format", "json"]);
     assert_eq!(lines.lines().count(), 2);
     documents.extend(lines.lines().map(str::to_string));
+    run(&["analyze", "one.csv", "two.csv", "--format", "json", "--out-dir", "out"]);
+    let manifest = std::fs::read_to_string(folder.path().join("out/manifest.jsonl")).unwrap();
+    documents.extend(manifest.lines().map(str::to_string));
     let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";
     let binding = "demos/robosuite/baxter_peg_in_hole.binding.yaml";
     let foreign = ["analyze", log, "--binding", binding, "--format", "json"];

@@ -31,7 +31,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("roxmltree", &["src/robot/model/urdf.rs", "src/stream/read/formats/hdf5/mujoco.rs"]),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/read/formats/"]),
-    ("hdf5_pure", &["src/stream/read/formats/hdf5.rs"]),
+    ("hdf5_pure", &["src/stream/read/formats/hdf5.rs", "src/stream/read/formats/hdf5/"]),
     ("clap", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),

@@ -2,6 +2,7 @@
 
 use super::{Branch, Expr, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
 use crate::base::diagnostic::Span;
+use crate::base::digest::Digest;
 use crate::base::hands::Side;
 
 impl Rules {
@@ -66,12 +67,12 @@ impl Rules {
     ///
     /// It does not depend on where the files lie.
     pub fn digest(&self) -> String {
-        let texts = self.sources.files.iter().flat_map(|source| source.text.bytes().chain([0]));
-        let params = self.params.iter().flat_map(|param| param.name.bytes().chain(param.value.to_bits().to_le_bytes()));
-        let hash = texts
-            .chain(params)
-            .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
-        format!("{hash:016x}")
+        let mut digest = Digest::default();
+        self.sources.files.iter().for_each(|source| digest.text(&source.text));
+        for param in &self.params {
+            digest.add(param.name.bytes().chain(param.value.to_bits().to_le_bytes()));
+        }
+        digest.shown()
     }
 }
 

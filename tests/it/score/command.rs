@@ -93,7 +93,7 @@ fn a_log_that_cannot_be_read_hides_no_others() {
     recorded(folder.path(), &["1"]);
     std::fs::write(folder.path().join("0.csv"), "time [s]\n").unwrap();
     let output = teachtree(&["score", folder.path().to_str().unwrap()], "1");
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(3));
     assert!(String::from_utf8(output.stdout.clone()).unwrap().starts_with("1 recording, "));
     assert!(complained(&output).contains("0.csv"), "{}", complained(&output));
 }
@@ -111,7 +111,7 @@ fn what_cannot_be_scored_is_said() {
     let labels = folder.path().join("1_segments.csv");
     std::fs::write(&labels, "label,start_s,end_s\nGrasp,0,1\n").unwrap();
     for (args, wanted) in [
-        (vec!["score", empty], "the folder has no `.csv`, `.tsv` or `.parquet` log"),
+        (vec!["score", empty], "the folder holds no log: no data set, and no file that ends in csv, tsv, parquet"),
         (with(&[]), "the log does not say what is true"),
         (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
         (with(&["--labels", "docs"]), "the log has no label file"),

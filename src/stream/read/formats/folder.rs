@@ -1,6 +1,6 @@
 //! A folder as a log: each table of text in it is a sheet of its own, named as its file without ending.
 
-use super::{delimited, text_ending};
+use super::{delimited, is_set, text_ending};
 use crate::base::error::InputError;
 use crate::stream::read::table::{Sheet, Source};
 use std::fs::File;
@@ -16,7 +16,7 @@ const MAX_FILES: usize = 200;
 /// When there is nothing in it that is a log.
 pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     let name = path.display().to_string();
-    if path.join("meta").join("info.json").is_file() {
+    if is_set(path) {
         return data_set(path, episode);
     }
     if let Some(episode) = episode {
@@ -25,7 +25,7 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
             format!("this folder is no data set with an episode {episode}: meta/info.json is not there"),
         ));
     }
-    if path.join("metadata.yaml").is_file() {
+    if is_bag(path) {
         return bag(path);
     }
     let mut files = files(path)?;
@@ -50,6 +50,16 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
         return Err(InputError::new(name, format!("the folder holds no table that can be read: {why}")));
     }
     Ok(Source { refused, ..Source::many(name, sheets) })
+}
+
+/// Whether a folder is a bag.
+pub fn is_bag(path: &Path) -> bool {
+    path.join("metadata.yaml").is_file()
+}
+
+/// Whether a folder can be one log: a bag, or tables of text that are parts of one.
+pub fn is_one_log(path: &Path) -> bool {
+    is_bag(path) || files(path).is_ok_and(|files| files.iter().any(|file| text_ending(file) && !is_beside(file)))
 }
 
 #[cfg(feature = "mcap")]
@@ -79,7 +89,10 @@ fn is_beside(file: &Path) -> bool {
 }
 
 /// The files of a folder by name.
-fn files(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+///
+/// # Errors
+/// When it cannot be read, or has too many.
+pub(super) fn files(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
     let name = folder.display().to_string();
     let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
     let mut files = vec![];

@@ -5,10 +5,12 @@
 //! sheet of their own (`rows_1102.user_info/0/zoom`). Shapes are checked before data are read, and no data set is read that promises more than
 //! [`EXPANSION`] bytes a byte of the file.
 
+pub mod annotate;
 mod mujoco;
 
 use super::arrays::{Spread, width};
 use super::guard::guarded;
+use super::many::{MAX_RECORDINGS, number_of};
 use crate::base::error::InputError;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::{MAX_COLUMNS, Rows, Sheet, Source, Table, Want, check_size};
@@ -17,14 +19,14 @@ use mujoco::Model;
 use serde_json::Value;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::Path;
 
 /// How many bytes a byte of the file may become, and how many bytes every file may: deflate compresses by a factor of 1032 at best.
 const EXPANSION: u64 = 1100;
 const ALWAYS: u64 = 1 << 20;
-/// How deep groups may be nested, and how many recordings a file may have.
+/// How deep groups may be nested.
 const DEEPEST: usize = 12;
-const MAX_RECORDINGS: usize = 1 << 20;
 /// The first bytes of a file.
 pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b'\n'];
 /// The highest rate that is believed, Hz.
@@ -41,6 +43,25 @@ pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, Input
         let chosen = container.choose(recording)?;
         container.source(chosen)
     })
+}
+
+/// Whether a file is HDF5 by its first bytes.
+///
+/// # Errors
+/// When it cannot be read.
+pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
+    let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
+    let mut magic = vec![];
+    std::fs::File::open(path).map_err(failed)?.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
+    Ok(magic == MAGIC)
+}
+
+/// The recordings of a file, by number; none for a file that is one.
+///
+/// # Errors
+/// When the file is damaged.
+pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
+    guarded(&path.display().to_string(), || Ok(Container::open(path)?.names))
 }
 
 /// A file, and which of its groups are recordings.
@@ -92,7 +113,8 @@ impl Container {
             (None, [name]) => Ok(Some(name)),
             (None, [first, ..]) => {
                 let message = format!("the file has {} recordings, expected the name of one", names.len());
-                Err(InputError::new(place, message).help(format!("choose one behind `#`, {}", like(first))))
+                Err(InputError::new(place, message)
+                    .help(format!("choose one behind `#`, {}, or all with `{place}#*`", like(first))))
             }
             (Some(asked), []) => {
                 let message = format!("the file is one recording, found `#{asked}` behind its name");
@@ -193,12 +215,6 @@ impl Container {
 /// Whether a data set needs a filter other than deflate, shuffle, Fletcher's check sum, scale-offset and LZF.
 fn has_other_filter(dataset: &Dataset) -> bool {
     dataset.filters().iter().any(|filter| ![1, 2, 3, 6, 32_000].contains(filter))
-}
-
-/// The number at the end of a name: 3 of `demo_3`.
-fn number_of(name: &str) -> Option<u64> {
-    let head = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    name.get(head.len()..)?.parse().ok()
 }
 
 /// Why a walk over groups ended.

@@ -3,6 +3,9 @@
 //! Version 2 has a file an episode; in version 3 a file holds many, and `meta/episodes` says which. Columns are called by the names that
 //! the set gives them (`observation.state.gripper.pos`), by place where it gives none (`observation.state[5]`); `timestamp` is `time [s]`.
 
+pub mod annotate;
+
+use super::many::MAX_RECORDINGS;
 use super::parquet;
 use crate::base::error::InputError;
 use crate::base::json;
@@ -10,7 +13,9 @@ use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::Source;
 use crate::stream::read::text;
 use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs::File;
+use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
 /// The largest `info.json` that is read, in bytes.
@@ -29,30 +34,50 @@ fn info(folder: &Path) -> PathBuf {
 /// When the set is not as it should be, or it is not said which of its episodes is meant.
 pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     let set = Set::read(folder)?;
-    let number = |text: &str| {
-        let message = format!("found `#{text}`, expected the number of an episode");
-        text.parse::<usize>().map_err(|_| InputError::new(folder.display().to_string(), message))
-    };
-    let episode = set.choose(episode.map(number).transpose()?)?;
+    let episode = set.meant(episode)?;
     let file = set.data_file(episode)?;
     let name = file.display().to_string();
-    let bytes = File::open(&file).map_err(|error| InputError::unreadable(&name, &error))?;
-    let read = parquet::read(bytes, &name, |_| true)?;
-    let rows = rows_of(&read, episode, &name)?;
+    let bytes = || File::open(&file).map_err(|error| InputError::unreadable(&name, &error));
+    // A file may have hundreds of episodes: only the rows of this one are read.
+    let numbers = parquet::read(bytes()?, &name, |column| column == "episode_index")?;
+    let rows = rows_of(&numbers, episode, &name)?;
+    let read = match rows {
+        Some(rows) => parquet::read_rows(bytes()?, &name, rows)?,
+        None => parquet::read(bytes()?, &name, |_| true)?,
+    };
     let mut memory = InMemoryTable::new(format!("{name} episode {episode}"));
     for (title, cells) in read.columns() {
-        let cells = match cells {
-            Cells::Numbers(values) => {
-                Cells::Numbers(rows.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect())
-            }
-            Cells::Texts(texts) => {
-                Cells::Texts(rows.iter().map(|row| texts.get(*row).cloned().unwrap_or_default()).collect())
-            }
-        };
-        memory.push_column(set.title(title), cells);
+        memory.push_column(set.title(title), cells.clone());
     }
     Ok(Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory)))
 }
+
+/// The files that an episode is read from.
+///
+/// # Errors
+/// As [`open`].
+pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
+    let set = Set::read(folder)?;
+    let lists = folder.join("meta").join("episodes");
+    let mut files = if lists.is_dir() { lists_in(&lists)? } else { vec![] };
+    files.extend([info(folder), set.data_file(set.meant(episode)?)?]);
+    Ok(files)
+}
+
+/// How many episodes a data set has.
+///
+/// # Errors
+/// When the set is not as it should be.
+pub(super) fn count(folder: &Path) -> Result<usize, InputError> {
+    let set = Set::read(folder)?;
+    match set.count("total_episodes")? {
+        count if count <= MAX_RECORDINGS => Ok(count),
+        count => Err(set.wrong(format!("found {count} episodes, at most {MAX_RECORDINGS} are read"))),
+    }
+}
+
+/// In which chunk and file an episode is, or why that is not known.
+type Listed = Result<(usize, usize), InputError>;
 
 /// A data set as it describes itself.
 struct Set {
@@ -88,7 +113,16 @@ impl Set {
         number.ok_or_else(|| self.wrong(format!("the number `{key}` is not there")))
     }
 
-    /// The episode that is meant.
+    /// The episode that a text behind `#` names.
+    fn meant(&self, text: Option<&str>) -> Result<usize, InputError> {
+        let number = |text: &str| {
+            let message = format!("found `#{text}`, expected the number of an episode");
+            text.parse::<usize>().map_err(|_| InputError::new(self.folder.display().to_string(), message))
+        };
+        self.choose(text.map(number).transpose()?)
+    }
+
+    /// The episode of this number, or the only one.
     fn choose(&self, asked: Option<usize>) -> Result<usize, InputError> {
         let episodes = self.count("total_episodes")?;
         let folder = self.folder.display();
@@ -101,7 +135,7 @@ impl Set {
             None if episodes == 1 => Ok(0),
             None => {
                 Err(InputError::new(folder.to_string(), format!("the data set has {episodes} episodes, one is a log"))
-                    .help(format!("choose one behind `#`, such as `{folder}#0`")))
+                    .help(format!("choose one behind `#`, such as `{folder}#0`, or all with `{folder}#*`")))
             }
         }
     }
@@ -119,9 +153,17 @@ impl Set {
 
     /// Which chunk and file the lists of a set of version 3 say for an episode.
     fn listed(&self, episode: usize) -> Result<(usize, usize), InputError> {
-        let lists = self.folder.join("meta").join("episodes");
+        self.all_listed()?.remove(&episode).unwrap_or_else(|| {
+            let lists = self.folder.join("meta").join("episodes");
+            Err(InputError::new(lists.display().to_string(), format!("no list names episode {episode}")))
+        })
+    }
+
+    /// Which chunk and file the lists of a set of version 3 say for each episode.
+    fn all_listed(&self) -> Result<BTreeMap<usize, Listed>, InputError> {
         let wanted = ["episode_index", "data/chunk_index", "data/file_index"];
-        for path in lists_in(&lists)? {
+        let mut all = BTreeMap::new();
+        for path in lists_in(&self.folder.join("meta").join("episodes"))? {
             let name = path.display().to_string();
             let file = File::open(&path).map_err(|error| InputError::unreadable(&name, &error))?;
             let list = parquet::read(file, &name, |column| wanted.contains(&column))?;
@@ -133,16 +175,14 @@ impl Set {
                 }
             }
             let [episodes, chunks, files] = columns.as_slice() else { continue };
-            let Some(row) = episodes.iter().position(|at| is(*at, episode)) else { continue };
-            let whole = |values: &[f64]| {
-                values.get(row).filter(|value| (0.0..1e9).contains(*value)).map(|value| *value as usize)
-            };
-            return match (whole(chunks), whole(files)) {
-                (Some(chunk), Some(file)) => Ok((chunk, file)),
-                _ => Err(InputError::new(name, format!("it does not say in which file episode {episode} is"))),
-            };
+            let whole = |value: &f64| (0.0..1e9).contains(value).then_some(*value as usize);
+            for ((episode, chunk), file) in episodes.iter().zip(*chunks).zip(*files) {
+                let Some(episode) = whole(episode) else { continue };
+                let unsaid = || InputError::new(&name, format!("it does not say in which file episode {episode} is"));
+                all.entry(episode).or_insert_with(|| whole(chunk).zip(whole(file)).ok_or_else(unsaid));
+            }
         }
-        Err(InputError::new(lists.display().to_string(), format!("no list names episode {episode}")))
+        Ok(all)
     }
 
     /// A path of the set: `{name}` and `{name:03d}` stand for numbers.
@@ -200,17 +240,19 @@ fn texts(value: &Value, found: &mut Vec<String>, depth: usize) {
     }
 }
 
-/// The rows that are of an episode; all of a file that does not say.
-fn rows_of(memory: &InMemoryTable, episode: usize, name: &str) -> Result<Vec<usize>, InputError> {
-    let Some(Cells::Numbers(episodes)) = memory.columns().get("episode_index") else {
-        return Ok((0..memory.rows()).collect());
-    };
-    let rows: Vec<usize> =
-        episodes.iter().enumerate().filter(|(_, at)| is(**at, episode)).map(|(row, _)| row).collect();
-    if rows.is_empty() {
+/// The rows that are of an episode; `None` for a file that does not say.
+fn rows_of(memory: &InMemoryTable, episode: usize, name: &str) -> Result<Option<Range<usize>>, InputError> {
+    let Some(Cells::Numbers(episodes)) = memory.columns().get("episode_index") else { return Ok(None) };
+    let first = episodes.iter().position(|at| is(*at, episode));
+    let last = episodes.iter().rposition(|at| is(*at, episode));
+    let (Some(first), Some(last)) = (first, last) else {
         return Err(InputError::new(name, format!("no row is of episode {episode}")));
+    };
+    if !episodes.iter().skip(first).take(last - first).all(|at| is(*at, episode)) {
+        let message = format!("the rows of episode {episode} are not one after the other");
+        return Err(InputError::new(name, message));
     }
-    Ok(rows)
+    Ok(Some(first..last + 1))
 }
 
 /// Whether a number is this episode; indices are far below where a float rounds.

@@ -8,20 +8,24 @@ mod folder;
 #[cfg(any(feature = "parquet", feature = "hdf5"))]
 mod guard;
 #[cfg(feature = "hdf5")]
-mod hdf5;
+pub mod hdf5;
 mod json;
 pub mod jsonl;
 #[cfg(feature = "parquet")]
-mod lerobot;
+pub mod lerobot;
 mod lines;
+mod many;
 #[cfg(feature = "mcap")]
-mod mcap;
+pub mod mcap;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 mod qualisys;
 mod rosbag;
 mod rosmsg;
 mod topics;
+
+pub use folder::{is_bag, is_one_log};
+pub use many::{all_of, chosen, files_of, is_hdf5, is_set, recording_of, stem};
 
 use crate::base::error::InputError;
 use crate::base::recording::Recording;

@@ -5,6 +5,7 @@
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
 mod flat;
+pub(super) mod language;
 mod walk;
 mod write;
 
@@ -27,6 +28,7 @@ use bytes::Bytes;
 use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 
 /// The longest list that is spread into columns.
 pub const MAX_LIST: usize = 256;
@@ -117,6 +119,11 @@ pub(super) fn read(file: File, name: &str, wanted: impl Fn(&str) -> bool) -> Res
     Opened::new(file, name, wanted)?.memory()
 }
 
+/// Reads some rows of a file, those in `rows`.
+pub(super) fn read_rows(file: File, name: &str, rows: Range<usize>) -> Result<InMemoryTable, InputError> {
+    Opened { range: Some(rows), ..Opened::new(file, name, |_| true)? }.memory()
+}
+
 /// A file whose columns are known and not read yet.
 struct Opened {
     name: String,
@@ -124,6 +131,8 @@ struct Opened {
     /// The columns that are wanted, by their place in the file.
     leaves: Vec<(usize, Leaf)>,
     rows: usize,
+    /// The rows that are wanted; all when left out.
+    range: Option<Range<usize>>,
 }
 
 impl Opened {
@@ -154,7 +163,7 @@ impl Opened {
             let message = "is damaged: a column begins before the file, or is shorter than nothing";
             return Err(InputError::new(name, message));
         }
-        Ok(Self { name: name.into(), reader, leaves, rows })
+        Ok(Self { name: name.into(), reader, leaves, rows, range: None })
     }
 
     /// What the file says beside its columns under a key.
@@ -170,7 +179,10 @@ impl Opened {
     }
 
     fn decoded(self) -> Result<InMemoryTable, InputError> {
-        let Self { name, reader, mut leaves, rows } = self;
+        let Self { name, reader, mut leaves, rows, range } = self;
+        let all = rows;
+        let range = range.unwrap_or(0..rows);
+        let rows = range.len();
         let damaged = |error: ParquetError| damaged(&name, &error);
         let wanted = |(_, leaf): &(usize, Leaf)| if leaf.unread { 0 } else { leaf.weight() };
         check_size(&name, rows, leaves.iter().map(wanted).sum())?;
@@ -179,13 +191,16 @@ impl Opened {
         for group in 0..reader.num_row_groups() {
             let group = reader.get_row_group(group).map_err(damaged)?;
             let rows_here = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-            if before.saturating_add(rows_here) > rows {
-                let message = format!("its parts have more rows than the {rows} that it says it has");
+            if before.saturating_add(rows_here) > all {
+                let message = format!("its parts have more rows than the {all} that it says it has");
                 return Err(InputError::new(&name, message));
             }
-            for (index, leaf) in leaves.iter_mut().filter(|(_, leaf)| !leaf.unread) {
-                let column = group.get_column_reader(*index).map_err(damaged)?;
-                let used = leaf.read(column, before, rows_here, rows).map_err(damaged)?;
+            let (first, last) = (range.start.max(before), range.end.min(before + rows_here));
+            let (skipped, taken) = (first.saturating_sub(before), last.saturating_sub(first));
+            for (index, leaf) in leaves.iter_mut().filter(|(_, leaf)| !leaf.unread && taken > 0) {
+                let mut column = group.get_column_reader(*index).map_err(damaged)?;
+                skip(&mut column, skipped).map_err(damaged)?;
+                let used = leaf.read(column, first - range.start, taken, rows).map_err(damaged)?;
                 cells += used * leaf.weight();
                 check_cells(&name, rows, cells)?;
             }
@@ -229,6 +244,26 @@ impl Rows for Opened {
     }
 }
 
+/// Passes over rows of a column.
+fn skip(column: &mut ColumnReader, rows: usize) -> Result<(), ParquetError> {
+    let skipped = match column {
+        _ if rows == 0 => 0,
+        ColumnReader::BoolColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::Int32ColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::Int64ColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::Int96ColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::FloatColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::DoubleColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::ByteArrayColumnReader(column) => column.skip_records(rows)?,
+        ColumnReader::FixedLenByteArrayColumnReader(column) => column.skip_records(rows)?,
+    };
+    if skipped == rows {
+        Ok(())
+    } else {
+        Err(ParquetError::General(format!("a column ends after {skipped} of {rows} rows")))
+    }
+}
+
 /// What keeps a file from being read.
 fn damaged(name: &str, error: &ParquetError) -> InputError {
     let error = error.to_string();
@@ -262,6 +297,10 @@ impl Leaf {
         let mut parts: Vec<&str> = column.path().parts().iter().map(String::as_str).collect();
         let max_rep = column.max_rep_level();
         if max_rep > 1 {
+            return None;
+        }
+        // What LeRobot says in words is no channel.
+        if parts.first().is_some_and(|name| name.starts_with("language_")) && parts.len() > 1 {
             return None;
         }
         // A list is a group that repeats a group of one element; neither is part of its name.

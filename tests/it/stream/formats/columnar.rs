@@ -198,7 +198,7 @@ fn a_damaged_file_is_an_error_of_that_file() {
     );
     formats::write(&sound, &folder.path().join("sound.parquet")).unwrap();
     let output = teachtree_in(folder.path(), &["analyze", ".", "--format", "csv"]);
-    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(output.status.code(), Some(3));
     assert!(said(&output).contains("sound.parquet"), "{}", all_said(&output));
     let complaint = complained(&output);
     assert!(complaint.contains("damaged.parquet: is damaged") && !complaint.contains("panicked"), "{complaint}");

@@ -1,0 +1,138 @@
+//! `teachtree annotate`: the labels of all recordings of a data set, in a copy of it that people train with.
+
+#[cfg(feature = "hdf5")]
+mod hdf5;
+#[cfg(feature = "parquet")]
+mod lerobot;
+
+use super::many::ManyArgs;
+use super::rules::{RuleArgs, read_by};
+use super::source::SourceArgs;
+use super::{Failure, output};
+use crate::analysis::json::VERSION;
+use crate::base::error::InputError;
+use crate::session::Analysis;
+use crate::stream::read::formats;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Options of `annotate`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+)]
+pub struct Args {
+    /// A LeRobot set of version 3.0, or an HDF5 file of many recordings
+    #[arg(value_name = "SET")]
+    data: PathBuf,
+    /// Where to write the copy: a new name
+    #[arg(long, short, value_name = "COPY")]
+    out: PathBuf,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// LeRobot: the labels to write, both when left out
+    #[arg(long, value_enum, value_name = "STYLE")]
+    style: Vec<StyleArg>,
+    /// LeRobot: how labels are worded, `{name}[ {object}][ ({partner})]` when left out, `{hand}` for the hand; `NAME=TEMPLATE` for one primitive, task or body; may be repeated
+    #[arg(long, value_name = "TEMPLATE")]
+    words: Vec<String>,
+    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated
+    #[arg(long, value_name = "NAME=STEP")]
+    signal: Vec<String>,
+    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic
+    #[arg(long, value_name = "NAME=STEP")]
+    start_signal: Vec<String>,
+    /// HDF5: whose layout; that which the file has when left out, or MimicGen's
+    #[arg(long, value_enum)]
+    layout: Option<LayoutArg>,
+    /// Leave out of the copy what the set has of the labels or signals that are written
+    #[arg(long)]
+    replace: bool,
+    #[command(flatten)]
+    many: ManyArgs,
+}
+
+/// Labels by the name that LeRobot gives them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum StyleArg {
+    /// The primitives
+    Motion,
+    /// The tasks
+    Subtask,
+}
+
+/// Where signals are in an HDF5 file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum LayoutArg {
+    /// In `datagen_info`, as of MimicGen
+    Mimicgen,
+    /// In `obs/datagen_info`, as of Isaac Lab Mimic and AutoData
+    Isaac,
+}
+
+/// Runs `annotate`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let place = args.data.display().to_string();
+    refuse_place(args)?;
+    if args.data.is_dir() && formats::is_set(&args.data) {
+        let signals = !args.signal.is_empty() || !args.start_signal.is_empty() || args.layout.is_some();
+        refuse_options(args, signals, "--signal, --start-signal and --layout are of HDF5 files")?;
+        #[cfg(feature = "parquet")]
+        return lerobot::run(args);
+    }
+    if args.data.is_file() && formats::is_hdf5(&args.data)? {
+        let words = !args.words.is_empty() || !args.style.is_empty();
+        refuse_options(args, words, "--words and --style are of LeRobot sets")?;
+        #[cfg(feature = "hdf5")]
+        return hdf5::run(args);
+    }
+    if args.data.symlink_metadata().is_err() {
+        return Err(InputError::unreadable(place, &std::io::ErrorKind::NotFound.into()).into());
+    }
+    Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set of version 3.0, or an HDF5 file")
+        .into())
+}
+
+/// Refuses options that say nothing about a set of this kind.
+fn refuse_options(args: &Args, given: bool, message: &str) -> Result<(), InputError> {
+    if given { Err(InputError::new(args.data.display().to_string(), message).help("leave them out")) } else { Ok(()) }
+}
+
+/// Refuses a place for the copy where something is, or that is in the set.
+fn refuse_place(args: &Args) -> Result<(), InputError> {
+    let place = args.out.display().to_string();
+    if args.out.symlink_metadata().is_ok() {
+        return Err(InputError::new(place, "is there already, expected the name of a new copy")
+            .help("name another one, or delete it first"));
+    }
+    let above = args.out.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let above =
+        std::fs::canonicalize(above).map_err(|error| InputError::unreadable(above.display().to_string(), &error))?;
+    if std::fs::canonicalize(&args.data).is_ok_and(|set| above.starts_with(set)) {
+        return Err(InputError::new(place, format!("is in {}, which is copied", args.data.display()))
+            .help("name a place beside it"));
+    }
+    let inputs = read_by(&args.source, &args.rules);
+    output::refuse_inputs(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())
+}
+
+/// What the labels were made by: the rules of each analysis once, binding and version.
+fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>) -> Value {
+    let mut rules: Vec<Value> = Vec::new();
+    for analysis in analyses {
+        let meta = analysis.meta();
+        let params: serde_json::Map<String, Value> =
+            meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
+        let of = json!({ "files": meta.rules, "digest": meta.digest, "params": params });
+        if !rules.contains(&of) {
+            rules.push(of);
+        }
+    }
+    let mut said = json!({ "version": VERSION, "rules": rules });
+    if let (Some(binding), Some(said)) = (&args.source.binding, said.as_object_mut()) {
+        said.insert("binding".into(), json!(binding.display().to_string()));
+    }
+    said
+}

@@ -1,0 +1,127 @@
+//! `annotate` of a LeRobot set: primitives as `motion` and tasks as `subtask`, in words, in the column `language_persistent`.
+
+use super::super::progress::Progress;
+use super::super::{Failure, output};
+use super::{Args, StyleArg, provenance};
+use crate::base::error::InputError;
+use crate::report::words::{Phrasing, Style};
+use crate::session::Analysis;
+use crate::stream::names::nearest;
+use crate::stream::read::formats;
+use crate::stream::read::formats::lerobot::annotate::{Annotated, Label};
+use serde_json::json;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+/// How many different labels are listed.
+const LISTED: usize = 30;
+
+/// Writes the labeled copy of a set.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let phrasing = Phrasing::read(&args.words)?;
+    let wanted = |style: &Style| {
+        let named = |arg: &StyleArg| match arg {
+            StyleArg::Motion => *style == Style::Motion,
+            StyleArg::Subtask => *style == Style::Subtask,
+        };
+        args.style.is_empty() || args.style.iter().any(named)
+    };
+    let styles: Vec<Style> = Style::ALL.into_iter().filter(wanted).collect();
+    let names: Vec<&str> = styles.iter().map(|style| style.name()).collect();
+    let set = Annotated::open(&args.data)?;
+    if !args.replace {
+        set.refuse_labeled(&names)?;
+    }
+    let logs = formats::all_of(&args.data)?.unwrap_or_default();
+    let found = args.many.each("analyzing", &logs, |log| {
+        let log = args.source.open(log)?;
+        let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();
+        Ok::<_, Failure>((args.rules.load(&log)?.analyze(&log)?, bodies))
+    })?;
+    let (mut analyses, mut failures) = (BTreeMap::new(), Vec::new());
+    let mut bodies = BTreeSet::new();
+    for ((episode, log), found) in logs.iter().enumerate().zip(found) {
+        match found {
+            Ok((analysis, more)) => {
+                bodies.extend(more);
+                analyses.insert(episode, analysis);
+            }
+            Err(failure) => failures.push(failure.of_log(log)),
+        }
+    }
+    if analyses.is_empty() {
+        return match failures.is_empty() {
+            true => Err(InputError::new(args.data.display().to_string(), "the data set has no episode").into()),
+            false => Failure::some(failures, 0),
+        };
+    }
+    check_names(&phrasing, &analyses, bodies)?;
+    let labels: BTreeMap<usize, Vec<Label>> =
+        analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
+    let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
+    let mut said = provenance(args, analyses.values());
+    if let Some(said) = said.as_object_mut() {
+        said.insert("styles".into(), json!(names));
+        said.insert("words".into(), json!(args.words));
+        if !unlabeled.is_empty() {
+            said.insert("episodes_without_labels".into(), json!(unlabeled));
+        }
+    }
+    let progress = (!args.many.quiet).then(|| Progress::new("writing"));
+    set.write(&args.out, &labels, &names, &said, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
+    drop(progress);
+    if !args.many.quiet {
+        output::print(&summary(args, &labels, logs.len()))?;
+    }
+    Failure::some(failures, analyses.len())
+}
+
+/// Refuses a template for a name that nothing has.
+fn check_names(
+    phrasing: &Phrasing,
+    analyses: &BTreeMap<usize, Analysis>,
+    bodies: BTreeSet<String>,
+) -> Result<(), InputError> {
+    let mut known = bodies;
+    for analysis in analyses.values() {
+        known.extend(analysis.rules().primitives().chain(analysis.rules().tasks()).map(str::to_string));
+        known.extend(analysis.rules().set().label_names());
+    }
+    let Some(name) = phrasing.unknown(&known) else { return Ok(()) };
+    let error = InputError::new("--words", format!("there is no primitive, task or body `{name}`"));
+    Err(match nearest(name, known.iter().map(String::as_str)) {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error.help(format!("there are {}", known.into_iter().collect::<Vec<_>>().join(", "))),
+    })
+}
+
+/// The labels of an episode.
+fn labels(analysis: &Analysis, styles: &[Style], phrasing: &Phrasing) -> Vec<Label> {
+    let of = |style: &Style| {
+        let words = phrasing.of(analysis.found(), *style);
+        let style = style.name();
+        words.into_iter().map(move |words| Label { style, row: words.row, content: words.content })
+    };
+    styles.iter().flat_map(of).collect()
+}
+
+/// How often each label was written.
+fn summary(args: &Args, labels: &BTreeMap<usize, Vec<Label>>, episodes: usize) -> String {
+    let mut counts: BTreeMap<(&str, &str), usize> = BTreeMap::new();
+    for label in labels.values().flatten() {
+        *counts.entry((label.style, &label.content)).or_default() += 1;
+    }
+    let mut text = format!(
+        "{}: {} of {episodes} episodes with labels, {} labels\n",
+        args.out.display(),
+        labels.values().filter(|labels| !labels.is_empty()).count(),
+        counts.values().sum::<usize>()
+    );
+    for ((style, content), count) in counts.iter().take(LISTED) {
+        let _ = writeln!(text, "  {style:<8} {count:>5}  {content}");
+    }
+    if counts.len() > LISTED {
+        let _ = writeln!(text, "  … {} more", counts.len() - LISTED);
+    }
+    text
+}

@@ -1,0 +1,262 @@
+//! `analyze --out-dir`: a file for each recording, and `--resume`, which leaves out what is done and unchanged.
+//!
+//! A recording's file is put in its place as soon as it is made, and then a line is added to `manifest.jsonl` beside it; a program that is killed therefore
+//! leaves whole files, and a list of those that it finished. A line has digests of all that the file was made of and of the file itself.
+
+use super::analyze::{Args, Format, Told, one};
+use super::many::Issues;
+use super::rules::read_by;
+use super::{Failure, output};
+use crate::analysis::json::VERSION;
+use crate::base::digest::Digest;
+use crate::base::error::InputError;
+use crate::language::SHIPPED;
+use crate::session::files::Found;
+use crate::stream::atomic_write;
+use crate::stream::read::formats;
+use crate::stream::read::text;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write as _};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+/// The list of what is done.
+const MANIFEST: &str = "manifest.jsonl";
+/// The largest list that is read, bytes.
+const MAX_MANIFEST: u64 = 1 << 30;
+
+/// A line of the list.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct Done {
+    schema: String,
+    /// The path of the recording.
+    log: String,
+    /// The file that was made of it, in the folder of the list.
+    out: String,
+    /// Digest of all that it was made of.
+    made_of: String,
+    /// Digest of the file.
+    digest: String,
+}
+
+/// The schema of a line.
+const SCHEMA: &str = "teachtree.manifest/1";
+
+/// What became of a recording.
+enum Outcome {
+    Written(BTreeMap<String, usize>),
+    Unchanged,
+}
+
+/// Analyzes recordings into a folder.
+pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
+    let files = read_by(&args.source, &args.rules);
+    let outs = places(args, folder, logs, &files)?;
+    output::make_folder(folder)?;
+    let list = List::open(folder)?;
+    let known = digests(args, &files)?;
+    let contents = Contents::default();
+    let items: Vec<(&Found, &PathBuf)> = logs.iter().zip(&outs).collect();
+    let results = args.many.each("analyzing", &items, |(found, out)| {
+        let made_of = contents.made_of(&known, &found.log);
+        let name = out.strip_prefix(folder).unwrap_or(out).to_string_lossy().replace('\\', "/");
+        if let Some(made_of) = &made_of
+            && args.resume
+            && list.has(&name, made_of, out)
+        {
+            return Ok(Outcome::Unchanged);
+        }
+        let Told { text, kinds, .. } = one(args, &found.log, true)?;
+        out.parent().map_or(Ok(()), output::make_folder)?;
+        atomic_write::write(out, |file| file.write_all(text.as_bytes()))?;
+        if let Some(made_of) = made_of {
+            let mut digest = Digest::default();
+            digest.add(text.bytes());
+            let log = found.log.display().to_string();
+            list.add(Done { schema: SCHEMA.into(), log, out: name, made_of, digest: digest.shown() })?;
+        }
+        Ok::<_, Failure>(Outcome::Written(kinds))
+    })?;
+    list.finish()?;
+    let (mut written, mut unchanged, mut issues, mut failures) = (0, 0, Issues::default(), Vec::new());
+    for (found, result) in logs.iter().zip(results) {
+        match result {
+            Ok(Outcome::Unchanged) => unchanged += 1,
+            Ok(Outcome::Written(kinds)) => {
+                written += 1;
+                let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.as_str(), *count));
+                issues.add(&found.log.display().to_string(), each);
+            }
+            Err(failure) => failures.push(failure.of_log(&found.log)),
+        }
+    }
+    if !args.many.quiet {
+        issues.summary().iter().for_each(|summary| output::complain(summary));
+        let of = |count: usize, what: &str| if count == 0 { String::new() } else { format!(", {count} {what}") };
+        output::complain(&format!(
+            "{written} written to {}{}{}",
+            folder.display(),
+            of(unchanged, "unchanged"),
+            of(failures.len(), "failed")
+        ));
+    }
+    Failure::some(failures, written + unchanged)
+}
+
+/// The file of each recording.
+fn places(args: &Args, folder: &Path, logs: &[Found], files: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    let ending = match args.format {
+        Format::Text => "txt",
+        Format::Json => "json",
+        Format::Csv => "csv",
+    };
+    // What is in a folder of recordings would be taken for one the next time.
+    let whole_place = |path: &Path| {
+        let parent = path.ancestors().find_map(|above| Some((above, std::fs::canonicalize(nonempty(above)).ok()?)));
+        parent.map_or_else(|| path.to_path_buf(), |(above, place)| place.join(path.strip_prefix(above).unwrap_or(path)))
+    };
+    let out = whole_place(folder);
+    for input in args.logs.iter().map(|input| formats::without_episode(input)).filter(|input| input.is_dir()) {
+        if std::fs::canonicalize(&input).is_ok_and(|input| out.starts_with(input)) {
+            let message = format!("is in {}, which is read by this command", input.display());
+            return Err(InputError::new(folder.display().to_string(), message).help("name a folder beside it"));
+        }
+    }
+    let mut taken: BTreeMap<PathBuf, &Path> = BTreeMap::new();
+    let mut places = Vec::new();
+    let inputs: Vec<&Path> =
+        logs.iter().map(|found| found.log.as_path()).chain(files.iter().map(PathBuf::as_path)).collect();
+    for Found { log, name } in logs {
+        let mut place = folder.join(name).into_os_string();
+        place.push(format!(".{ending}"));
+        let place = PathBuf::from(place);
+        if let Some(other) = taken.insert(place.clone(), log) {
+            let message = format!("`{}` and `{}` would both be written there", other.display(), log.display());
+            return Err(InputError::new(place.display().to_string(), message)
+                .help("name the folder above both, so that their files are written into folders of the same names"));
+        }
+        places.push(place);
+    }
+    // Only what is there already can be an input.
+    for place in places.iter().filter(|place| place.exists()) {
+        output::refuse_inputs(place, &inputs)?;
+    }
+    Ok(places)
+}
+
+fn nonempty(path: &Path) -> &Path {
+    if path.as_os_str().is_empty() { Path::new(".") } else { path }
+}
+
+/// The digest of all that is the same for all recordings: program, rules, params, binding, scene, format.
+fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
+    let mut digest = Digest::default();
+    digest.text(VERSION);
+    digest.text(&format!("{:?}", args.format));
+    for (_, text) in SHIPPED {
+        digest.text(text);
+    }
+    for file in files {
+        digest.text(&file.display().to_string());
+        // Of shipped files the texts are above.
+        if file.is_file() {
+            digest.text(&of_file(file)?);
+        }
+    }
+    digest.text(args.rules.hand.as_deref().unwrap_or_default());
+    for (name, value) in &args.rules.set {
+        digest.text(name);
+        digest.text(value);
+    }
+    Ok(digest)
+}
+
+fn of_file(path: &Path) -> Result<String, InputError> {
+    let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
+    let mut file = File::open(path).map_err(failed)?;
+    let (mut digest, mut bytes) = (Digest::default(), vec![0; 1 << 16]);
+    loop {
+        match file.read(&mut bytes).map_err(failed)? {
+            0 => return Ok(digest.shown()),
+            count => digest.add(bytes.iter().take(count).copied()),
+        }
+    }
+}
+
+/// Digests of files, each computed once: many recordings may be in one.
+#[derive(Default)]
+struct Contents(Mutex<BTreeMap<PathBuf, Option<String>>>);
+
+impl Contents {
+    /// The digest of all that the analysis of a log is made of; `None` where a file cannot be read, as standard input.
+    fn made_of(&self, known: &Digest, log: &Path) -> Option<String> {
+        let mut digest = *known;
+        digest.text(&log.display().to_string());
+        for file in formats::files_of(log).ok()? {
+            digest.text(&file.display().to_string());
+            let known = self.0.lock().unwrap_or_else(PoisonError::into_inner).get(&file).cloned();
+            let content = known.unwrap_or_else(|| {
+                let content = of_file(&file).ok();
+                self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(file, content.clone());
+                content
+            });
+            digest.text(&content?);
+        }
+        Some(digest.shown())
+    }
+}
+
+/// The list of what is done.
+struct List {
+    path: PathBuf,
+    known: BTreeMap<String, Done>,
+    new: Mutex<(File, BTreeMap<String, Done>)>,
+}
+
+impl List {
+    fn open(folder: &Path) -> Result<Self, InputError> {
+        let path = folder.join(MANIFEST);
+        let place = path.display().to_string();
+        let old = if path.is_file() { text::read(&path, MAX_MANIFEST)? } else { String::new() };
+        // A line that a killed program did not finish is as good as none.
+        let lines = old.lines().filter_map(|line| serde_json::from_str::<Done>(line).ok());
+        let known = lines.filter(|done| done.schema == SCHEMA).map(|done| (done.out.clone(), done)).collect();
+        let failed = |error: std::io::Error| InputError::new(&place, format!("cannot be written: {error}"));
+        let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
+        if !old.is_empty() && !old.ends_with('\n') {
+            file.write_all(b"\n").map_err(failed)?;
+        }
+        Ok(Self { path, known, new: Mutex::new((file, BTreeMap::new())) })
+    }
+
+    /// Whether a file was made of the same things, and is still what it was then.
+    fn has(&self, out: &str, made_of: &str, path: &Path) -> bool {
+        let same = |done: &&Done| done.made_of == made_of && of_file(path).is_ok_and(|digest| digest == done.digest);
+        self.known.get(out).filter(same).is_some()
+    }
+
+    fn add(&self, done: Done) -> Result<(), InputError> {
+        let failed = |error: String| InputError::new(self.path.display().to_string(), error);
+        let line = line(&done).map_err(failed)?;
+        let mut new = self.new.lock().unwrap_or_else(PoisonError::into_inner);
+        new.0.write_all(line.as_bytes()).map_err(|error| failed(format!("cannot be written: {error}")))?;
+        new.1.insert(done.out.clone(), done);
+        Ok(())
+    }
+
+    /// Writes the list once more, in order and without lines that were replaced.
+    fn finish(self) -> Result<(), InputError> {
+        let (_, new) = self.new.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut all = self.known;
+        all.extend(new);
+        let lines: Result<String, String> = all.values().map(line).collect();
+        let lines = lines.map_err(|error| InputError::new(self.path.display().to_string(), error))?;
+        atomic_write::write(&self.path, |file| file.write_all(lines.as_bytes()))
+    }
+}
+
+fn line(done: &Done) -> Result<String, String> {
+    serde_json::to_string(done).map(|line| line + "\n").map_err(|error| error.to_string())
+}

@@ -1,0 +1,166 @@
+//! `teachtree list` and `teachtree show`: the files that are in the program.
+
+use super::{Failure, output};
+use crate::base::error::InputError;
+use crate::language::SHIPPED;
+use crate::stream::names::nearest;
+use std::fmt::Write;
+
+macro_rules! bindings {
+    ($($folder:literal / $name:literal),+ $(,)?) => {
+        /// Name and text of the bindings of the demos.
+        const BINDINGS: &[(&str, &str)] = &[$((
+            concat!($name, ".binding.yaml"),
+            include_str!(concat!("../../demos/", $folder, "/", $name, ".binding.yaml")),
+        )),+];
+    };
+}
+
+bindings![
+    "bindings" / "dapg_door",
+    "bindings" / "desk_yumi",
+    "bindings" / "dfki_hand",
+    "bindings" / "hiro_snap",
+    "bindings" / "icsc_peeling",
+    "bindings" / "icsc_wiping",
+    "robosuite" / "baxter_lift",
+    "robosuite" / "baxter_peg_in_hole",
+    "robosuite" / "door",
+    "robosuite" / "handover",
+    "robosuite" / "lift_hdf5",
+    "robosuite" / "panda_lift",
+    "robosuite" / "panda_nut_assembly",
+    "robosuite" / "panda_stack",
+    "robosuite" / "sawyer_lift",
+    "robosuite" / "sawyer_nut_assembly",
+    "robosuite" / "sawyer_pick_place",
+    "robosuite" / "sawyer_stack",
+    "robosuite" / "wipe",
+];
+
+/// Options of `list`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree list\n  teachtree list bindings\n  teachtree show contact.rules > my.rules"
+)]
+pub struct ListArgs {
+    /// The files of one kind
+    #[arg(value_enum)]
+    kind: Option<Kind>,
+}
+
+/// Options of `show`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree show contact.rules > my.rules\n  teachtree show pick_and_place.operator.yaml\n  teachtree show sawyer_stack.binding.yaml"
+)]
+pub struct ShowArgs {
+    /// A file of `teachtree list`; its ending may be left out where no other has the name
+    name: String,
+}
+
+/// Kinds of files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Kind {
+    /// What --rules and --hand take by name
+    Rules,
+    /// What --scene takes, and `teach` by name
+    Scenes,
+    /// Who demonstrates: what `teach` takes by name
+    Operators,
+    /// What --robot takes by name
+    Robots,
+    /// Bindings of recordings that other people made
+    Bindings,
+}
+
+impl Kind {
+    const ALL: [Self; 5] = [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings];
+
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Rules => "rules",
+            Self::Scenes => "scenes",
+            Self::Operators => "operators",
+            Self::Robots => "robots",
+            Self::Bindings => "bindings",
+        }
+    }
+
+    /// The files of the kind, with their texts.
+    fn files(self) -> Vec<(String, &'static str)> {
+        let named =
+            |files: &[(&str, &'static str)]| files.iter().map(|(name, text)| ((*name).to_string(), *text)).collect();
+        match self {
+            Self::Rules => named(SHIPPED),
+            Self::Bindings => named(BINDINGS),
+            #[cfg(feature = "world")]
+            Self::Scenes => {
+                crate::world::shipped::texts().map(|(name, scene, _)| (format!("{name}.yaml"), scene)).collect()
+            }
+            #[cfg(feature = "world")]
+            Self::Operators => {
+                let texts = crate::world::shipped::texts();
+                texts.map(|(name, _, operator)| (format!("{name}.operator.yaml"), operator)).collect()
+            }
+            #[cfg(feature = "world")]
+            Self::Robots => crate::robot::texts().map(|(name, text)| (format!("{name}.yaml"), text)).collect(),
+            #[cfg(not(feature = "world"))]
+            _ => Vec::new(),
+        }
+    }
+}
+
+/// What a file says about itself: its first line of comment, or its key `about` or `name`.
+fn about(text: &str) -> String {
+    let line = text.lines().find_map(|line| {
+        let said = ["//", "#", "about:", "name:"].iter().find_map(|start| line.strip_prefix(start))?;
+        (!said.trim().is_empty()).then(|| said.trim().trim_matches('"').to_string())
+    });
+    line.unwrap_or_default()
+}
+
+/// Lists the files.
+pub fn list(args: &ListArgs) -> Result<(), Failure> {
+    let mut text = String::new();
+    for kind in Kind::ALL.into_iter().filter(|kind| args.kind.is_none_or(|wanted| wanted == *kind)) {
+        let files = kind.files();
+        if files.is_empty() {
+            continue;
+        }
+        if args.kind.is_none() {
+            let _ = writeln!(text, "{}{}", if text.is_empty() { "" } else { "\n" }, kind.name());
+        }
+        let indent = if args.kind.is_none() { "  " } else { "" };
+        let width = files.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        for (name, file) in files {
+            let _ = writeln!(text, "{}", format!("{indent}{name:<width$}  {}", about(file)).trim_end());
+        }
+    }
+    Ok(output::print(&text)?)
+}
+
+/// Prints a file.
+pub fn show(args: &ShowArgs) -> Result<(), Failure> {
+    let all: Vec<(String, &str)> = Kind::ALL.into_iter().flat_map(Kind::files).collect();
+    let stem = |name: &str| name.split('.').next().unwrap_or_default().to_string();
+    let exact: Vec<_> = all.iter().filter(|(name, _)| *name == args.name).collect();
+    let found = if exact.is_empty() { all.iter().filter(|(name, _)| stem(name) == args.name).collect() } else { exact };
+    match found.as_slice() {
+        [(_, text)] => Ok(output::print_data(text)?),
+        [] => {
+            let error = InputError::new(&args.name, "no file of this name is in the program");
+            let names = all.iter().map(|(name, _)| name.as_str());
+            Err(match nearest(&args.name, names) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help("`teachtree list` lists them"),
+            }
+            .into())
+        }
+        several => {
+            let names: Vec<String> = several.iter().map(|(name, _)| format!("`{name}`")).collect();
+            let message = format!("found {} files of this name, expected one", several.len());
+            Err(InputError::new(&args.name, message).help(format!("name one of {}", names.join(", "))).into())
+        }
+    }
+}

@@ -1,0 +1,350 @@
+//! Labels written into copies of data sets: the right words on each frame, everything else as it was, whole or not at all.
+
+use crate::program::{all_said, complained, program, said, teachtree_in};
+use crate::sets::{copy, with_set};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use teachtree::stream::read::formats::lerobot::annotate::{Annotated, Label};
+
+/// The frames of a data file as JSON.
+fn frames(file: &Path) -> Vec<Value> {
+    let reader = SerializedFileReader::new(File::open(file).unwrap()).unwrap();
+    reader.get_row_iter(None).unwrap().map(|row| value(&Field::Group(row.unwrap()))).collect()
+}
+
+fn value(field: &Field) -> Value {
+    match field {
+        Field::Null => Value::Null,
+        Field::Int(number) => json!(number),
+        Field::Long(number) => json!(number),
+        Field::Float(number) => json!(number),
+        Field::Double(number) => json!(number),
+        Field::Str(text) => json!(text),
+        Field::ListInternal(list) => list.elements().iter().map(value).collect(),
+        Field::Group(row) => row.get_column_iter().map(|(name, field)| (name.clone(), value(field))).collect(),
+        other => panic!("{other:?}"),
+    }
+}
+
+fn data_files(set: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> =
+        std::fs::read_dir(set.join("data/chunk-000")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// The words of a style on each frame of each episode, as `active_at` of lerobot finds them: the last row that is not later than the frame.
+fn words(set: &Path, style: &str) -> BTreeMap<u64, Vec<Option<String>>> {
+    let mut all: BTreeMap<u64, Vec<Option<String>>> = BTreeMap::new();
+    for frame in data_files(set).iter().flat_map(|file| frames(file)) {
+        let time = frame["timestamp"].as_f64().unwrap();
+        let rows = frame["language_persistent"].as_array().unwrap();
+        let active: Vec<&Value> = rows
+            .iter()
+            .filter(|row| row["style"] == style && row["role"] == "assistant")
+            .filter(|row| row["timestamp"].as_f64().unwrap() <= time)
+            .collect();
+        let latest = active.iter().map(|row| row["timestamp"].as_f64().unwrap()).fold(f64::MIN, f64::max);
+        let found: Vec<&&Value> = active.iter().filter(|row| row["timestamp"].as_f64() == Some(latest)).collect();
+        assert!(found.len() <= 1, "two rows of {style} at {latest} s");
+        let content = found.first().map(|row| row["content"].as_str().unwrap().to_string());
+        all.entry(frame["episode_index"].as_u64().unwrap()).or_default().push(content);
+    }
+    all
+}
+
+/// The words that an analysis has on each frame: `part` of the first track.
+fn expected(folder: &Path, log: &str, part: &str, name: &str) -> Vec<Option<String>> {
+    let output = teachtree_in(folder, &["analyze", log, "--binding", "b.yaml", "--format", "json"]);
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    let mut words = vec![None; document["log"]["rows"].as_u64().unwrap() as usize];
+    for span in document["tracks"][0][part].as_array().unwrap() {
+        let mut text = span[name].as_str().unwrap().to_lowercase().replace('_', " ");
+        text += &span["object"].as_str().map_or(String::new(), |object| format!(" {object}"));
+        text += &span["partner"].as_str().map_or(String::new(), |partner| format!(" ({partner})"));
+        // Words hold until the next ones.
+        words[span["start_row"].as_u64().unwrap() as usize..].fill(Some(text));
+    }
+    words
+}
+
+fn annotate(folder: &Path, set: &str, out: &str, more: &[&str]) -> std::process::Output {
+    teachtree_in(folder, &[&["annotate", set, "-o", out, "--binding", "b.yaml"], more].concat())
+}
+
+fn info(set: &Path) -> Value {
+    serde_json::from_str(&std::fs::read_to_string(set.join("meta/info.json")).unwrap()).unwrap()
+}
+
+#[test]
+fn every_frame_has_the_words_of_its_segment_and_task() {
+    let folder = with_set();
+    let output = annotate(folder.path(), "set", "labeled", &[]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    assert!(said(&output).contains("labeled: 3 of 3 episodes with labels"), "{}", said(&output));
+    let labeled = folder.path().join("labeled");
+    for (style, part, name) in [("motion", "relabeled", "primitive"), ("subtask", "tasks", "task")] {
+        let words = words(&labeled, style);
+        for episode in 0..3_u64 {
+            let expected = expected(folder.path(), &format!("set#{episode}"), part, name);
+            assert!(
+                expected.iter().flatten().collect::<std::collections::BTreeSet<_>>().len()
+                    > usize::from(style == "motion")
+            );
+            assert_eq!(words[&episode], expected, "{style} of episode {episode}");
+        }
+    }
+    // A labeled set is read as it was before.
+    assert_eq!(
+        expected(folder.path(), "labeled#1", "tasks", "task"),
+        expected(folder.path(), "set#1", "tasks", "task")
+    );
+}
+
+#[test]
+fn everything_else_is_as_it_was() {
+    let folder = with_set();
+    let (set, labeled) = (folder.path().join("set"), folder.path().join("labeled"));
+    std::fs::create_dir_all(set.join("videos/front/chunk-000")).unwrap();
+    std::fs::write(set.join("videos/front/chunk-000/file-000.mp4"), vec![7; 200_000]).unwrap();
+    std::fs::write(set.join("empty"), "").unwrap();
+    let before = crate::annotate::all_files(&set);
+    assert!(annotate(folder.path(), "set", "labeled", &["-q"]).status.success());
+    assert_eq!(crate::annotate::all_files(&set), before);
+    let after = crate::annotate::all_files(&labeled);
+    assert_eq!(before.keys().collect::<Vec<_>>(), after.keys().collect::<Vec<_>>());
+    for (name, bytes) in &before {
+        if !name.starts_with("data") && name != Path::new("meta/info.json") {
+            assert_eq!(&after[name], bytes, "{}", name.display());
+        }
+    }
+    for (old, new) in data_files(&set).iter().zip(&data_files(&labeled)) {
+        let mut new = frames(new);
+        for frame in &mut new {
+            frame.as_object_mut().unwrap().remove("language_persistent").unwrap();
+        }
+        assert_eq!(frames(old), new);
+    }
+    let mut new = info(&labeled);
+    let said = new.as_object_mut().unwrap().remove("teachtree").unwrap();
+    let feature = new["features"].as_object_mut().unwrap().remove("language_persistent").unwrap();
+    assert_eq!(feature, json!({"dtype": "language", "shape": [1], "names": null}));
+    assert_eq!(new, info(&set));
+    assert_eq!(said["version"], env!("CARGO_PKG_VERSION"));
+    assert_eq!(said["styles"], json!(["motion", "subtask"]));
+    assert_eq!(said["rules"][0]["digest"].as_str().unwrap().len(), 16);
+    // The same set gives the same bytes.
+    assert!(annotate(folder.path(), "set", "again", &["--jobs", "1"]).status.success());
+    assert_eq!(crate::annotate::all_files(&folder.path().join("again")), after);
+}
+
+/// The files of a folder with their bytes.
+pub fn all_files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut all = BTreeMap::new();
+    let mut open = vec![folder.to_path_buf()];
+    while let Some(path) = open.pop() {
+        for entry in std::fs::read_dir(&path).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                all.insert(path.strip_prefix(folder).unwrap().into(), std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    all
+}
+
+#[test]
+fn labels_that_are_there_are_kept_unless_they_are_to_be_replaced() {
+    let folder = with_set();
+    let path = |name: &str| folder.path().join(name);
+    // Another tool has written a plan, and told the user something.
+    let plan = |row| Label { style: "plan", row, content: format!("plan from {row}") };
+    let plans = BTreeMap::from([(0, vec![plan(0), plan(50)]), (2, vec![plan(7)])]);
+    Annotated::open(&path("set")).unwrap().write(&path("planned"), &plans, &["plan"], &json!({}), &mut |_| {}).unwrap();
+    assert!(annotate(folder.path(), "planned", "motion", &["--style", "motion"]).status.success());
+    assert!(annotate(folder.path(), "motion", "both", &["--style", "subtask"]).status.success());
+    let refused = annotate(folder.path(), "both", "other", &[]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        complained(&refused).contains("episode 0 has labels of style `motion` already"),
+        "{}",
+        complained(&refused)
+    );
+    assert!(complained(&refused).contains("--replace") && !path("other").exists());
+    assert!(annotate(folder.path(), "both", "other", &["--replace", "--words", "do {name}"]).status.success());
+    assert!(annotate(folder.path(), "set", "at_once", &[]).status.success());
+    for (set, prefix) in [("both", ""), ("other", "do ")] {
+        assert_eq!(
+            words(&path(set), "plan")[&0][49..51],
+            [Some("plan from 0".into()), Some("plan from 50".to_string())]
+        );
+        assert_eq!(words(&path(set), "plan")[&1], vec![None; 100]);
+        for style in ["motion", "subtask"] {
+            let (found, at_once) = (words(&path(set), style), words(&path("at_once"), style));
+            let of = |words: &Option<String>| words.as_ref().unwrap().split(' ').next().unwrap().to_string();
+            for (found, at_once) in found.values().flatten().zip(at_once.values().flatten()) {
+                assert!(
+                    found.as_ref().unwrap().starts_with(&format!("{prefix}{}", of(at_once))),
+                    "{found:?} {at_once:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn both_hands_are_in_one_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats");
+    copy(&fixtures.join("lerobot_v30_hands"), &folder.path().join("set"));
+    std::fs::copy(fixtures.join("lerobot_v30_hands.binding.yaml"), folder.path().join("b.yaml")).unwrap();
+    let output = annotate(folder.path(), "set", "labeled", &[]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    let mut motion = words(&folder.path().join("labeled"), "motion")[&0].clone();
+    motion.dedup();
+    let motion: Vec<String> = motion.into_iter().flatten().collect();
+    insta::assert_snapshot!(motion.join("\n"));
+    let output = annotate(
+        folder.path(),
+        "set",
+        "worded",
+        &[
+            "--words",
+            "{hand}, {name} the {object}",
+            "--words",
+            "Pass=hand the {object} over",
+            "--words",
+            "hammer=small hammer",
+        ],
+    );
+    assert!(output.status.success(), "{}", all_said(&output));
+    let motion = words(&folder.path().join("worded"), "motion")[&0].clone();
+    assert_eq!(motion[0].as_deref(), Some("both hands, move the small hammer"), "{motion:?}");
+    assert!(motion.contains(&Some("both hands: hand the small hammer over".into())), "{motion:?}");
+}
+
+#[test]
+fn what_cannot_be_annotated_is_refused_and_nothing_is_written() {
+    let folder = with_set();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("file.txt"), "a").unwrap();
+    std::fs::create_dir(path("there")).unwrap();
+    copy(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats/lerobot_v21"), &path("old"));
+    let before = all_files(folder.path());
+    for (set, out, more, message) in [
+        ("none", "new", &[][..], "none: there is no such file"),
+        ("file.txt", "new", &[], "is no data set"),
+        ("there", "new", &[], "is no data set"),
+        ("old", "new", &[], "found a data set of version `v2.1`, expected v3.0"),
+        ("set", "there", &[], "there: is there already"),
+        ("set", "b.yaml", &[], "b.yaml: is there already"),
+        ("set", "set/copy", &[], "set/copy: is in set, which is copied"),
+        ("set", "no/new", &[], "there is no such file"),
+        ("set", "new", &["--words", "grasp"], "expected `{name}`"),
+        ("set", "new", &["--words", "{what}"], "found `{what}`"),
+        ("set", "new", &["--words", "{name"], "expected `}`"),
+        ("set", "new", &["--words", "{name}]"], "closes nothing"),
+        ("set", "new", &["--words", "{name}", "--words", "a {name}"], "second template"),
+        ("set", "new", &["--words", "Grsp=grasp it"], "did you mean `Grasp`?"),
+        ("set", "new", &["--rules", "none.rules"], "none.rules"),
+        ("set", "new", &["--scene", "file.txt"], "file.txt"),
+    ] {
+        let output = annotate(folder.path(), set, out, more);
+        assert_eq!(output.status.code(), Some(2), "{set} {out} {more:?}: {}", all_said(&output));
+        assert!(complained(&output).contains(message), "{set} {out} {more:?}: {}", complained(&output));
+        assert_eq!(all_files(folder.path()), before, "{set} {out} {more:?}");
+    }
+}
+
+#[test]
+fn episodes_that_fail_have_no_labels() {
+    let folder = with_set();
+    let lists = folder.path().join("set/meta/episodes/chunk-000");
+    // The file of episode 2 lacks a column that the binding names.
+    copy(&lists, &folder.path().join("kept"));
+    let file = folder.path().join("set/data/chunk-000/file-001.parquet");
+    let mut bytes = std::fs::read(&file).unwrap();
+    let (from, to) = (b"observation.state", b"observation.stote");
+    let mut at = 0;
+    while let Some(found) = bytes[at..].windows(from.len()).position(|part| part == from) {
+        bytes[at + found..at + found + from.len()].copy_from_slice(to);
+        at += found;
+    }
+    std::fs::write(&file, bytes).unwrap();
+    let output = annotate(folder.path(), "set", "labeled", &[]);
+    assert_eq!(output.status.code(), Some(3), "{}", all_said(&output));
+    assert!(
+        complained(&output).contains("set#2") || complained(&output).contains("episode 2"),
+        "{}",
+        complained(&output)
+    );
+    let words = words(&folder.path().join("labeled"), "motion");
+    assert!(words[&0].iter().all(Option::is_some) && words[&2].iter().all(Option::is_none));
+    assert_eq!(info(&folder.path().join("labeled"))["teachtree"]["episodes_without_labels"], json!([2]));
+}
+
+/// Killed at any time, the program leaves no copy or a whole one; what it left beside is gone after the next run.
+#[cfg(unix)]
+#[test]
+fn a_killed_program_leaves_a_whole_copy_or_none() {
+    let folder = with_set();
+    std::fs::create_dir_all(folder.path().join("set/videos")).unwrap();
+    std::fs::write(folder.path().join("set/videos/a.mp4"), vec![3; 30_000_000]).unwrap();
+    assert!(annotate(folder.path(), "set", "whole", &[]).status.success());
+    let whole = all_files(&folder.path().join("whole"));
+    std::fs::remove_dir_all(folder.path().join("whole")).unwrap();
+    let temporary = || {
+        let entries = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+        entries.filter(|name| name.to_string_lossy().starts_with(".teachtree-")).count()
+    };
+    let mut left = 0;
+    for _ in 0..12 {
+        let args = ["annotate", "set", "-o", "copy", "--binding", "b.yaml"];
+        let mut child = program(folder.path(), &args).stdout(std::process::Stdio::null()).spawn().unwrap();
+        // Killed while it writes, at a time that is another one each time.
+        while child.try_wait().unwrap().is_none() && temporary() < 2 {}
+        for _ in 0..left {
+            std::thread::yield_now();
+        }
+        let _ = child.kill();
+        child.wait().unwrap();
+        left += usize::from(temporary() > 0) * 40;
+        let copied = folder.path().join("copy");
+        if copied.exists() {
+            assert!(all_files(&copied) == whole);
+            std::fs::remove_dir_all(&copied).unwrap();
+        }
+    }
+    assert!(left > 0, "the program was never killed while it wrote");
+    assert!(annotate(folder.path(), "set", "whole", &[]).status.success());
+    assert_eq!(temporary(), 0);
+    assert!(all_files(&folder.path().join("whole")) == whole);
+}
+
+/// The libraries of others read it, where they are installed: the same values in all other columns, and the words at each boundary.
+#[test]
+fn datasets_loads_the_copy() {
+    let folder = with_set();
+    assert!(annotate(folder.path(), "set", "labeled", &[]).status.success());
+    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+    let run = |args: &[&str]| std::process::Command::new(&python).args(args).current_dir(folder.path()).output();
+    if !run(&["-c", "import datasets"]).is_ok_and(|output| output.status.success()) {
+        let _ = writeln!(std::io::stderr(), "skipped: Python with `datasets` is not installed");
+        return;
+    }
+    let tool = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/check_lerobot.py");
+    let output = run(&[tool.to_str().unwrap(), "set", "labeled"]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        String::from_utf8_lossy(&output.stdout).contains("638 frames"),
+        "{}",
+        String::from_utf8_lossy(&output.stdout)
+    );
+}

@@ -1,0 +1,312 @@
+//! Data sets and folders of recordings: each episode is a recording, some may fail, and what is done need not be done again.
+
+use crate::program::{all_said, complained, said, teachtree_in};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::Output;
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).to_path_buf()
+}
+
+/// A folder with the LeRobot set of three episodes, `set`, and its binding, `b.yaml`.
+pub fn with_set() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let fixtures = root().join("tests/fixtures/formats");
+    copy(&fixtures.join("lerobot_v30"), &folder.path().join("set"));
+    std::fs::copy(fixtures.join("lerobot_v30.binding.yaml"), folder.path().join("b.yaml")).unwrap();
+    folder
+}
+
+/// Copies a folder.
+pub fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for entry in std::fs::read_dir(from).unwrap() {
+        let path = entry.unwrap().path();
+        let target = to.join(path.file_name().unwrap());
+        if path.is_dir() {
+            copy(&path, &target);
+        } else {
+            std::fs::copy(&path, target).unwrap();
+        }
+    }
+}
+
+fn documents(output: &Output) -> Vec<Value> {
+    said(output).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+fn names(documents: &[Value]) -> Vec<&str> {
+    documents.iter().map(|document| document["log"]["path"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn each_episode_of_a_set_is_a_recording() {
+    let folder = with_set();
+    let analyze = |logs: &[&str]| {
+        let mut args = vec!["analyze", "--binding", "b.yaml", "--format", "json"];
+        args.extend(logs);
+        teachtree_in(folder.path(), &args)
+    };
+    let all = documents(&analyze(&["set#*"]));
+    assert_eq!(names(&all), ["set#0", "set#1", "set#2"]);
+    assert_eq!(all[1]["log"]["name"], "set_1");
+    // On one line it is what it is alone, also of the episode that begins in the middle of a file and the one in a file of its own.
+    for (episode, document) in all.iter().enumerate() {
+        let alone = analyze(&[&format!("set#{episode}")]);
+        assert_eq!(&serde_json::from_str::<Value>(&said(&alone)).unwrap(), document);
+    }
+    assert_eq!([344, 100, 194], [0, 1, 2].map(|at| all[at]["log"]["frames"].as_u64().unwrap()));
+    assert_eq!(names(&documents(&analyze(&["set#1..2", "set#1"]))), ["set#1", "set#2"]);
+    for (choice, message) in [
+        ("set#2..1", "expected the smaller number first"),
+        ("set#1..3", "found 3 recordings, with numbers up to 2; `#1..3` asks for others"),
+        ("b.yaml#*", "found one recording, expected a LeRobot data set or an HDF5 file with several"),
+        ("none#*", "there is no such file"),
+        ("set", "set#*"),
+    ] {
+        let output = analyze(&[choice]);
+        assert_eq!(output.status.code(), Some(2), "{choice}");
+        assert!(complained(&output).contains(message), "{choice}: {}", complained(&output));
+    }
+}
+
+#[test]
+fn each_recording_of_an_hdf5_file_is_one() {
+    let demos = root().join("demos/robosuite");
+    let output = teachtree_in(
+        &demos,
+        &["analyze", "lift.hdf5#*", "--binding", "lift_hdf5.binding.yaml", "--format", "json", "--jobs", "1"],
+    );
+    let all = documents(&output);
+    assert_eq!(names(&all), ["lift.hdf5#demo_1", "lift.hdf5#demo_3"]);
+    assert_eq!(all[1]["log"]["name"], "lift_demo_3");
+    // A file that is one recording has no other behind it.
+    let arrays = root().join("tests/fixtures/formats/arrays");
+    let inspected = teachtree_in(&arrays, &["inspect", "robomimic.hdf5#0..10", "--format", "json"]);
+    assert_eq!(said(&inspected).lines().count(), 3, "{}", all_said(&inspected));
+}
+
+#[test]
+fn folders_in_folders_hold_recordings() {
+    let folder = with_set();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(path("all/one/deep")).unwrap();
+    std::fs::create_dir_all(path("all/.hidden")).unwrap();
+    std::fs::rename(path("set"), path("all/one/set")).unwrap();
+    std::fs::copy(root().join("demos/robosuite/lift.hdf5"), path("all/one/deep/lift.hdf5")).unwrap();
+    std::fs::copy(root().join("demos/robosuite/lift.hdf5"), path("all/.hidden/lift.hdf5")).unwrap();
+    let output = teachtree_in(folder.path(), &["analyze", "all", "--binding", "b.yaml", "--format", "json"]);
+    // The binding does not fit the other recordings; the episodes are there all the same.
+    assert_eq!(output.status.code(), Some(3), "{}", complained(&output));
+    assert_eq!(names(&documents(&output)), ["all/one/set#0", "all/one/set#1", "all/one/set#2"]);
+    assert_eq!(complained(&output).matches("deep/lift.hdf5#demo_").count(), 2, "{}", complained(&output));
+    let nothing = teachtree_in(folder.path(), &["score", "all/.hidden/../.hidden/.."]);
+    assert_eq!(nothing.status.code(), Some(2));
+}
+
+/// With a binding a folder with tables is one recording in parts, unless each file in it is to be one.
+#[test]
+fn each_file_of_a_folder_may_be_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = root().join("demos/robosuite");
+    std::fs::create_dir(folder.path().join("logs")).unwrap();
+    for name in ["a.csv", "b.csv"] {
+        std::fs::copy(demos.join("lift_demo_1.csv"), folder.path().join("logs").join(name)).unwrap();
+    }
+    let binding = demos.join("panda_lift.binding.yaml");
+    let run = |more: &[&str]| {
+        let args = ["analyze", "logs", "--binding", binding.to_str().unwrap(), "--format", "json"];
+        teachtree_in(folder.path(), &[&args[..], more].concat())
+    };
+    assert_eq!(run(&[]).status.code(), Some(2));
+    assert!(complained(&run(&[])).contains("--each"), "{}", complained(&run(&[])));
+    assert_eq!(names(&documents(&run(&["--each"]))), ["logs/a.csv", "logs/b.csv"]);
+}
+
+#[test]
+fn a_file_is_written_for_each_recording_and_not_again() {
+    let folder = with_set();
+    let run = |more: &[&str]| {
+        let args = ["analyze", "set#*", "--binding", "b.yaml", "--format", "json", "--out-dir", "out/deep"];
+        teachtree_in(folder.path(), &[&args[..], more].concat())
+    };
+    let out = |name: &str| folder.path().join("out/deep").join(name);
+    let read = |name: &str| std::fs::read_to_string(out(name)).unwrap();
+    let first = run(&[]);
+    assert!(first.status.success() && said(&first).is_empty(), "{}", all_said(&first));
+    assert!(complained(&first).contains("3 written to out/deep"), "{}", complained(&first));
+    assert!(
+        complained(&first).contains("undetectable      1 in 1 recording, the first is set#1"),
+        "{}",
+        complained(&first)
+    );
+    let alone = teachtree_in(folder.path(), &["analyze", "set#2", "--binding", "b.yaml", "--format", "json"]);
+    assert_eq!(read("set_2.json"), said(&alone));
+    let manifest = read("manifest.jsonl");
+    assert_eq!(manifest.lines().count(), 3);
+    // The second run does nothing; what changed, is gone or was touched is done again.
+    let again = |more: &[&str], said: &str| {
+        let output = run(&[&["--resume"], more].concat());
+        assert!(output.status.success() && complained(&output).contains(said), "{}", complained(&output));
+    };
+    again(&[], "0 written to out/deep, 3 unchanged");
+    assert_eq!(read("manifest.jsonl"), manifest);
+    std::fs::remove_file(out("set_0.json")).unwrap();
+    std::fs::write(out("set_1.json"), "{").unwrap();
+    again(&[], "2 written to out/deep, 1 unchanged");
+    again(&["--set", "touch_on=0.2N"], "3 written");
+    again(&["--set", "touch_on=0.2N"], "3 unchanged");
+    again(&[], "3 written");
+    let binding = std::fs::read_to_string(folder.path().join("b.yaml")).unwrap();
+    std::fs::write(folder.path().join("b.yaml"), binding + "# another one\n").unwrap();
+    again(&[], "3 written");
+    // An episode is read from its own file, and from the lists of the set.
+    let other = folder.path().join("set/data/chunk-000/file-001.parquet");
+    std::fs::copy(folder.path().join("set/data/chunk-000/file-000.parquet"), &other).unwrap();
+    let output = run(&["--resume"]);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(complained(&output).contains("0 written to out/deep, 2 unchanged, 1 failed"), "{}", complained(&output));
+    let quiet = run(&["-q"]);
+    assert_eq!(complained(&quiet).lines().filter(|line| !line.contains("error") && !line.contains("help")).count(), 0);
+}
+
+/// A program that is killed keeps what it has written, and the next one goes on there.
+#[cfg(unix)]
+#[test]
+fn a_killed_run_is_resumed() {
+    let folder = with_set();
+    let args = ["analyze", "set#*", "--binding", "b.yaml", "--out-dir", "out", "--resume"];
+    let manifest = folder.path().join("out/manifest.jsonl");
+    let mut child = crate::program::program(folder.path(), &[&args[..], &["--jobs", "1"]].concat()).spawn().unwrap();
+    // Killed when the first one is done; where that is too late, all are.
+    while child.try_wait().unwrap().is_none() && std::fs::read_to_string(&manifest).unwrap_or_default().is_empty() {}
+    let _ = child.kill();
+    child.wait().unwrap();
+    let done = std::fs::read_to_string(&manifest).unwrap().lines().count();
+    // The end of a line is lost, as by a loss of power.
+    let text = std::fs::read_to_string(&manifest).unwrap();
+    std::fs::write(&manifest, format!("{text}{{\"schema\": \"teachtree.mani")).unwrap();
+    let output = teachtree_in(folder.path(), &args);
+    assert!(output.status.success(), "{}", all_said(&output));
+    assert!(complained(&output).contains(&format!("{done} unchanged")), "{done}: {}", complained(&output));
+    let clean = teachtree_in(folder.path(), &["analyze", "set#*", "--binding", "b.yaml", "--out-dir", "clean"]);
+    assert!(clean.status.success());
+    for name in ["set_0.txt", "set_1.txt", "set_2.txt"] {
+        let read = |of: &str| std::fs::read_to_string(folder.path().join(of).join(name)).unwrap();
+        assert_eq!(read("out"), read("clean"));
+    }
+    assert_eq!(std::fs::read_to_string(&manifest).unwrap().lines().count(), 3);
+}
+
+#[test]
+fn outputs_are_never_inputs() {
+    let folder = with_set();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::create_dir_all(path("a")).unwrap();
+    std::fs::create_dir_all(path("b")).unwrap();
+    copy(&path("set"), &path("a/set"));
+    copy(&path("set"), &path("b/set"));
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), &[&["analyze", "--binding", "b.yaml"], args].concat());
+        (output.status.code(), complained(&output))
+    };
+    let (code, said) = run(&["a", "--out-dir", "a/out"]);
+    assert!(code == Some(2) && said.contains("a/out: is in a, which is read"), "{said}");
+    let (code, said) = run(&["set#0", "--out-dir", "set/out"]);
+    assert!(code == Some(2) && said.contains("is in set, which is read"), "{said}");
+    let (code, said) = run(&["a/set#0", "b/set#0", "--out-dir", "out"]);
+    assert!(code == Some(2) && said.contains("`a/set#0` and `b/set#0` would both be written there"), "{said}");
+    assert!(!path("out").exists());
+    let (code, said) = run(&["a", "b", "--out-dir", "out", "-q"]);
+    assert!(code == Some(2), "{said}");
+    let (code, said) = run(&["set#0", "--out-dir", "b.yaml"]);
+    assert!(code == Some(2) && said.contains("b.yaml"), "{said}");
+    let (code, _) = run(&["set#0", "--resume"]);
+    assert_eq!(code, Some(2));
+}
+
+/// Of many recordings with the same failure some are named and the others counted.
+#[test]
+fn the_same_failure_is_reported_a_few_times() {
+    let folder = with_set();
+    for name in 0..9 {
+        std::fs::write(folder.path().join(format!("{name}.csv")), "t,a\n").unwrap();
+    }
+    let args: Vec<String> = (0..9).map(|name| format!("{name}.csv")).collect();
+    let mut all = vec!["analyze", "--binding", "b.yaml", "set#1"];
+    all.extend(args.iter().map(String::as_str));
+    let output = teachtree_in(folder.path(), &all);
+    assert_eq!(output.status.code(), Some(3));
+    let said = complained(&output);
+    assert_eq!(said.matches(".csv").count(), 3, "{said}");
+    assert!(said.contains("6 more recordings"), "{said}");
+}
+
+/// Scores and differences of episodes are those of the recordings that they were made from.
+#[test]
+fn episodes_are_scored_and_compared() {
+    let folder = with_set();
+    let run = |args: &[&str]| teachtree_in(folder.path(), args);
+    let labels = folder.path().join("labels");
+    std::fs::create_dir(&labels).unwrap();
+    for episode in 0..3 {
+        let log = format!("set#{episode}");
+        let csv = said(&run(&["analyze", &log, "--binding", "b.yaml", "--format", "json"]));
+        let document: Value = serde_json::from_str(&csv).unwrap();
+        let segments = document["tracks"][0]["relabeled"].as_array().unwrap();
+        let mut text = String::from("start_s,end_s,label\n");
+        for segment in segments {
+            let cell = |key: &str| segment[key].to_string();
+            text += &format!("{},{},{}\n", cell("start_s"), cell("end_s"), segment["primitive"].as_str().unwrap());
+        }
+        std::fs::write(labels.join(format!("set_{episode}.labels.csv")), text).unwrap();
+    }
+    let output =
+        run(&["score", "set#*", "--binding", "b.yaml", "--labels", "labels", "--track", "right", "--format", "json"]);
+    let score: Value = serde_json::from_str(&said(&output)).unwrap_or_else(|_| panic!("{}", all_said(&output)));
+    assert!(output.status.success(), "{}", complained(&output));
+    assert!(said(&output).contains("set#2"), "{score}");
+    let difference = run(&["diff", "single_hand.rules", "contact.rules", "set#0..1", "--binding", "b.yaml"]);
+    assert!(
+        said(&difference).contains("\nset#0\n") && said(&difference).contains("\nset#1\n"),
+        "{}",
+        all_said(&difference)
+    );
+}
+
+/// Every file that is in the program is listed, and printed as it is; a file that is missing in the program is one that was forgotten.
+#[test]
+fn the_files_in_the_program_are_printed() {
+    let listed = said(&teachtree_in(&root(), &["list"]));
+    let mut folders = vec![root().join("rules"), root().join("scenes"), root().join("robots")];
+    folders.extend(std::fs::read_dir(root().join("demos")).unwrap().map(|entry| entry.unwrap().path()));
+    let mut found = 0;
+    for folder in folders {
+        for entry in std::fs::read_dir(&folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_name().unwrap().to_str().unwrap().to_string();
+            let is_binding = name.ends_with(".binding.yaml");
+            if folder.starts_with(root().join("demos")) && !is_binding {
+                continue;
+            }
+            found += 1;
+            assert!(listed.lines().any(|line| line.split_whitespace().next() == Some(&name)), "{name} is not listed");
+            let output = teachtree_in(&root(), &["show", &name]);
+            assert!(output.status.success(), "{name}: {}", complained(&output));
+            assert_eq!(said(&output), std::fs::read_to_string(&path).unwrap(), "{name}");
+        }
+    }
+    assert!(found > 80, "{found}");
+    // The ending may be left out where that is clear.
+    let show = |name: &str| teachtree_in(&root(), &["show", name]);
+    assert_eq!(said(&show("contact")), said(&show("contact.rules")));
+    let two = show("push");
+    assert!(
+        two.status.code() == Some(2) && complained(&two).contains("`push.yaml`, `push.operator.yaml`"),
+        "{}",
+        complained(&two)
+    );
+    assert!(complained(&show("contcat.rules")).contains("did you mean `contact.rules`?"));
+    assert_eq!(said(&teachtree_in(&root(), &["list", "robots"])).lines().count(), 6);
+}

@@ -1,0 +1,79 @@
+#!/usr/bin/env python3
+"""Checks a copy that `teachtree annotate FILE.hdf5 -o COPY --signal …` wrote, with h5py.
+
+    python3 -m venv venv && venv/bin/pip install h5py
+    venv/bin/python tools/check_hdf5.py FILE COPY
+
+- Every data set and attribute of the file is in the copy with the same type, shape and values, and nothing else is but signals and mask.
+- Signals are flat int64 of 0 and then 1, as long as the recording; `mask/teachtree_ok` has those recordings whose signals all rise.
+- The ends of subtasks by MimicGen's documented rule (the first step from 0 to 1, one row further, not before the one before) are printed.
+"""
+
+import sys
+
+import h5py
+import numpy as np
+
+GROUPS = ("subtask_term_signals", "subtask_start_signals")
+
+
+def objects(file):
+    found = {"/": file}
+    file.visititems(lambda name, item: found.setdefault(name, item) and None)
+    return found
+
+
+def same_attributes(one, other, name):
+    ours, theirs = dict(one.attrs), dict(other.attrs)
+    if name == "/":
+        ours.pop("teachtree", None)
+        theirs.pop("teachtree", None)
+    assert sorted(ours) == sorted(theirs), f"{name}: attributes differ"
+    for key, value in ours.items():
+        assert np.array_equal(np.asarray(value), np.asarray(theirs[key])), f"{name}: attribute {key} differs"
+
+
+def is_new(name):
+    return name == "mask" or name.startswith("mask/teachtree_ok") or any(part in GROUPS for part in name.split("/"))
+
+
+def main(path, copy):
+    with h5py.File(path) as one, h5py.File(copy) as other:
+        ours, theirs = objects(one), objects(other)
+        compared = 0
+        for name, item in ours.items():
+            if is_new(name) and name != "mask":
+                continue
+            assert name in theirs, f"{name} is not in the copy"
+            same_attributes(item, theirs[name], name)
+            if isinstance(item, h5py.Dataset):
+                assert item.dtype == theirs[name].dtype and item.shape == theirs[name].shape, name
+                equal = np.array_equal(item[()], theirs[name][()], equal_nan=item.dtype.kind in "fc")
+                assert equal, f"{name} differs"
+            compared += 1
+        for name in theirs.keys() - ours.keys():
+            assert is_new(name) or name.endswith("datagen_info"), f"{name} is new"
+        complete = [name.decode() for name in other["mask/teachtree_ok"][()]]
+        data = other["data"] if "data" in other else other
+        for recording in data:
+            group = data[recording]
+            info = next((group[path] for path in ("datagen_info", "obs/datagen_info") if f"{path}/{GROUPS[0]}" in group), None)
+            if info is None:
+                continue
+            rows, ends, rises = len(group["actions"]), {}, []
+            for kind in GROUPS:
+                for name, signal in info[kind].items() if kind in info else ():
+                    values = signal[()]
+                    assert values.dtype == np.int64 and values.shape == (rows,), f"{recording}/{name}: {values.dtype} {values.shape}"
+                    steps = np.diff(values)
+                    assert set(np.unique(values)) <= {0, 1} and steps.min(initial=0) >= 0, f"{recording}/{name} falls"
+                    rises.append(bool(values.any()))
+                    if kind == GROUPS[0] and steps.any():
+                        ends[name] = int(np.flatnonzero(steps)[0]) + 1
+            assert all(rises) == (recording in complete), f"{recording}: mask"
+            print(recording, f"{rows} rows", dict(sorted(ends.items(), key=lambda end: end[1])))
+        print(f"{copy}: {compared} objects equal, {len(complete)} complete")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
