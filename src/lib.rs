@@ -96,7 +96,7 @@ pub mod stream;
 #[doc(hidden)]
 pub mod world;
 
-pub use analysis::Who;
+pub use analysis::{Confidence, Who};
 pub use base::diagnostic::Severity;
 pub use base::error::ErrorKind;
 pub use base::hands::Side;

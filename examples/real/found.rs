@@ -9,10 +9,11 @@ use teachtree::analysis::{self, Analysis, Segment, Track, UNKNOWN, Who, json::Me
 use teachtree::base::diagnostic::{Severity, render};
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::lower;
-use teachtree::language::{self, Request};
+use teachtree::language::{self, Request, Rules};
 use teachtree::stream;
 use teachtree::stream::OpenRequest;
 use teachtree::stream::Opened;
+use teachtree::stream::frames::Frames;
 use teachtree::stream::read::labels;
 use teachtree::{base::hands::Side, report};
 
@@ -138,8 +139,20 @@ fn shipped(rules: Option<&Path>, name: &str) -> PathBuf {
     rules.map(|folder| folder.join(name)).filter(|own| own.is_file()).unwrap_or_else(|| PathBuf::from(name))
 }
 
+/// The shipped rules for a log, and what they read of it.
+pub fn rules_and_frames(opened: &Opened) -> Result<(Rules, Frames), String> {
+    loaded(opened, PathBuf::from(if opened.hands().len() > 1 { "bimanual.rules" } else { "contact.rules" }))
+}
+
 /// Runs rules over a log, as `teachtree analyze` does.
 fn analyze(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> {
+    let (rules, frames) = loaded(opened, file)?;
+    analysis::check_rate(&rules, frames.layout.rate_hz).map_err(|error| error.to_string())?;
+    let leaves = evaluate(&lower(&rules), &frames).map_err(|error| error.to_string())?;
+    Ok((analysis::analyze(&rules, &frames, &leaves), Known::new(&rules)))
+}
+
+fn loaded(opened: &Opened, file: PathBuf) -> Result<(Rules, Frames), String> {
     // Rules of one's own bring the hand file that lies beside them.
     let beside = |name: &String| file.parent().map(|folder| folder.join(name)).filter(|own| own.is_file());
     let hand_file = opened.hand_file.clone().map(|name| beside(&name).map_or(name, |own| own.display().to_string()));
@@ -154,12 +167,10 @@ fn analyze(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> 
     let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
     let rules = loaded.rules.filter(|_| errors.is_empty()).ok_or_else(|| render(&errors, &loaded.sources, false))?;
     let frames = opened.frames(&report::channels(&rules)).map_err(|error| error.to_string())?;
-    analysis::check_rate(&rules, frames.layout.rate_hz).map_err(|error| error.to_string())?;
-    let leaves = evaluate(&lower(&rules), &frames).map_err(|error| error.to_string())?;
-    Ok((analysis::analyze(&rules, &frames, &leaves), Known::new(&rules)))
+    Ok((rules, frames))
 }
 
-fn label_file(log: &Path) -> PathBuf {
+pub fn label_file(log: &Path) -> PathBuf {
     let name = log.file_stem().unwrap_or_default().to_string_lossy();
     log.with_file_name(format!("{name}_segments.csv"))
 }
@@ -169,7 +180,7 @@ fn check(map: &str, known: &Known) -> Result<(), String> {
 }
 
 /// The spans of a label file under other names.
-fn spans(file: &Path, opened: &Opened, map: &str) -> Result<Vec<Span>, String> {
+pub fn spans(file: &Path, opened: &Opened, map: &str) -> Result<Vec<Span>, String> {
     let labels = labels::read(file, &opened.row_time).map_err(|error| error.to_string())?;
     let map = NameMap::of_pairs(map).map_err(|error| error.to_string())?;
     let span = |it: &labels::Interval| {

@@ -2,6 +2,7 @@
 //! those of the same kinds in the folders that are named. One set of rules and params for all; nothing is chosen by file.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 
+mod confidence;
 mod found;
 mod gold;
 mod kind;
@@ -26,6 +27,9 @@ struct Args {
     /// Also a line for each recording
     #[arg(long)]
     each: bool,
+    /// How often boundaries of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    #[arg(long, value_name = "SEEDS")]
+    confidence: Option<u64>,
     /// Only recordings whose path contains this
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
@@ -49,6 +53,15 @@ fn run(args: &Args) -> Result<(), String> {
     }
     let wanted = |path: &Path| args.only.as_ref().is_none_or(|part| path.to_string_lossy().contains(part.as_str()));
     logs.retain(|(_, path)| wanted(path));
+    if let Some(seeds) = args.confidence {
+        let mut real = Vec::new();
+        for (kind, path) in &logs {
+            real.extend(confidence::of_recording(*kind, path, root)?);
+        }
+        let simulated = confidence::of_simulation(seeds)?;
+        println!("{}", confidence::table(&[("real recordings", &real), ("simulated operators", &simulated)]));
+        return Ok(());
+    }
     let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs
         .into_par_iter()
         .map(|(kind, path)| {

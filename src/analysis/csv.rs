@@ -2,11 +2,12 @@
 //!
 //! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
 //! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none), `was` (raw primitives, blanks
-//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`.
+//! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
+//! `earliest_s`, `latest_s`, `margin`.
 
 use super::json::{Meta, VERSION, open};
 use super::number::number;
-use super::{Analysis, Segment, Subject, Track};
+use super::{Analysis, Confidence, Segment, Subject, Track};
 use crate::base::error::InputError;
 use std::ops::Range;
 
@@ -31,6 +32,8 @@ pub const COLUMNS: [&str; 18] = [
     "digest",
     "version",
 ];
+/// The columns behind them where it was asked how sure boundaries are: of the start of a segment after relabeling; of a task the first one only.
+pub const CONFIDENCE: [&str; 4] = ["confidence", "earliest_s", "latest_s", "margin"];
 /// How many of them are the same in each row: one before the others, the rest behind them.
 const CONSTANT: usize = 4;
 
@@ -41,24 +44,30 @@ const CONSTANT: usize = 4;
 pub fn csv(analysis: &Analysis, meta: &Meta) -> Result<String, InputError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let failed = |error: String| InputError::new("CSV", error);
-    writer.write_record(COLUMNS).map_err(|error| failed(error.to_string()))?;
+    let is_sure = analysis.tracks.iter().flat_map(|track| &track.relabeled).any(|it| it.confidence.is_some());
+    let more = if is_sure { &CONFIDENCE[..] } else { &[] };
+    let header = COLUMNS.iter().chain(more);
+    writer.write_record(header).map_err(|error| failed(error.to_string()))?;
     let (zero, version) = (number(meta.zero_stamp_s), VERSION.to_string());
-    for row in analysis.tracks.iter().flat_map(rows) {
+    for (row, sure) in analysis.tracks.iter().flat_map(rows) {
         let (head, tail) = ([&meta.log], [&zero, &meta.digest, &version]);
-        let cells = head.into_iter().chain(&row).chain(tail);
+        let cells = head.into_iter().chain(&row).chain(tail).chain(sure.iter().take(more.len()));
         writer.write_record(cells).map_err(|error| failed(error.to_string()))?;
     }
     let bytes = writer.into_inner().map_err(|error| failed(error.to_string()))?;
     String::from_utf8(bytes).map_err(|error| failed(error.to_string()))
 }
 
-type Row = [String; COLUMNS.len() - CONSTANT];
+type Row = ([String; COLUMNS.len() - CONSTANT], [String; CONFIDENCE.len()]);
 
 fn rows(track: &Track) -> Vec<Row> {
     let segment = |kind: &str, task: Option<usize>, segment: &Segment| -> Row {
+        let sure = segment.confidence.map_or_else(Default::default, |it: Confidence| {
+            [number(it.share), number(it.earliest_s), number(it.latest_s), it.margin.map(number).unwrap_or_default()]
+        });
         let time_s = (segment.start_s, segment.end_s);
         let [object, partner, start_s, end_s, start_row, end_row] = span(&segment.subject, time_s, &segment.rows);
-        [
+        let row = [
             track.who.to_string(),
             kind.into(),
             segment.primitive.clone(),
@@ -73,13 +82,14 @@ fn rows(track: &Track) -> Vec<Row> {
             segment.by.join("; "),
             String::new(),
             String::new(),
-        ]
+        ];
+        (row, sure)
     };
     let mut rows: Vec<Row> = track.segments.iter().map(|raw| segment("raw", None, raw)).collect();
     for (task, number_of_task) in track.tasks.iter().zip(1..) {
         let time_s = (task.start_s, task.end_s);
         let [object, partner, start_s, end_s, start_row, end_row] = span(&task.subject, time_s, &task.rows);
-        rows.push([
+        let row = [
             track.who.to_string(),
             "task".into(),
             task.task.clone(),
@@ -94,7 +104,9 @@ fn rows(track: &Track) -> Vec<Row> {
             String::new(),
             task.secondary.join(" "),
             open(task).join(" "),
-        ]);
+        ];
+        let share = task.confidence.map(number).unwrap_or_default();
+        rows.push((row, [share, String::new(), String::new(), String::new()]));
     }
     for relabeled in &track.relabeled {
         let task = track.tasks.iter().position(|task| task.frames.contains(&relabeled.frames.start));

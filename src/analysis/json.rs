@@ -13,10 +13,11 @@
 //! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabeled` the same time after relabeling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
+//! With `analyze --confidence`, segments after relabeling have `"confidence","earliest_s","latest_s","margin"` too, and tasks `"confidence"`.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
-use super::{Analysis, Segment, Subject, TaskSpan, Track};
+use super::{Analysis, Confidence, Segment, Subject, TaskSpan, Track};
 use serde_json::{Map, Value, json};
 use std::ops::Range;
 
@@ -141,6 +142,7 @@ fn task(task: &TaskSpan) -> Value {
         value.insert("open".into(), json!(open(task)));
     }
     value.insert("secondary".into(), json!(task.secondary));
+    value.extend(task.confidence.map(|share| ("confidence".into(), json!(share))));
     value.insert("segments".into(), task.segments.iter().map(relabeled).collect());
     Value::Object(value)
 }
@@ -149,6 +151,12 @@ fn relabeled(segment: &Segment) -> Value {
     let mut value = raw(segment);
     value.insert("was".into(), json!(segment.was));
     value.insert("by".into(), json!(segment.by.join("; ")));
+    if let Some(Confidence { share, earliest_s, latest_s, margin }) = segment.confidence {
+        value.insert("confidence".into(), json!(share));
+        value.insert("earliest_s".into(), json!(earliest_s));
+        value.insert("latest_s".into(), json!(latest_s));
+        value.insert("margin".into(), json!(margin));
+    }
     Value::Object(value)
 }
 

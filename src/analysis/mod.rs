@@ -8,6 +8,7 @@
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
 //! can be shown as they close; relabeling needs a whole stretch, because its rules look at what comes after.
 
+pub mod confidence;
 pub mod coverage;
 pub mod csv;
 pub mod expect;
@@ -16,6 +17,7 @@ pub mod fit;
 mod fixpoint;
 pub mod json;
 mod labeled_span;
+pub mod margin;
 mod measures;
 mod naming;
 pub mod number;
@@ -27,6 +29,7 @@ mod stretch;
 mod subject;
 mod tasks;
 
+pub use confidence::Confidence;
 pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
 pub use subject::Subject;
@@ -139,6 +142,8 @@ pub struct Segment {
     pub was: Vec<String>,
     /// The rules that changed it, as their authors wrote them, in the order in which they did.
     pub by: Vec<String>,
+    /// How sure its start is, where that was asked for.
+    pub confidence: Option<Confidence>,
 }
 
 /// A task with its relabeled segments.
@@ -164,6 +169,8 @@ pub struct TaskSpan {
     pub open_end: bool,
     /// The segments after relabeling.
     pub segments: Vec<Segment>,
+    /// The share of the variations in which the task is found under this name, where that was asked for.
+    pub confidence: Option<f64>,
 }
 
 /// Checks that every duration of settling, tasks and relabeling is at least one sample.

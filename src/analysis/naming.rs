@@ -55,6 +55,7 @@ impl Naming<'_> {
             end_s: self.time_s(piece.frames.end, stretch),
             was: was.iter().map(name).collect(),
             by: by.collect(),
+            confidence: None,
         }
     }
 
@@ -76,6 +77,7 @@ impl Naming<'_> {
             open_start: named.span.open_start,
             open_end: named.span.open_end,
             segments: named.pieces.iter().map(|piece| self.segment(Who::Hand(side), piece, raw, stretch)).collect(),
+            confidence: None,
         }
     }
 

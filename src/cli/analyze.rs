@@ -32,6 +32,9 @@ pub struct Args {
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
+    /// Also find how sure boundaries and tasks are: the rules are run with params a fifth smaller and larger too
+    #[arg(long)]
+    pub confidence: bool,
     /// Where to write it; standard output when left out
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -206,6 +209,7 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
         }
         args.rules.load(&log)?.analyze(&log)?
     };
+    let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let page = args.report.as_ref().map(|_| analysis.html()).transpose()?;
     if let Some(path) = &args.frames {
         analysis.frames(&args.signals)?.write(path)?;

@@ -8,7 +8,7 @@ use super::palette::{self, Color, INK};
 use super::{remarks, round_step};
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, Subject, TaskSpan, Track, Who};
+use crate::analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, Who};
 
 /// How to draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -238,7 +238,8 @@ impl Page<'_> {
         let times = self.times(task.start_s, task.end_s);
         let width = self.names + SWATCH;
         let name = self.bold(&format!("{:width$}", task.task.clone() + &task.subject.suffix()));
-        let mut lines = vec![format!("  {name}{times}   {}", remarks(task))];
+        let sure = task.confidence.map_or_else(String::new, |share| format!("   {:3.0} %", share * 100.0));
+        let mut lines = vec![format!("  {name}{times}{sure}   {}", remarks(task))];
         lines.extend(task.segments.iter().flat_map(|segment| self.segment(segment)));
         lines
     }
@@ -251,12 +252,20 @@ impl Page<'_> {
         };
         let times = self.times(segment.start_s, segment.end_s);
         let (name, width) = (segment.primitive.clone() + &segment.subject.suffix(), self.names);
-        let mut lines = vec![format!("  {swatch} {name:width$}{times}")];
+        let sure = segment.confidence.map_or_else(String::new, |it| self.sure(&it));
+        let mut lines = vec![format!("  {swatch} {name:width$}{times}{sure}")];
         if !segment.by.is_empty() {
             let trail = format!("was {}; by {}", segment.was.join(" "), segment.by.join("; "));
             lines.extend(wrap(&trail, self.style.width, "       ", "         "));
         }
         lines
+    }
+
+    /// How sure a start is: the share, the interval it stays in, and the margin.
+    fn sure(&self, Confidence { share, earliest_s, latest_s, margin }: &Confidence) -> String {
+        let margin = margin.map_or_else(String::new, |margin| format!(", margin {}", decimals(margin, 1)));
+        let dash = if self.style.unicode { "–" } else { "-" };
+        format!("   {:3.0} %, starts {earliest_s:.3} {dash} {latest_s:.3} s{margin}", share * 100.0)
     }
 
     fn times(&self, start_s: f64, end_s: f64) -> String {

@@ -5,6 +5,7 @@
 //! detect in a log. `cli` and `lsp` go through this module.
 
 mod analysis;
+mod confidence;
 mod error;
 mod explain;
 #[cfg(feature = "cli")]

@@ -21,7 +21,7 @@ pub struct Rules(Arc<Inner>);
 
 struct Inner {
     rules: language::Rules,
-    params: Vec<(String, String)>,
+    request: Request,
     warnings: Vec<Diagnostic>,
 }
 
@@ -90,7 +90,14 @@ impl Rules {
 
     /// The params that were set, with their values as they were written.
     pub(crate) fn params(&self) -> &[(String, String)] {
-        &self.0.params
+        &self.0.request.overrides
+    }
+
+    /// The same rules with other values of params, as `(name, value with unit)`; `None` where they do not fit.
+    pub(crate) fn with_params(&self, params: &[(String, String)]) -> Option<Self> {
+        let mut request = self.0.request.clone();
+        request.overrides.extend_from_slice(params);
+        Self::load(&request).ok()
     }
 
     pub(crate) fn load(request: &Request) -> Result<Self, Error> {
@@ -100,7 +107,7 @@ impl Rules {
         match loaded.rules {
             Some(rules) if errors.is_empty() => {
                 let warnings = Diagnostic::all(&loaded.diagnostics, &sources, Severity::Warning);
-                Ok(Self(Arc::new(Inner { rules, params: request.overrides.clone(), warnings })))
+                Ok(Self(Arc::new(Inner { rules, request: request.clone(), warnings })))
             }
             _ => Err(Error::rules(errors)),
         }
@@ -110,7 +117,7 @@ impl Rules {
 impl fmt::Debug for Rules {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let files: Vec<&str> = self.files().collect();
-        f.debug_struct("Rules").field("files", &files).field("params", &self.0.params).finish_non_exhaustive()
+        f.debug_struct("Rules").field("files", &files).field("params", &self.params()).finish_non_exhaustive()
     }
 }
 

@@ -6,6 +6,7 @@ use crate::stream::bind::{Filling, Pattern};
 use crate::stream::clean::stuck_sensors::LAZY_SECS;
 use crate::stream::clean::timebase::GAP_STEPS;
 use crate::stream::frames::Issue;
+use crate::stream::groups;
 use crate::stream::names;
 use crate::stream::read::table::{Source, Table, Want};
 use serde::Serialize;
@@ -93,6 +94,9 @@ pub struct ColumnReport {
     pub repeated_s: f64,
     /// The share of rows in which a value other than zero is repeated for a quarter of a second and longer.
     pub repeated_share: f64,
+    /// The means of the two groups that the values fall into, where they do: a gripper is open or closed.
+    #[serde(skip)]
+    pub groups: Option<[f64; 2]>,
 }
 
 /// The kind of values of a column.
@@ -237,10 +241,20 @@ fn column(title: &str, values: &[f64], texts: Vec<String>, time: &[f64]) -> Colu
         texts,
         repeated_s: if kind == Kind::Number { repeated(values, time, REPEATED_SECS).longest_s } else { 0.0 },
         repeated_share: if kind == Kind::Number { repeated(values, time, LAZY_SECS).share } else { 0.0 },
+        groups: if kind == Kind::Number { two_groups(measured) } else { None },
     }
 }
 
-/// The message about a force that never changes, or repeats itself during most of the log without ever reading zero.
+/// The means of two groups that each have a twentieth of the values.
+fn two_groups(mut values: Vec<f64>) -> Option<[f64; 2]> {
+    const LEAST: usize = 20;
+    values.sort_by(f64::total_cmp);
+    let split = groups::split(&values)?;
+    let smaller = split.count.min(values.len() - split.count);
+    (split.is_clear() && smaller * LEAST >= values.len()).then_some(split.means)
+}
+
+/// What is to be told of a force that never changes, or repeats itself during most of the log without ever reading zero.
 fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
     const MOST: f64 = 0.5;
     let rests = column.min <= 0.0 && column.max >= 0.0;

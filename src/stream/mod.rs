@@ -6,6 +6,7 @@ pub mod bind;
 mod clean;
 mod derive;
 pub mod frames;
+mod groups;
 pub mod inspect;
 pub mod names;
 mod open;

@@ -5,6 +5,7 @@
 //! <hand>.<finger>.position.{x,y,z}                m, reference frame
 //! <hand>.<finger>.force.{x,y,z}                   N, of the fingertip on the object, reference frame
 //! <hand>.<finger>.noise                           N, of that force at rest; `tare` in a binding gives it
+//! <hand>.<finger>.level                           N, from which force on it is in contact; learned where it is left out
 //! <hand>.<finger>.contact                         1 while the finger touches an object
 //! <hand>.<finger>.contact.<object>                1 while it touches this object
 //! <hand>.palm.rotation.{w,x,y,z}                  reference_from_palm
@@ -84,7 +85,7 @@ fn hand_channel<'a>(rest: &[&'a str]) -> Option<Channel<'a>> {
     let finger = |name: &str| Finger::from_name(name).is_some();
     Some(match *rest {
         [name, "position"] if finger(name) => (Shape::Vec3, Dimension::LENGTH, [None, None]),
-        [name, "noise"] if finger(name) => (Shape::Scalar, Dimension::FORCE, [None, None]),
+        [name, "noise" | "level"] if finger(name) => (Shape::Scalar, Dimension::FORCE, [None, None]),
         [name, "force"] if finger(name) => (Shape::Vec3, Dimension::FORCE, [None, None]),
         [name, "contact"] if finger(name) => (Shape::Bool, Dimension::NONE, [None, None]),
         [name, "contact", object] if finger(name) => (Shape::Bool, Dimension::NONE, [Some(object), None]),

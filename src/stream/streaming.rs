@@ -55,8 +55,8 @@ pub struct FirstPass {
     /// Gap-free stretches of frames.
     pub stretches: Vec<Range<usize>>,
     issues: Vec<Issue>,
-    /// What the force sensors read at rest, by channel.
-    rests: Vec<(String, tare::SensorBias)>,
+    /// What is known of the force sensors.
+    sensors: tare::Sensors,
 }
 
 /// Frames of one stretch.
@@ -154,12 +154,12 @@ impl Flow {
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
         let mut issues = unknown_columns::ignored(&ends, &listed);
         let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
-        let rests = self.rests(time.len(), rate_hz)?;
-        Some(FirstPass { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, rests })
+        let sensors = self.sensors(time.len(), rate_hz)?;
+        Some(FirstPass { flow: self, channels: channels.to_vec(), time, rate_hz, stretches, issues, sensors })
     }
 
-    /// What the sensors of a log with so many rows read at rest.
-    fn rests(&self, rows: usize, rate_hz: f64) -> Option<Vec<(String, tare::SensorBias)>> {
+    /// What is known of the force sensors of a log with so many rows.
+    fn sensors(&self, rows: usize, rate_hz: f64) -> Option<tare::Sensors> {
         let pairs: Vec<[usize; 2]> = tare::samples(rows).collect();
         let mut blocks = self.blocks_of(|name| tare::asks(&self.scene, name))?;
         let (all, picked) = blocks.pick(pairs.as_flattened()).ok()?;
@@ -175,13 +175,14 @@ impl Flow {
             stretches: std::iter::once(0..looked_at).collect(),
             issues: vec![],
             noise: BTreeMap::new(),
+            levels: BTreeMap::new(),
             span: [0.0; 2],
             window: None,
             columns,
         };
         // The rows that were picked lie side by side.
         let pairs: Vec<[usize; 2]> = (0..looked_at).step_by(2).map(|row| [row, row + 1]).collect();
-        (all == rows).then(|| tare::rests(&measured, &pairs))
+        (all == rows).then(|| tare::sensors(&measured, &pairs))
     }
 
     /// The columns that are read, the time left out.
@@ -253,11 +254,12 @@ impl FirstPass {
                     stretches: std::iter::once(0..seen.len()).collect(),
                     issues: self.issues.clone(),
                     noise: BTreeMap::new(),
+                    levels: BTreeMap::new(),
                     span: span(&self.time),
                     window: Some(window),
                     columns: held.columns(&self.flow, seen.len()),
                 };
-                let corrected = tare::correct(&mut measured, &self.rests);
+                let corrected = tare::correct(&mut measured, &self.sensors);
                 let frames = derive::derived_frames(&measured, &self.channels, &mut findings)?;
                 each(Chunk { frames: &frames, core: within, ends: core.end == stretch.end })?;
                 if is_last {

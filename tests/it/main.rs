@@ -14,6 +14,8 @@ mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
 #[cfg(all(feature = "world", feature = "cli"))]
+mod confidence;
+#[cfg(all(feature = "world", feature = "cli"))]
 mod diagram;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod door;

@@ -64,6 +64,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let mut documents = vec![
         run(&["analyze", "two.csv", "--format", "json"]),
         run(&["analyze", "cut.csv", "--format", "json"]),
+        run(&["analyze", "cut.csv", "--confidence", "--format", "json"]),
         run(&["explain", "one.csv", "--at", "2s..6s", "--why-not", "Follow", "--format", "json"]),
         run(&["explain", "two.csv", "--at", "6s..8s", "--format", "json"]),
         run(&["inspect", "two.csv", "--format", "json"]),
@@ -137,7 +138,7 @@ fn the_page_of_formats_describes_every_field() {
         });
     }
     let table = section("The table of segments");
-    for column in teachtree::analysis::csv::COLUMNS {
+    for column in teachtree::analysis::csv::COLUMNS.iter().chain(&teachtree::analysis::csv::CONFIDENCE) {
         assert!(table.contains(&format!("`{column}`")), "docs/formats.md does not describe the column `{column}`");
     }
 }

@@ -3,11 +3,13 @@
 mod bad_logs;
 mod bindings;
 mod campaign;
+mod constants;
 mod convex;
 mod derived;
 mod formats;
 mod implausible;
 mod jumps;
+mod levels;
 mod never_panics;
 mod robosuite;
 mod round_trip;

@@ -1,6 +1,7 @@
 //! Applying a binding: the columns of a foreign table in, a recording with canonical names out.
 
 use super::normals::normals_by_role;
+use super::offsets;
 use super::pattern::{Columns, Filling, Form, Pattern};
 use super::resample::resample;
 use super::rotations;
@@ -30,9 +31,9 @@ struct Bound {
     terms: Vec<Term>,
 }
 
-/// A column of the table, times a factor that makes it SI and turns its sign.
+/// A column of the table, times a factor that makes it SI and turns its sign; without a column the factor is the value.
 struct Term {
-    column: usize,
+    column: Option<usize>,
     factor: f64,
     threshold: Option<Threshold>,
 }
@@ -40,7 +41,7 @@ struct Term {
 impl Term {
     /// Whether an angle is taken for radians, be it as one of several that are averaged.
     fn is_of_radians(&self) -> bool {
-        self.factor.abs() > 2.0 * (PI / 180.0)
+        self.column.is_none() || self.factor.abs() > 2.0 * (PI / 180.0)
     }
 
     fn value(&self, number: f64) -> f64 {
@@ -148,18 +149,21 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
     let times = if file.binding.rate.is_some() { vec![] } else { header.times(&source, file)? };
     let mut bound: Vec<Bound> = vec![];
     let mut labels: IndexMap<String, usize> = IndexMap::new();
+    let mut offsets = vec![];
     for (key, columns) in &file.binding.channels {
         let wrong = |message: String| file.error(key, message);
         if names::is_label(key) {
             let (patterns, _) = columns.component(0);
             let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
             labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
+        } else if let Columns::Offset(offset) = columns {
+            offsets.push((key.as_str(), offset));
         } else {
             bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
         }
     }
-    for term in bound.iter().flat_map(|bound| &bound.terms) {
-        if let Some(want) = wants.get_mut(term.column) {
+    for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
+        if let Some(want) = wants.get_mut(column) {
             *want = Want::Number(1.0);
         }
     }
@@ -170,7 +174,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
         }
     }
     for time in times {
-        if let Some(want) = wants.get_mut(time.column) {
+        if let Some(want) = time.column.and_then(|column| wants.get_mut(column)) {
             *want = Want::Time(time.factor);
         }
     }
@@ -190,6 +194,7 @@ fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, u
     }
     issues.extend(in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
     rotations::to_quaternions(&mut recording);
+    offsets.into_iter().try_for_each(|(key, offset)| offsets::place(&mut recording, file, key, offset))?;
     for (name, column) in labels {
         recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
     }
@@ -200,7 +205,11 @@ impl Bound {
     fn values(&self, numbers: &[Vec<f64>], rows: usize) -> Vec<f64> {
         let mut values: Vec<f64> = vec![0.0; rows];
         for term in &self.terms {
-            for (value, number) in values.iter_mut().zip(numbers.get(term.column).into_iter().flatten()) {
+            let Some(column) = term.column else {
+                values.iter_mut().for_each(|value| *value += term.factor);
+                continue;
+            };
+            for (value, number) in values.iter_mut().zip(numbers.get(column).into_iter().flatten()) {
                 let number = term.value(*number);
                 // A flag that was not measured makes the whole unmeasured, whichever way it is joined.
                 *value = if self.flag && !number.is_nan() && !value.is_nan() {
@@ -289,6 +298,12 @@ impl Header {
     /// The column that a filled pattern names, if the log has it.
     fn term(&self, pattern: &Pattern, filling: Filling, dimension: Dimension) -> Result<Option<Term>, String> {
         let name = pattern.name.fill(filling);
+        if let Some((value, found)) = pattern.constant {
+            return match found == dimension {
+                true => Ok(Some(Term { column: None, factor: value, threshold: None })),
+                false => Err(format!("`{}` is {found}, expected {dimension}", name.trim())),
+            };
+        }
         let Some(column) = self.find(&name) else { return Ok(None) };
         let dimension = pattern.threshold.map_or(dimension, |threshold| threshold.dimension);
         let of_header = self.units.get(column).and_then(Option::as_deref);
@@ -312,7 +327,7 @@ impl Header {
             }
             (None, None) => 1.0,
         };
-        Ok(Some(Term { column, factor: to_si * pattern.sign, threshold: pattern.threshold }))
+        Ok(Some(Term { column: Some(column), factor: to_si * pattern.sign, threshold: pattern.threshold }))
     }
 
     /// The canonical columns of one key of `channels`.

@@ -3,6 +3,7 @@
 mod apply;
 mod check;
 mod normals;
+mod offsets;
 mod pattern;
 mod resample;
 mod rotations;
@@ -10,7 +11,7 @@ mod sensors;
 pub mod template;
 
 pub use apply::bind;
-pub use pattern::{Columns, Filling, Pattern, Template, Threshold};
+pub use pattern::{Columns, Filling, Offset, Pattern, Template, Threshold};
 
 use crate::base::error::InputError;
 use crate::base::quantity::{Frequency, Mass, Time};
@@ -188,7 +189,7 @@ impl BindingFile {
 }
 
 fn time_column() -> Pattern {
-    Pattern { name: Template::text("time"), unit: None, sign: 1.0, optional: false, threshold: None }
+    Pattern { name: Template::text("time"), unit: None, sign: 1.0, optional: false, threshold: None, constant: None }
 }
 
 const fn bridge() -> Time {

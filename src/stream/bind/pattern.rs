@@ -1,7 +1,7 @@
 //! Column patterns of a binding: `-F_R_f1_<object>_<xyz> [mN]` stands for a column for each object and each component.
 
 use crate::base::channels::Shape;
-use crate::base::quantity;
+use crate::base::quantity::{self, Length};
 use crate::base::units::{Dimension, compound};
 use serde::{Deserialize, Deserializer, de};
 use std::fmt;
@@ -15,6 +15,17 @@ pub enum Columns {
     List(Vec<Pattern>),
     /// `{mean: [left <XYZ>, right <XYZ>]}`: the point in the middle of several markers.
     Mean(Vec<Pattern>),
+    /// `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`: a point that moves with a frame.
+    Offset(Offset),
+}
+
+/// A point in a frame whose pose the log has.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Offset {
+    /// Where it is in that frame, m.
+    pub at: [f64; 3],
+    /// The frame: what `.position` and `.rotation` stand behind.
+    pub of: String,
 }
 
 /// What columns make together.
@@ -67,6 +78,8 @@ pub struct Pattern {
     pub optional: bool,
     /// Makes a flag of the number.
     pub threshold: Option<Threshold>,
+    /// The same value in every row, SI, with what it measures: `= 20 mm`, instead of a column.
+    pub constant: Option<(f64, Dimension)>,
 }
 
 /// `> 0.2` or `< 30 mm` behind a column: when the flag is true.
@@ -87,13 +100,18 @@ impl Threshold {
     }
 
     fn parse(above: bool, text: &str) -> Result<Self, String> {
-        let text = text.trim();
-        // The unit begins behind the number.
-        let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
-        let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
-        let limit = quantity::parse(text, dimension)?;
+        let (limit, dimension) = number_with_unit(text)?;
         Ok(Self { above, limit, dimension })
     }
+}
+
+/// A number with its unit, SI, and what it measures.
+fn number_with_unit(text: &str) -> Result<(f64, Dimension), String> {
+    let text = text.trim();
+    // The unit begins behind the number.
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
+    let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+    Ok((quantity::parse(text, dimension)?, dimension))
 }
 
 /// A name with placeholders.
@@ -223,6 +241,7 @@ impl Columns {
         match self {
             Self::Pattern(pattern) => std::slice::from_ref(pattern),
             Self::List(patterns) | Self::Mean(patterns) => patterns,
+            Self::Offset(_) => &[],
         }
     }
 
@@ -232,6 +251,7 @@ impl Columns {
             Self::Pattern(pattern) => (std::slice::from_ref(pattern), 1.0),
             Self::List(patterns) => (patterns.get(component).map(std::slice::from_ref).unwrap_or_default(), 1.0),
             Self::Mean(patterns) => (patterns, 1.0 / patterns.len() as f64),
+            Self::Offset(_) => (&[], 1.0),
         }
     }
 
@@ -240,6 +260,7 @@ impl Columns {
         match self {
             Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),
             Self::Mean(patterns) => patterns.first().and_then(|pattern| pattern.name.form()).unwrap_or(Form::Scalar),
+            Self::Offset(_) => Form::Vector,
             Self::List(patterns) => match patterns.len() {
                 9 => Form::Matrix,
                 4 => Form::Quaternion,
@@ -257,6 +278,10 @@ impl Pattern {
     /// # Errors
     /// What was found that is no pattern.
     pub fn parse(text: &str) -> Result<Self, String> {
+        if let Some(value) = text.trim_start().strip_prefix('=') {
+            let (name, constant) = (Template::text(text), Some(number_with_unit(value)?));
+            return Ok(Self { name, unit: None, sign: 1.0, optional: false, threshold: None, constant });
+        }
         let (text, threshold) = match (text.split_once(" > "), text.split_once(" < ")) {
             (Some((text, limit)), _) => (text, Some(Threshold::parse(true, limit)?)),
             (None, Some((text, limit))) => (text, Some(Threshold::parse(false, limit)?)),
@@ -265,7 +290,8 @@ impl Pattern {
         let (text, optional) = text.trim_end().strip_suffix('?').map_or((text, false), |text| (text, true));
         let (name, unit) = crate::stream::names::split_unit(text);
         let (name, sign) = name.strip_prefix('-').map_or((name, 1.0), |name| (name, -1.0));
-        Ok(Self { name: Template::parse(name.trim())?, unit: unit.map(str::to_string), sign, optional, threshold })
+        let (name, unit) = (Template::parse(name.trim())?, unit.map(str::to_string));
+        Ok(Self { name, unit, sign, optional, threshold, constant: None })
     }
 }
 
@@ -295,7 +321,9 @@ impl<'de> Deserialize<'de> for Columns {
         impl<'de> de::Visitor<'de> for Visitor {
             type Value = Columns;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a column such as `R_f1_p<xyz> [mm]`, a list of columns, or `{mean: […]}`")
+                f.write_str(
+                    "a column such as `R_f1_p<xyz> [mm]`, a list of columns, `{mean: […]}` or `{at: […], of: …}`",
+                )
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Columns, E> {
                 Pattern::parse(text).map(Columns::Pattern).map_err(E::custom)
@@ -304,13 +332,27 @@ impl<'de> Deserialize<'de> for Columns {
                 self.visit_str(&column.to_string())
             }
             fn visit_map<A: de::MapAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
-                let wanted =
-                    || de::Error::custom("expected `{mean: [left <xyz>, right <xyz>]}`, with two columns or more");
-                let mean = match items.next_entry::<String, Vec<Pattern>>()? {
-                    Some((key, patterns)) if key == "mean" && patterns.len() >= 2 => Columns::Mean(patterns),
-                    _ => return Err(wanted()),
+                let wanted = || {
+                    de::Error::custom(
+                        "expected `{mean: [left <xyz>, right <xyz>]}`, with two columns or more, or `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`",
+                    )
                 };
-                if items.next_key::<String>()?.is_some() { Err(wanted()) } else { Ok(mean) }
+                let (mut mean, mut at, mut of) = (None, None, None);
+                while let Some(key) = items.next_key::<String>()? {
+                    match key.as_str() {
+                        "mean" if mean.is_none() && at.is_none() && of.is_none() => {
+                            mean = Some(items.next_value::<Vec<Pattern>>()?)
+                        }
+                        "at" if at.is_none() && mean.is_none() => at = Some(items.next_value::<[Length; 3]>()?),
+                        "of" if of.is_none() && mean.is_none() => of = Some(items.next_value::<String>()?),
+                        _ => return Err(wanted()),
+                    }
+                }
+                match (mean, at, of) {
+                    (Some(patterns), None, None) if patterns.len() >= 2 => Ok(Columns::Mean(patterns)),
+                    (None, Some(at), Some(of)) => Ok(Columns::Offset(Offset { at: at.map(|part| part.0), of })),
+                    _ => Err(wanted()),
+                }
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let mut patterns = vec![];

@@ -15,13 +15,16 @@ use indexmap::IndexMap;
 /// The most frames that resampling makes.
 pub const MAX_FRAMES: usize = 100_000_000;
 
+/// So many usual steps of a log are no gap, whatever the binding says.
+const BRIDGED_STEPS: f64 = 1.5;
+
 /// A new sample: its time, and the old row at or before it.
 struct Sample {
     time: f64,
     row: usize,
 }
 
-/// Brings a recording to an even rate, Hz; steps and drop-outs up to `bridge`, s, are bridged.
+/// Brings a recording to an even rate, Hz; steps and drop-outs up to `bridge`, s, and up to one and a half usual steps, are bridged.
 ///
 /// # Errors
 /// When that would make more frames than can be meant, or the stamps are in another unit than the binding says.
@@ -29,6 +32,7 @@ pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recor
     if recording.time.len() > 1 {
         believable_step(&recording.time)?;
     }
+    let bridge = bridge.max(BRIDGED_STEPS * usual_step(&recording.time));
     let samples = samples(&recording.time, rate_hz, bridge)?;
     let time = &recording.time;
     let mut columns: IndexMap<String, Column> = IndexMap::with_capacity(recording.columns.len());
@@ -54,6 +58,13 @@ pub fn resample(recording: Recording, rate_hz: f64, bridge: f64) -> Result<Recor
     let labels = recording.labels.into_iter().map(|(name, texts)| (name, hold(texts))).collect();
     let time = samples.iter().map(|sample| sample.time).collect();
     Ok(Recording { time, columns, labels, scene: recording.scene, events: recording.events })
+}
+
+/// The middle one of the steps between stamps, s; 0 without any.
+fn usual_step(time: &[f64]) -> f64 {
+    let mut steps: Vec<f64> = time.iter().zip(time.iter().skip(1)).map(|(one, next)| next - one).collect();
+    steps.sort_by(f64::total_cmp);
+    steps.get(steps.len() / 2).copied().unwrap_or_default()
 }
 
 /// The new samples: on the grid that begins with the first old one, none inside a gap.

@@ -1,6 +1,7 @@
 //! A binding to fill in: what was found in a log in, the text of a binding out, with the columns that belong together as patterns.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::shown::Shown;
 use crate::stream::inspect::{ColumnReport, Inspection, Kind};
 use crate::stream::names;
 use std::fmt::Write as _;
@@ -106,6 +107,24 @@ fn channel(pattern: &str, width: usize, flag: bool) -> String {
     }
 }
 
+/// The flag that an opening makes whose values fall into two groups: closed is below the middle between them.
+fn closed(column: &ColumnReport, pattern: &str) -> Option<String> {
+    let name = column.name.to_lowercase();
+    let is_opening =
+        ["opening", "gripper", "grip", "width", "jaw", "finger_joint"].iter().any(|word| name.contains(word));
+    let [low, high] = column.groups.filter(|_| is_opening)?;
+    let side = if name.starts_with("l_") || name.starts_with("left") { Side::Left } else { Side::Right };
+    // Three digits are more than the middle is worth.
+    let short = |number: f64| format!("{number:.2e}").parse().unwrap_or(number);
+    let middle: f64 = short((low + high) / 2.0);
+    let limit = format!("{pattern} < {middle} {}", column.unit);
+    let [low, high] = [low, high].map(|mean| Shown(short(mean)));
+    Some(format!(
+        "  # {side}.gripper.closed: {}    # closed about {low}, open about {high}\n",
+        scalar(limit.trim_end())
+    ))
+}
+
 /// The text of a binding for a log like this one.
 pub fn skeleton(log: &Inspection) -> String {
     let mut text = String::from("about: what this log is, for people\n");
@@ -145,6 +164,10 @@ pub fn skeleton(log: &Inspection) -> String {
                 _ => "a number",
             };
             let _ = writeln!(text, "  # {}: {}    # {kind}", channel(&pattern, width, flag), scalar(&pattern));
+            let report = sheet.columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
+            if let Some(line) = report.and_then(|report| closed(report, &pattern)) {
+                text.push_str(&line);
+            }
         }
         let texts = |column: &&ColumnReport| column.kind == Kind::Text && column.texts.len() > 1;
         for column in sheet.columns.iter().filter(texts) {

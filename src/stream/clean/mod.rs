@@ -2,6 +2,7 @@
 
 pub mod dropouts;
 pub mod gap_filling;
+pub mod level;
 pub mod preprocess;
 pub mod spikes;
 pub mod stuck_sensors;

@@ -9,6 +9,7 @@ use crate::base::recording::{Column, Recording};
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
 use crate::stream::clean::dropouts;
+use crate::stream::clean::level::Learned;
 use crate::stream::clean::stuck_sensors;
 use crate::stream::clean::timebase::{Timebase, timebase};
 use crate::stream::clean::unknown_columns::{self, UnknownColumn};
@@ -36,6 +37,8 @@ pub struct CleanLog<'a> {
     pub issues: Vec<Issue>,
     /// The noise of force sensors, by channel, where it is known.
     pub noise: BTreeMap<String, Noise>,
+    /// From which force on sensors are in contact, by channel.
+    pub levels: BTreeMap<String, Learned>,
     /// When the whole log starts and ends, s.
     pub span: [f64; 2],
     /// Which part of a log this is; all of it when there is none.
@@ -109,8 +112,8 @@ impl<'a> CleanLog<'a> {
             }
         }
         let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
-        let (scene, noise, span) = (&recording.scene, BTreeMap::new(), span(&time));
-        Ok(Self { scene, time, rate_hz, stretches, issues, noise, span, window: None, columns })
+        let (scene, noise, levels, span) = (&recording.scene, BTreeMap::new(), BTreeMap::new(), span(&time));
+        Ok(Self { scene, time, rate_hz, stretches, issues, noise, levels, span, window: None, columns })
     }
 
     /// The frames that count.

@@ -36,6 +36,10 @@ const TURNS: f64 = 0.25;
 /// How many times the finest change a usual one is: less, and the sensor rounds.
 const FINER: f64 = 5.0;
 
+/// The fewest samples outside of long runs that tell whether a sensor repeats itself, and how few of them a smooth sensor repeats.
+const LIVELY: usize = 100;
+const REPEATED: f64 = 0.02;
+
 /// A vector over the log.
 type Vector<'a> = [&'a [f64]; 3];
 
@@ -210,7 +214,7 @@ fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> V
     let all = 0..time.len();
     if !rests && lazy * 2 > time.len() && (!runs.is_empty() || moves(&all)) {
         vec![all]
-    } else if is_lively(time, &force) {
+    } else if is_lively(time, &force) || never_repeats(time, &force) {
         runs
     } else {
         vec![]
@@ -236,6 +240,24 @@ fn is_lively(time: &[f64], force: &Vector) -> bool {
         let (finer, usual, _) = changes.select_nth_unstable_by(middle, |a, b| a.abs().total_cmp(&b.abs()));
         finer.iter().map(|change| change.abs()).fold(usual.abs(), f64::min) * FINER <= usual.abs()
     })
+}
+
+/// Whether a sensor gives a new value with nearly every sample but for some long runs, and never exactly zero: what is simulated or coarse does repeat
+/// itself, and rests at zero.
+fn never_repeats(time: &[f64], force: &Vector) -> bool {
+    let mut counts = vec![true; time.len()];
+    for rows in repeats(time, *force, LAZY_SECS) {
+        counts.get_mut(rows).unwrap_or_default().fill(false);
+    }
+    let at = |row: usize| force.map(|axis| axis.get(row).copied().unwrap_or(f64::NAN).to_bits());
+    let pairs = (1..time.len()).filter(|row| counts.get(*row) == Some(&true) && counts.get(row - 1) == Some(&true));
+    let (mut all, mut same) = (0, 0);
+    for row in pairs {
+        all += 1;
+        same += usize::from(at(row) == at(row - 1));
+    }
+    let zero = (0..time.len()).any(|row| norm(force, row) == 0.0);
+    !zero && all >= LIVELY && (same as f64) < REPEATED * all as f64
 }
 
 fn vector<'a>(columns: &'a Columns, channel: &str) -> Option<Vector<'a>> {

@@ -43,7 +43,9 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     };
     let felt = |finger: Finger| has(finger, "force") || has(finger, "contact");
     let seen = |finger: Finger| finger != Finger::Palm && has(finger, "position");
-    Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect()
+    let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect();
+    // Of a gripper of which only the opening is known, both jaws.
+    if fingers.is_empty() { vec![Finger::Thumb, Finger::Index] } else { fingers }
 }
 
 /// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.

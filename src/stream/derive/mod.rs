@@ -71,6 +71,8 @@ pub struct Findings {
     /// Of the first frame, once that was seen.
     orders: Option<Vec<Issue>>,
     findings: plausible::Findings,
+    /// Whether flags of hands were off, and on, so far.
+    flags: BTreeMap<String, [bool; 2]>,
 }
 
 impl Findings {
@@ -82,8 +84,44 @@ impl Findings {
         issues.extend(self.orders.iter().flatten().cloned());
         issues.extend(plausible::told_signs(measured, &self.findings));
         issues.extend(self.read.iter().cloned());
+        issues.extend(self.flags.iter().filter_map(|(channel, was)| never_changes(measured, channel, *was)));
         issues
     }
+
+    /// Takes note of the flags of a hand: its contacts, measured or computed, and whether its gripper is closed.
+    fn look_at_flags(&mut self, measured: &CleanLog, hand: &HandLayout, touches: &[Vec<f64>]) {
+        // What a hand holds all the time it may well touch all the time.
+        if measured.scene.bodies.values().any(|body| body.fixed_to == Some(hand.side)) {
+            return;
+        }
+        let closed = format!("{}.gripper.closed", hand.side);
+        let fingers = hand.fingers.iter().zip(touches);
+        let contacts = fingers.map(|(finger, flags)| (format!("{}.{finger}.contact", hand.side), flags.as_slice()));
+        let closed = measured.scalar(&closed).map(|flags| (closed, flags));
+        for (channel, flags) in contacts.chain(closed) {
+            let was = self.flags.entry(channel).or_default();
+            for flag in flags.get(measured.core()).unwrap_or_default() {
+                let [off, on] = was;
+                *(if *flag > 0.5 { on } else { off }) = true;
+            }
+        }
+    }
+}
+
+/// Tells of a contact that lasts as long as the log, and of a gripper that never opens or closes.
+fn never_changes(measured: &CleanLog, channel: &str, [off, on]: [bool; 2]) -> Option<Issue> {
+    /// In a shorter log nothing has to change, s.
+    const LONG_SECS: f64 = 2.0;
+    let [start_s, end_s] = measured.span;
+    let message = match (off, on, channel.ends_with(".closed")) {
+        (false, true, false) => {
+            "the contact lasts as long as the log: a sensor with a bias, or a threshold that is too low"
+        }
+        (false, true, true) => "the gripper is closed all along: look at the threshold or the column",
+        (true, false, true) => "the gripper is never closed: look at the threshold or the column",
+        _ => return None,
+    };
+    (end_s - start_s >= LONG_SECS).then(|| measured.over_all("constant_flag", channel, message.to_string()))
 }
 
 /// The columns that the rules read, of a log or of a window of it; without its times.
@@ -117,6 +155,8 @@ pub fn derived_frames(
             // Refused below if a rule reads it.
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
+        let is_read = !matches!(touch.absent, Absent::NormAbove { needed: false, .. });
+        findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
         plausible::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
         let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
         plausible::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);

@@ -4,6 +4,8 @@ use super::motion::{moving_average, vector};
 use crate::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
+use crate::base::shown::Shown;
+use crate::stream::clean::level::Learned;
 use crate::stream::clean::preprocess::{CleanLog, State};
 use crate::stream::frames::Issue;
 
@@ -43,12 +45,26 @@ pub fn read(
             }
             norms
         }
-        Absent::Constant(value) => slots.iter().map(|_| Some(constant(*value))).collect(),
+        // Where one finger is says nothing of where another one is.
+        Absent::Constant(_) if any && spec.name == POSITION => vec![None; slots.len()],
+        Absent::Constant(value) => slots
+            .iter()
+            .zip(&found)
+            .map(|(slot, found)| {
+                let learned = slot.strip_suffix(LEVEL).filter(|_| found.is_none());
+                Some(constant(learned.map_or(*value, |finger| level(measured, finger, *value, issues))))
+            })
+            .collect(),
         Absent::Refused | Absent::Derived if !any && slots.iter().any(|slot| !is_palm(slot)) => {
             return Err(lacking(measured, spec, side, None));
         }
         Absent::Refused | Absent::Derived => vec![None; slots.len()],
     };
+    if let (false, POSITION, Some(slot)) = (any, spec.name.as_str(), slots.first()) {
+        let message =
+            "the log lacks the fingers' positions; no distance and no motion of the hand is known".to_string();
+        issues.push(measured.over_all("missing_channel", slot, message));
+    }
     let mut columns = Vec::with_capacity(slots.len());
     for ((slot, found), instead) in slots.iter().zip(found).zip(instead) {
         columns.push(match found.or(instead) {
@@ -69,6 +85,29 @@ pub fn read(
         });
     }
     Ok(columns)
+}
+
+/// Where fingers are, in the rules.
+const POSITION: &str = "fingers.position";
+/// The channel of the force from which a finger is in contact, behind the finger's name.
+const LEVEL: &str = ".level";
+
+/// From which force on a finger is in contact: as the log tells, else as the rules say. A level is believed where the contact usually is more than what
+/// the rules say: a log without contact has two groups of forces too, if it rests and moves.
+fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Issue>) -> f64 {
+    let force = format!("{finger}.force");
+    match measured.levels.get(&force) {
+        Some(Learned::Level(level)) if level.usual > otherwise => level.begins,
+        Some(Learned::Mixed { strongest }) if *strongest > otherwise => {
+            let message = format!(
+                "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
+                Shown(otherwise)
+            );
+            issues.push(measured.over_all("no_contact_level", &force, message));
+            otherwise
+        }
+        _ => otherwise,
+    }
 }
 
 /// The names of the channel's slots in the log.
@@ -156,6 +195,13 @@ fn norm_above(measured: &CleanLog, channel: &str, force: [&[f64]; 3], on: f64, o
     let reach = if noisy { (CALMED_SECS * measured.rate_hz).round() as usize } else { 0 };
     let left = if noisy { deviation / ((2 * reach + 1) as f64).sqrt() } else { 0.0 };
     let (on, off) = (on.max(BEGINS_ABOVE * left), off.max(GOES_ON_ABOVE * left));
+    // A sensor whose readings without contact would be one: the log tells from where on they are.
+    let (on, off) = match measured.levels.get(channel) {
+        Some(Learned::Level(level)) if level.scatter >= off && !measured.noise.contains_key(channel) => {
+            (on.max(level.begins), off.max(level.ends))
+        }
+        _ => (on, off),
+    };
     let calmed = force.map(|column| moving_average(measured, column, reach));
     let mut flags = vec![0.0; measured.len()];
     measured.follow(&format!("{channel} above {on} until below {off}"), |frame, was| {

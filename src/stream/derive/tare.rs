@@ -1,9 +1,11 @@
 //! Tare: what a fingertip's force sensor reads while the fingertip is far from every object is its bias, and how much that scatters is its noise.
+//! Where no distance is known, or the readings are not steady, both come from the [`level`](crate::stream::clean::level) of contact, if the log has one.
 
 use super::motion::{Motion, vector};
 use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Role, Scene};
+use crate::stream::clean::level::{Learned, learned};
 use crate::stream::clean::preprocess::{CleanLog, Noise};
 use crate::stream::frames::Issue;
 use crate::stream::names;
@@ -17,6 +19,8 @@ const FAR_ENOUGH: usize = 20;
 /// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
 const SIGNIFICANT: f64 = 6.0;
 const LARGEST: f64 = 0.5;
+/// A bias that is told of although nothing says where the fingertip is, N.
+const BIASED: f64 = 0.05;
 /// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
 /// something, and the places in the log are not what they seem.
 const STEADY: f64 = 4.0;
@@ -39,31 +43,73 @@ pub fn asks(scene: &Scene, column: &str) -> bool {
     }
 }
 
-/// What the force sensors of the fingertips read far from every object, by channel.
-pub fn rests(measured: &CleanLog, samples: &[[usize; 2]]) -> Vec<(String, SensorBias)> {
-    let motions: Vec<(usize, Motion)> = objects(measured);
-    let sensors = Side::BOTH.iter().flat_map(|side| Finger::ALL.iter().map(move |finger| format!("{side}.{finger}")));
-    let rest = |finger: String| Some((format!("{finger}.force"), rest(measured, samples, &motions, &finger)?));
-    sensors.filter_map(rest).collect()
+/// What is known of the force sensors of the fingertips, by channel.
+#[derive(Clone, Debug, Default)]
+pub struct Sensors {
+    /// What they read far from every object.
+    rests: Vec<(String, SensorBias)>,
+    /// From which force on they are in contact, that bias subtracted.
+    levels: Vec<(String, Learned)>,
 }
 
-/// Subtracts the bias of each fingertip's force sensor, and keeps its noise in mind; reports what was subtracted.
+/// What the samples tell of the force sensors of the fingertips.
+pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
+    let objects: Vec<(usize, Motion)> = objects(measured);
+    let mut sensors = Sensors::default();
+    for side in Side::BOTH {
+        for finger in Finger::ALL.map(|finger| format!("{side}.{finger}")) {
+            let channel = format!("{finger}.force");
+            let Some(force) = measured.vec3(&channel) else { continue };
+            let rest = rest(measured, samples, &objects, &finger);
+            let bias = rest.filter(SensorBias::is_biased).map_or(Vector3::zeros(), |rest| rest.bias);
+            let readings = |frames: &[[usize; 2]]| -> Vec<Vector3<f64>> {
+                frames.iter().map(|[frame, _]| vector(&force, *frame) - bias).collect()
+            };
+            let handled: Vec<&(usize, Motion)> =
+                objects.iter().filter(|(body, _)| !is_fixed(measured, *body, side)).collect();
+            // A sensor at the wrist feels what the tool touches, wherever the palm is.
+            let is_tip = !handled.is_empty() && !finger.ends_with(Finger::Palm.name());
+            let tip = measured.vec3(&format!("{finger}.position")).filter(|_| is_tip);
+            let far = tip.map(|tip| readings(&far(measured, samples, &handled, &tip)));
+            sensors.levels.push((channel.clone(), learned(&readings(samples), far.as_deref())));
+            sensors.rests.extend(rest.map(|rest| (channel, rest)));
+        }
+    }
+    sensors
+}
+
+/// Subtracts the bias of each fingertip's force sensor, and keeps its noise and its level of contact in mind; tells of what was subtracted.
 pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
-    let found = rests(measured, &samples(measured.len()).collect::<Vec<_>>());
+    let found = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
     correct(measured, &found)
 }
 
 /// The same with what is known of the sensors.
-pub fn correct(measured: &mut CleanLog, found: &[(String, SensorBias)]) -> Vec<Issue> {
+pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     let mut issues = Vec::new();
-    for (channel, rest) in found {
-        let SensorBias { bias, variance, samples } = *rest;
-        measured.noise.insert(channel.clone(), Noise { variance });
-        if bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * variance / samples as f64 {
-            measured.subtract(channel, bias.into());
+    for (channel, rest) in &found.rests {
+        measured.noise.insert(channel.clone(), Noise { variance: rest.variance });
+        if rest.is_biased() {
+            measured.subtract(channel, rest.bias.into());
             let message = format!(
                 "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
-                bias.norm()
+                rest.bias.norm()
+            );
+            issues.push(measured.over_all("biased", channel, message));
+        }
+    }
+    for (channel, learned) in &found.levels {
+        measured.levels.insert(channel.clone(), *learned);
+        let Learned::Level(level) = learned else { continue };
+        if found.rests.iter().any(|(rested, _)| rested == channel) || level.rest == Vector3::zeros() {
+            continue;
+        }
+        measured.subtract(channel, level.rest.into());
+        if level.rest.norm() > level.scatter.max(BIASED) {
+            let message = format!(
+                "reads {:.3} N without contact; that is taken for its bias and subtracted; contact is above {:.3} N",
+                level.rest.norm(),
+                level.begins
             );
             issues.push(measured.over_all("biased", channel, message));
         }
@@ -80,6 +126,18 @@ pub struct SensorBias {
     samples: usize,
 }
 
+impl SensorBias {
+    /// Whether the bias is more than what chance gives.
+    fn is_biased(&self) -> bool {
+        self.bias.norm_squared() > SIGNIFICANT * SIGNIFICANT * self.variance / self.samples as f64
+    }
+}
+
+/// Whether a hand holds a body all the time.
+fn is_fixed(measured: &CleanLog, body: usize, side: Side) -> bool {
+    measured.scene.bodies.get_index(body).is_some_and(|(_, body)| body.fixed_to == Some(side))
+}
+
 /// The objects of a scene, which is what fingertips touch.
 fn objects<'a>(measured: &'a CleanLog) -> Vec<(usize, Motion<'a>)> {
     let bodies = measured.scene.bodies.iter().enumerate().filter(|(_, (_, body))| body.role == Role::Object);
@@ -90,15 +148,7 @@ fn objects<'a>(measured: &'a CleanLog) -> Vec<(usize, Motion<'a>)> {
 fn rest(measured: &CleanLog, samples: &[[usize; 2]], objects: &[(usize, Motion)], finger: &str) -> Option<SensorBias> {
     let force = measured.vec3(&format!("{finger}.force"))?;
     let tip = measured.vec3(&format!("{finger}.position"))?;
-    let far = |frame: &usize| {
-        let tip: Point3<f64> = vector(&tip, *frame).into();
-        objects.iter().all(|(index, motion)| {
-            measured.scene.bodies.get_index(*index).is_none_or(|(_, body)| {
-                surface_distance(body, &motion.pose(*frame).inverse_transform_point(&tip)) > FAR
-            })
-        })
-    };
-    let frames: Vec<[usize; 2]> = samples.iter().copied().filter(|[frame, _]| far(frame)).collect();
+    let frames = far(measured, samples, &objects.iter().collect::<Vec<_>>(), &tip);
     if frames.len() < FAR_ENOUGH {
         return None;
     }
@@ -109,4 +159,23 @@ fn rest(measured: &CleanLog, samples: &[[usize; 2]], objects: &[(usize, Motion)]
     let next = |[frame, next]: [usize; 2]| (vector(&force, next) - vector(&force, frame)).norm_squared();
     let steady = variance <= QUIET.max(STEADY * mean(&next) / 2.0);
     (steady && bias.norm() <= LARGEST).then_some(SensorBias { bias, variance, samples: frames.len() })
+}
+
+/// The samples in which a fingertip is far from every object.
+fn far(
+    measured: &CleanLog,
+    samples: &[[usize; 2]],
+    objects: &[&(usize, Motion)],
+    tip: &[&[f64]; 3],
+) -> Vec<[usize; 2]> {
+    let is_far =
+        |frame: usize| {
+            let tip: Point3<f64> = vector(tip, frame).into();
+            objects.iter().all(|(index, motion)| {
+                measured.scene.bodies.get_index(*index).is_none_or(|(_, body)| {
+                    surface_distance(body, &motion.pose(frame).inverse_transform_point(&tip)) > FAR
+                })
+            })
+        };
+    samples.iter().copied().filter(|[frame, _]| is_far(*frame)).collect()
 }

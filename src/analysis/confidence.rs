@@ -1,0 +1,96 @@
+//! How sure boundaries and tasks are: where they are in analyses of the same log by rules with other values.
+//!
+//! The confidence of a boundary is the share of the variations that have it at the same place, to [`SAME_S`]; that of a task the share that has it under the
+//! same name over half of the time.
+
+use super::{Analysis, Segment, TaskSpan, Who};
+
+/// A boundary is the same when it is no farther off, s …
+pub const SAME_S: f64 = 0.1;
+/// … and another one when it is farther off than this, s.
+const FAR_S: f64 = 1.0;
+/// How much of the time two tasks share that are the same.
+const SHARED: f64 = 0.5;
+
+/// How sure the start of a segment is.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Confidence {
+    /// The share of the variations in which it is at the same place.
+    pub share: f64,
+    /// The earliest time at which a variation has it, s.
+    pub earliest_s: f64,
+    /// The latest, s.
+    pub latest_s: f64,
+    /// How far the quantity that decides gets from its threshold, in units of its noise; none where no quantity with noise decides.
+    pub margin: Option<f64>,
+}
+
+/// Gives the boundaries and tasks of an analysis their confidence, from the same by rules with other values.
+pub fn compare(analysis: &mut Analysis, variations: &[Analysis]) {
+    for track in &mut analysis.tracks {
+        let others: Vec<(&[Segment], &[TaskSpan])> = variations
+            .iter()
+            .map(|other| other.track(track.who).map_or((&[][..], &[][..]), |it| (&it.relabeled[..], &it.tasks[..])))
+            .collect();
+        let starts: Vec<Confidence> = track
+            .relabeled
+            .iter()
+            .map(|segment| boundary(segment, others.iter().map(|(segments, _)| *segments)))
+            .collect();
+        for (segment, start) in track.relabeled.iter_mut().zip(&starts) {
+            segment.confidence = Some(*start);
+        }
+        for task in &mut track.tasks {
+            let same = others.iter().filter(|(_, tasks)| tasks.iter().any(|other| is_same(task, other)));
+            task.confidence = Some(share(same.count(), others.len()));
+        }
+    }
+}
+
+/// Gives each boundary its margin, by track and frame.
+pub fn with_margins<E>(
+    analysis: &mut Analysis,
+    mut margin: impl FnMut(Who, usize) -> Result<Option<f64>, E>,
+) -> Result<(), E> {
+    for track in &mut analysis.tracks {
+        for segment in &mut track.relabeled {
+            if let Some(confidence) = &mut segment.confidence {
+                confidence.margin = margin(track.who, segment.frames.start)?;
+            }
+        }
+        // The segments of tasks are those of the track, relabeled for the task.
+        for segment in track.tasks.iter_mut().flat_map(|task| &mut task.segments) {
+            let same = track.relabeled.iter().find(|other| other.frames.start == segment.frames.start);
+            segment.confidence = same.and_then(|same| same.confidence);
+        }
+    }
+    Ok(())
+}
+
+fn share(count: usize, of: usize) -> f64 {
+    if of == 0 { 0.0 } else { count as f64 / of as f64 }
+}
+
+/// The start of a segment among those of the same primitive in other analyses.
+fn boundary<'a>(segment: &Segment, others: impl Iterator<Item = &'a [Segment]>) -> Confidence {
+    let at = segment.start_s;
+    let (mut same, mut all) = (0, 0);
+    let (mut earliest_s, mut latest_s) = (at, at);
+    for segments in others {
+        all += 1;
+        let starts = segments.iter().filter(|other| other.primitive == segment.primitive).map(|other| other.start_s);
+        let Some(start) = starts.min_by(|a, b| (a - at).abs().total_cmp(&(b - at).abs())) else { continue };
+        if (start - at).abs() <= FAR_S {
+            same += usize::from((start - at).abs() <= SAME_S);
+            earliest_s = start.min(earliest_s);
+            latest_s = start.max(latest_s);
+        }
+    }
+    Confidence { share: share(same, all), earliest_s, latest_s, margin: None }
+}
+
+fn is_same(task: &TaskSpan, other: &TaskSpan) -> bool {
+    let shared = task.end_s.min(other.end_s) - task.start_s.max(other.start_s);
+    let all = task.end_s.max(other.end_s) - task.start_s.min(other.start_s);
+    task.task == other.task && shared >= SHARED * all
+}

@@ -1,0 +1,125 @@
+//! Contact levels: from which force on a sensor is in contact, learned from the log itself.
+//!
+//! Forces without contact and forces of contact are two groups. Where the log tells that the fingertip is far from every object, those readings
+//! are the first group; where no distance is known, the force is split where the two groups are farthest apart (Otsu's threshold, of the
+//! square root of the force, since a larger force scatters more). The rest is the median of the first group, and forces count from there.
+//!
+//! The split is no level where the groups are not [clear](crate::stream::groups::Split::is_clear).
+
+use crate::stream::groups::{self, Split};
+use nalgebra::Vector3;
+
+/// The fewest samples of a group.
+const FEWEST: usize = 20;
+/// How often the split and the rest are determined from each other: they settle at once on all logs that we have.
+const ROUNDS: usize = 4;
+/// Contact begins at no less than this share of the force of the usual contact.
+const SHARE: f64 = 0.1;
+/// The share of the readings without contact that a level lies above.
+const MOST: f64 = 0.9;
+/// The same where those readings are known, and how many times that reading the level is.
+const NEARLY_ALL: f64 = 0.99;
+const ABOVE_FAR: f64 = 1.5;
+/// What is left of a level when contact ends, for groups and where the readings without contact are known.
+const ENDS_AT: f64 = 0.6;
+const ENDS_AT_FAR: f64 = 0.8;
+
+/// From which force on a sensor is in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Level {
+    /// What the sensor reads without contact, N.
+    pub rest: Vector3<f64>,
+    /// How far from that most readings without contact are, N.
+    pub scatter: f64,
+    /// How far from the rest the readings of contact begin, N.
+    pub begins: f64,
+    /// Where they end, N.
+    pub ends: f64,
+    /// How far from the rest the readings of contact usually are, N.
+    pub usual: f64,
+}
+
+/// What the readings of a sensor tell of its contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Learned {
+    /// They are with contact or without.
+    Level(Level),
+    /// They do not fall into two groups; the largest of them is this, N.
+    Mixed { strongest: f64 },
+}
+
+/// What the readings of a sensor tell; `far` are those that are known to be without contact, where the log says where the sensor is.
+pub fn learned(readings: &[Vector3<f64>], far: Option<&[Vector3<f64>]>) -> Learned {
+    let level = far.map_or_else(|| of_groups(readings), |far| of_far(readings, far));
+    let strongest = || readings.iter().map(|force| force.norm()).fold(0.0, f64::max);
+    level.map_or_else(|| Learned::Mixed { strongest: strongest() }, Learned::Level)
+}
+
+/// The level between two groups of readings.
+fn of_groups(readings: &[Vector3<f64>]) -> Option<Level> {
+    let mut rest = Vector3::zeros();
+    for _ in 1..ROUNDS {
+        let forces = distances(readings, &rest);
+        let count = split(&forces)?.count;
+        let border = *forces.get(count.checked_sub(1)?)?;
+        rest = median_vector(readings.iter().filter(|force| (*force - rest).norm() <= border))?;
+    }
+    let forces = distances(readings, &rest);
+    let split = split(&forces)?;
+    let (free, contact) = forces.split_at_checked(split.count)?;
+    if free.len() < FEWEST || contact.len() < FEWEST || !split.is_clear() {
+        return None;
+    }
+    let (scatter, usual) = (quantile(free, MOST), quantile(contact, 0.5));
+    // Midway between the groups on the scale of ratios.
+    let midway = (quantile(free, 0.5) * usual).sqrt();
+    let begins = midway.max(SHARE * usual).max(scatter);
+    Some(Level { rest, scatter, begins, ends: (ENDS_AT * begins).max(scatter), usual })
+}
+
+/// The level of a sensor of which it is known when it is without contact.
+fn of_far(readings: &[Vector3<f64>], far: &[Vector3<f64>]) -> Option<Level> {
+    if far.len() < FEWEST {
+        return None;
+    }
+    let rest = median_vector(far.iter())?;
+    let free = distances(far, &rest);
+    let begins = ABOVE_FAR * quantile(&free, NEARLY_ALL);
+    let all = distances(readings, &rest);
+    let contact = all.get(all.partition_point(|force| *force < begins)..).unwrap_or_default();
+    if contact.len() < FEWEST {
+        return None;
+    }
+    let usual = quantile(contact, 0.5);
+    let begins = begins.max(SHARE * usual);
+    let scatter = quantile(&free, MOST);
+    (begins < usual).then_some(Level { rest, scatter, begins, ends: ENDS_AT_FAR * begins, usual })
+}
+
+/// The two groups of forces in rising order; their roots scatter evenly.
+fn split(forces: &[f64]) -> Option<Split> {
+    groups::split(&forces.iter().map(|force| force.sqrt()).collect::<Vec<_>>())
+}
+
+/// How far forces are from a rest, in rising order.
+fn distances(forces: &[Vector3<f64>], rest: &Vector3<f64>) -> Vec<f64> {
+    let mut distances: Vec<f64> = forces.iter().map(|force| (force - rest).norm()).collect();
+    distances.sort_by(f64::total_cmp);
+    distances
+}
+
+/// A quantile of values in rising order; 0 of none.
+fn quantile(values: &[f64], share: f64) -> f64 {
+    let last = values.len().saturating_sub(1);
+    values.get((share * last as f64).round() as usize).copied().unwrap_or_default()
+}
+
+/// The median of each component.
+fn median_vector<'a>(forces: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> Option<Vector3<f64>> {
+    let median = |axis: usize| {
+        let mut parts: Vec<f64> = forces.clone().filter_map(|force| force.get(axis).copied()).collect();
+        parts.sort_by(f64::total_cmp);
+        parts.get(parts.len() / 2).copied()
+    };
+    Some(Vector3::new(median(0)?, median(1)?, median(2)?))
+}
