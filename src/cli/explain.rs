@@ -1,8 +1,8 @@
 //! `teachtree explain`: why a recording has its labels at a time.
 
 use super::rules::RuleArgs;
-use super::score::TrackArg;
 use super::source::SourceArgs;
+use super::truth::TrackArg;
 use super::{Failure, output};
 use crate::base::units::time;
 use crate::session::Question;

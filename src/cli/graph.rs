@@ -1,8 +1,8 @@
 //! `teachtree graph`: the trees of rules as diagrams, and which leaf can follow which; with what a recording shows of them.
 
 use super::rules::{RuleArgs, load_files, name_and_value, read_by};
-use super::score::TrackArg;
 use super::source::SourceArgs;
+use super::truth::TrackArg;
 use super::{Failure, output};
 use crate::analysis::Who;
 use crate::analysis::explain::{self, Moment, moment};

@@ -5,11 +5,9 @@ use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::truth::{TruthArgs, read};
 use super::{Failure, output};
-use crate::analysis::Who;
 use crate::analysis::json::Meta;
 use crate::analysis::score::{self, Known, NameMap, Row, Score, Sequences, Stage, Truth};
 use crate::base::error::InputError;
-use crate::base::hands::Side;
 use crate::report;
 use crate::session::files::all_logs;
 use crate::stream::atomic_write::Files;
@@ -59,27 +57,6 @@ pub enum Format {
     Text,
     /// `teachtree.score/1`
     Json,
-}
-
-/// Tracks by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum TrackArg {
-    /// The left hand
-    Left,
-    /// The right hand
-    Right,
-    /// The coordination of both
-    Both,
-}
-
-impl From<TrackArg> for Who {
-    fn from(track: TrackArg) -> Self {
-        match track {
-            TrackArg::Left => Self::Hand(Side::Left),
-            TrackArg::Right => Self::Hand(Side::Right),
-            TrackArg::Both => Self::Both,
-        }
-    }
 }
 
 /// Runs `score`.

@@ -1,16 +1,37 @@
 //! What is true of recordings: the options that name it, and reading it; for the commands that compare results with a truth.
 
-use super::score::TrackArg;
 use crate::analysis::number::fixed;
 use crate::analysis::score::{Known, NameMap, Truth};
 use crate::analysis::{Analysis, Who};
 use crate::base::error::InputError;
+use crate::base::hands::Side;
 use crate::session::files::LABEL_ENDINGS;
 use crate::stream::Opened;
 use crate::stream::read::formats;
 use crate::stream::read::labels;
 use crate::stream::read::text;
 use std::path::{Path, PathBuf};
+
+/// Tracks by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum TrackArg {
+    /// The left hand
+    Left,
+    /// The right hand
+    Right,
+    /// The coordination of both
+    Both,
+}
+
+impl From<TrackArg> for Who {
+    fn from(track: TrackArg) -> Self {
+        match track {
+            TrackArg::Left => Self::Hand(Side::Left),
+            TrackArg::Right => Self::Hand(Side::Right),
+            TrackArg::Both => Self::Both,
+        }
+    }
+}
 
 /// Options that say what is true.
 #[derive(clap::Args, Clone, Debug, Default)]

@@ -6,7 +6,7 @@
 
 use super::RATE_HZ;
 use super::form::LeftOut;
-use super::series::Series;
+use super::series::{Episode, Piece, Series};
 use crate::analysis::{Segment, TaskSpan};
 use nalgebra::Vector3;
 
@@ -20,20 +20,6 @@ const PAUSE_M: f64 = 0.005;
 /// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
 const COMES_OFF_S: f64 = 0.5;
 const BRUSH_S: f64 = 0.35;
-
-/// A try that counts.
-pub(super) struct Episode {
-    pub(super) pieces: Vec<Piece>,
-}
-
-/// A segment of it.
-pub(super) struct Piece {
-    pub(super) primitive: String,
-    /// Which samples of the series are commanded, in order; never empty.
-    pub(super) samples: Vec<usize>,
-    /// Whether the object is touched.
-    pub(super) touching: bool,
-}
 
 fn is_free(primitive: &str) -> bool {
     matches!(primitive, "Move" | "Approach")

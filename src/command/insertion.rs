@@ -4,9 +4,8 @@
 //! those of carrying it.
 
 use super::RATE_HZ;
-use super::episodes::{Episode, Piece};
 use super::form::Into;
-use super::series::{Series, seven};
+use super::series::{Episode, Piece, Series, seven};
 use crate::base::easing::smooth_step;
 use crate::base::geometry::{Solid, across};
 use crate::base::recording::Recording;

@@ -2,8 +2,7 @@
 //! way to a tenth of a millimetre may miss the wall altogether; so it is to keep as near as the operator came at the nearest, and a little nearer.
 
 use super::RATE_HZ;
-use super::episodes::Episode;
-use super::series::Series;
+use super::series::{Episode, Series};
 use crate::base::easing::smooth_step;
 use crate::base::recording::Recording;
 use nalgebra::{Translation3, Vector3};

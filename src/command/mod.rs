@@ -4,6 +4,7 @@
 //! the contact points, smoothed within a segment and never across a contact (the chapter's sections 2.1, 2.5 and 3.2). What came to nothing,
 //! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
 
+mod columns;
 pub mod csv;
 mod drops;
 mod episodes;

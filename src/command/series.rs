@@ -1,13 +1,13 @@
 //! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
 
-use super::episodes::{Episode, Piece};
+use super::columns::{poses, vectors};
 use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::{TouchForces, touching};
 use super::{FRICTION, RATE_HZ};
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
-use crate::base::pose::{Seven, pose};
+use crate::base::pose::Seven;
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Hand};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -25,6 +25,20 @@ const TAKES_PART: f64 = 0.3;
 const ON_N: f64 = 0.01;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
+
+/// A try that counts.
+pub(super) struct Episode {
+    pub(super) pieces: Vec<Piece>,
+}
+
+/// A segment of it.
+pub(super) struct Piece {
+    pub(super) primitive: String,
+    /// Which samples of the series are commanded, in order; never empty.
+    pub(super) samples: Vec<usize>,
+    /// Whether the object is touched.
+    pub(super) touching: bool,
+}
 
 /// Samples of one task.
 pub(super) struct Series {
@@ -287,43 +301,4 @@ fn round(value: f64) -> f64 {
 
 fn rounded(vector: Vector3<f64>) -> [f64; 3] {
     [round(vector.x), round(vector.y), round(vector.z)]
-}
-
-/// The samples of a column at these rows; what was not measured is as before, and before that zero.
-fn column(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<f64>> {
-    let column = recording.columns.get(name)?;
-    let mut last = 0.0;
-    Some(
-        rows.iter()
-            .map(|&row| {
-                last = column.values.get(row).copied().filter(|value| value.is_finite()).unwrap_or(last);
-                last
-            })
-            .collect(),
-    )
-}
-
-/// A channel of three components.
-pub(super) fn vectors(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<Vector3<f64>>> {
-    let [x, y, z] = ["x", "y", "z"].map(|part| column(recording, &format!("{name}.{part}"), rows));
-    let (x, y, z) = (x?, y?, z?);
-    Some((0..rows.len()).map(|at| Vector3::new(x[at], y[at], z[at])).collect())
-}
-
-/// Where a body was.
-fn poses(recording: &Recording, body: &str, rows: &[usize]) -> Option<Vec<Isometry3<f64>>> {
-    let places = vectors(recording, &format!("{body}.position"), rows)?;
-    let turns = rotations(recording, &format!("{body}.rotation"), rows);
-    let posed = |(at, place): (usize, &Vector3<f64>)| {
-        let turn = turns.as_ref().and_then(|turns| turns.get(at)).copied().unwrap_or([1.0, 0.0, 0.0, 0.0]);
-        pose([place.x, place.y, place.z], turn)
-    };
-    Some(places.iter().enumerate().map(posed).collect())
-}
-
-/// A rotation, w x y z.
-fn rotations(recording: &Recording, name: &str, rows: &[usize]) -> Option<Vec<[f64; 4]>> {
-    let [w, x, y, z] = ["w", "x", "y", "z"].map(|part| column(recording, &format!("{name}.{part}"), rows));
-    let (w, x, y, z) = (w?, x?, y?, z?);
-    Some((0..rows.len()).map(|at| [w[at], x[at], y[at], z[at]]).collect())
 }

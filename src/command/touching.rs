@@ -1,6 +1,6 @@
 //! When a fingertip touches: by the recording's flags, else by its force.
 
-use super::series::vectors;
+use super::columns::vectors;
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 

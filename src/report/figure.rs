@@ -1,10 +1,11 @@
 //! The figure of one track: lanes above, signals below, boundaries through all of them.
 
-use super::html::{describe, describe_task};
 use super::palette::{self, Color};
+use super::remarks;
 use super::signals::{Panel, Signals, of_both};
 use super::svg::{BAR, Bar, LEFT, TimeAxis, ValueAxis, WIDTH, curve, escape, length};
-use crate::analysis::{Analysis, Segment, Track, Who};
+use crate::analysis::number::decimals;
+use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
 use crate::stream::frames::Frames;
 use std::ops::Range;
 
@@ -234,4 +235,25 @@ impl Drawing<'_> {
         }
         self.body.push_str("</g>\n");
     }
+}
+
+/// The tooltip of a segment.
+fn describe(segment: &Segment) -> String {
+    let mut text =
+        format!("{}{}\n{}", segment.primitive, segment.subject.suffix(), times(segment.start_s, segment.end_s));
+    if !segment.by.is_empty() {
+        text.push_str(&format!("\nwas {}\nby {}", segment.was.join(", "), segment.by.join("; ")));
+    }
+    text
+}
+
+/// The tooltip of a task.
+fn describe_task(task: &TaskSpan) -> String {
+    let remarks = remarks(task);
+    let rest = if remarks.is_empty() { String::new() } else { format!("\n{remarks}") };
+    format!("{}{}\n{}{rest}", task.task, task.subject.suffix(), times(task.start_s, task.end_s))
+}
+
+fn times(start_s: f64, end_s: f64) -> String {
+    format!("{start_s:.3} – {end_s:.3} s, {} ms", decimals((end_s - start_s) * 1e3, 3))
 }

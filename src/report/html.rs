@@ -9,7 +9,7 @@ use super::{page, palette, remarks};
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, Subject, TaskSpan, Track, Who};
+use crate::analysis::{Analysis, Segment, Subject, Track, Who};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::frames::Frames;
@@ -41,27 +41,6 @@ pub fn html(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<S
         escape(&meta.log),
         page::STYLE
     ))
-}
-
-/// What is said of a segment where it is pointed at.
-pub(super) fn describe(segment: &Segment) -> String {
-    let mut text =
-        format!("{}{}\n{}", segment.primitive, segment.subject.suffix(), times(segment.start_s, segment.end_s));
-    if !segment.by.is_empty() {
-        text.push_str(&format!("\nwas {}\nby {}", segment.was.join(", "), segment.by.join("; ")));
-    }
-    text
-}
-
-/// What is said of a task where it is pointed at.
-pub(super) fn describe_task(task: &TaskSpan) -> String {
-    let remarks = remarks(task);
-    let rest = if remarks.is_empty() { String::new() } else { format!("\n{remarks}") };
-    format!("{}{}\n{}{rest}", task.task, task.subject.suffix(), times(task.start_s, task.end_s))
-}
-
-fn times(start_s: f64, end_s: f64) -> String {
-    format!("{start_s:.3} – {end_s:.3} s, {} ms", decimals((end_s - start_s) * 1e3, 3))
 }
 
 fn header(analysis: &Analysis, meta: &Meta) -> String {

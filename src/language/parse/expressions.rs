@@ -2,8 +2,9 @@
 //!
 //! INVARIANT (bounded nesting): no expression is deeper than [`MAX_DEPTH`], so that every later pass may recurse.
 
-use super::grammar::{Piece, Rule};
+use super::grammar::Rule;
 use super::mistakes::unknown_unit;
+use super::piece::Piece;
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};

@@ -6,6 +6,7 @@ mod expected;
 mod expressions;
 mod grammar;
 mod mistakes;
+mod piece;
 mod scan;
 mod tasks;
 mod trees;
@@ -18,8 +19,9 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::units;
 pub use expected::{Expected, expected};
 use expressions::Builder;
-use grammar::{Grammar, Piece, Rule};
+use grammar::{Grammar, Rule};
 use pest::Parser as _;
+use piece::Piece;
 use scan::{HAND_WORDS, ITEM_WORDS, Kind, Scan};
 use std::ops::Range;
 

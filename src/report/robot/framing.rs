@@ -1,11 +1,12 @@
 //! What all pictures of a page show: moments in, the part of the view out that holds the hands with their wrists and what they handle.
 
-use super::picture::View;
 use crate::base::scene::Role;
 use crate::robot::simulation::trace::{Limb, Moment, Trace};
 use crate::robot::{Robot, Solid};
 use nalgebra::{Isometry3, Point3, Vector3};
 
+/// From where it is seen: from the far right and above.
+const EYE: [f64; 3] = [0.62, 0.72, 0.50];
 /// The width of a picture.
 pub(super) const WIDTH: f64 = 300.0;
 /// Its height lies between these.
@@ -130,7 +131,7 @@ impl Default for Bounds {
 
 impl Bounds {
     fn around(self, point: &Point3<f64>, radius: f64) -> Self {
-        let at = View::across(point);
+        let at = across(point);
         self.with(&Self { least: at.map(|at| at - radius), greatest: at.map(|at| at + radius) })
     }
 
@@ -157,4 +158,17 @@ impl Bounds {
             if middle.is_finite() { middle } else { 0.0 }
         })
     }
+}
+
+/// Returns the unit vectors to the right, up, and towards the eye, reference frame.
+pub(super) fn axes() -> [Vector3<f64>; 3] {
+    let eye = Vector3::from(EYE).normalize();
+    let right = Vector3::z().cross(&eye).normalize();
+    [right, eye.cross(&right), eye]
+}
+
+/// Returns how far a point is to the right of the origin and above it, seen from the eye, m.
+pub(super) fn across(point: &Point3<f64>) -> [f64; 2] {
+    let [right, up, _] = axes();
+    [point.coords.dot(&right), point.coords.dot(&up)]
 }

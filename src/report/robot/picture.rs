@@ -1,6 +1,6 @@
 //! A picture of the robot and what it handles: an orthographic view from across the table, painted from the farthest to the nearest.
 
-use super::framing::{Framing, WIDTH, is_of_hand, poses};
+use super::framing::{self, Framing, WIDTH, is_of_hand, poses};
 use crate::base::geometry::pose;
 use crate::base::scene::{Body, Role, Shape};
 use crate::report::svg::length;
@@ -8,8 +8,6 @@ use crate::robot::Solid;
 use crate::robot::simulation::trace::{Moment, Trace};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// From where it is seen: from the far right and above.
-const EYE: [f64; 3] = [0.62, 0.72, 0.50];
 /// A round body has this many sides.
 const SIDES: usize = 20;
 /// A newton is drawn this long, m.
@@ -80,28 +78,15 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str, framing: Fra
 }
 
 impl View {
-    /// To the right, up, and towards the eye.
-    fn axes() -> [Vector3<f64>; 3] {
-        let eye = Vector3::from(EYE).normalize();
-        let right = Vector3::z().cross(&eye).normalize();
-        [right, eye.cross(&right), eye]
-    }
-
-    /// How far a point is to the right of the origin and above it, seen from the eye, m.
-    pub fn across(point: &Point3<f64>) -> [f64; 2] {
-        let [right, up, _] = Self::axes();
-        [point.coords.dot(&right), point.coords.dot(&up)]
-    }
-
     /// Where a point is in the picture.
     fn seen(&self, point: &Point3<f64>) -> (f64, f64) {
         let Framing { height, scale, middle } = self.framing;
-        let [right, up] = Self::across(point);
+        let [right, up] = framing::across(point);
         (WIDTH / 2.0 + scale * (right - middle[0]), height / 2.0 - scale * (up - middle[1]))
     }
 
     fn depth(&self, point: &Point3<f64>) -> f64 {
-        let [_, _, eye] = Self::axes();
+        let [_, _, eye] = framing::axes();
         -point.coords.dot(&eye)
     }
 
@@ -115,7 +100,7 @@ impl View {
 
     /// A flat face that is seen from its normal's side; without paint only its outline.
     fn face(&mut self, corners: &[Point3<f64>], normal: &Vector3<f64>, paint: Option<Paint>) {
-        let [_, _, eye] = Self::axes();
+        let [_, _, eye] = framing::axes();
         let facing = normal.dot(&eye);
         let path = self.path(corners);
         let Some(Paint { class, color }) = paint else {

@@ -129,3 +129,19 @@ impl Solid {
         }
     }
 }
+
+/// Centre of mass and inertia about it, of a mass spread evenly over solids. Without any, a ball of 10 mm.
+pub(crate) fn inertia_of(mass: f64, solids: &[Solid]) -> (Point3<f64>, Matrix3<f64>) {
+    let parts: Vec<_> = solids.iter().map(Solid::mass_properties).collect();
+    let volume: f64 = parts.iter().map(|(volume, ..)| volume).sum();
+    if volume <= 0.0 {
+        return (Point3::origin(), Matrix3::identity() * (0.4 * mass * 1e-4));
+    }
+    let centre =
+        Point3::from(parts.iter().map(|(volume, centre, _)| centre.coords * *volume).sum::<Vector3<f64>>() / volume);
+    let about = parts.iter().map(|(volume, at, inertia)| {
+        let arm = at - centre;
+        inertia + (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * *volume
+    });
+    (centre, about.sum::<Matrix3<f64>>() * (mass / volume))
+}

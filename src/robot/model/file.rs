@@ -17,22 +17,17 @@ use crate::base::quantity::{Force, Length, Mass};
 use crate::base::shown::Shown;
 use crate::base::yaml;
 use crate::robot::kinematics::finger::FingerSpec;
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::{Solid, inertia_of};
 use crate::robot::kinematics::tree::{KinematicTree, Link};
 use crate::robot::model::hand::{self, HandModel};
+use crate::robot::model::limits::{MAX_LINKS, MAX_SOLIDS};
 use crate::robot::model::robot::Robot;
 use assembly::assembly;
 use indexmap::IndexMap;
 use joints::{JointFile, dofs, made_joint};
-use nalgebra::{Isometry3, Matrix3, Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde::Deserialize;
 
-/// A joint that says nothing of its acceleration comes up to its speed in this time, s.
-pub(crate) const SPEEDS_UP_S: f64 = 0.25;
-/// No robot has more links.
-pub const MAX_LINKS: usize = 256;
-/// No link has more shapes.
-pub(crate) const MAX_SOLIDS: usize = 64;
 /// The largest robot file that is read, bytes.
 pub const MAX_BYTES: u64 = 4 << 20;
 /// No fingertip presses harder, N. Ours: strong grippers for the table reach it, hands have a tenth of it.
@@ -350,22 +345,6 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
         inertia,
         solids,
     })
-}
-
-/// Centre of mass and inertia about it, of a mass spread evenly over solids. Without any, a ball of 10 mm.
-pub(crate) fn inertia_of(mass: f64, solids: &[Solid]) -> (Point3<f64>, Matrix3<f64>) {
-    let parts: Vec<_> = solids.iter().map(Solid::mass_properties).collect();
-    let volume: f64 = parts.iter().map(|(volume, ..)| volume).sum();
-    if volume <= 0.0 {
-        return (Point3::origin(), Matrix3::identity() * (0.4 * mass * 1e-4));
-    }
-    let centre =
-        Point3::from(parts.iter().map(|(volume, centre, _)| centre.coords * *volume).sum::<Vector3<f64>>() / volume);
-    let about = parts.iter().map(|(volume, at, inertia)| {
-        let arm = at - centre;
-        inertia + (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose()) * *volume
-    });
-    (centre, about.sum::<Matrix3<f64>>() * (mass / volume))
 }
 
 fn placed(

@@ -3,10 +3,10 @@
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic` without offset), their limits, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
-use super::file::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S, inertia_of};
+use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::{Solid, inertia_of};
 use crate::robot::kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
 use crate::robot::model::robot::Robot;
 use indexmap::IndexMap;

@@ -1,11 +1,12 @@
 //! Robots on robots: the `parts` of a robot file.
 
-use super::{MAX_DEPTH, MAX_LINKS, PartFile, Places, RobotFile, beside, nested, placed, shipped};
+use super::{MAX_DEPTH, PartFile, Places, RobotFile, beside, nested, placed, shipped};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::robot::kinematics::finger::FingerSpec;
 use crate::robot::kinematics::tree::{Dof, KinematicTree, Link};
 use crate::robot::model::hand;
+use crate::robot::model::limits::MAX_LINKS;
 use crate::robot::model::robot::Robot;
 use indexmap::IndexMap;
 

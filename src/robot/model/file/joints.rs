@@ -1,10 +1,11 @@
 //! The joints of a robot file: which can be driven, within what, and which follow others.
 
-use super::{Places, SPEEDS_UP_S, no_turn};
+use super::{Places, no_turn};
 use crate::base::error::InputError;
 use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
 use crate::base::shown::Shown;
 use crate::robot::kinematics::tree::{Dof, Joint, Kind};
+use crate::robot::model::limits::SPEEDS_UP_S;
 use indexmap::IndexMap;
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
