@@ -18,7 +18,7 @@ use teachtree::base::geometry::unit;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::{Body, Shape};
 use teachtree::robot::grasp::{Contact, Effort, GraspCandidate, LARGEST_PAD_ANGLE, Mapper, Wanted};
-use teachtree::robot::{self, HandModel, MAX_DOFS, Robot, Solid};
+use teachtree::robot::{self, CollisionShape, HandModel, MAX_DOFS, Robot};
 
 /// Default number of searches of the peer for each problem.
 const SEEDS: usize = 10;
@@ -226,8 +226,8 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
             .as_ref()
             .map(|joint| json!({"axis": three(&joint.axis), "dof": joint.dof, "ratio": joint.ratio}));
         let capsules = link.solids.iter().filter_map(|solid| match solid {
-            Solid::Capsule(from, to, radius) => Some(json!([three(&from.coords), three(&to.coords), radius])),
-            Solid::Box(..) => None,
+            CollisionShape::Capsule(from, to, radius) => Some(json!([three(&from.coords), three(&to.coords), radius])),
+            CollisionShape::Box(..) => None,
         });
         json!({
             "parent": link.parent,
@@ -237,7 +237,7 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
             "capsules": capsules.collect::<Vec<_>>(),
         })
     });
-    let at_rest = robot.tree.forward(&vec![0.0; robot.tree.dofs.len()]);
+    let at_rest = robot.tree.forward_kinematics(&vec![0.0; robot.tree.dofs.len()]);
     let fingers = hand.fingers.iter().map(|finger| {
         let pad = at_rest[hand.palm] * finger.posture(&[0.0; MAX_DOFS]).pad;
         json!({
@@ -249,10 +249,10 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
         })
     });
     let boxes = hand.palm_solids.iter().filter_map(|solid| match solid {
-        Solid::Box(pose, half) => {
+        CollisionShape::Box(pose, half) => {
             Some(json!({"at": three(&pose.translation.vector), "turned": four(&pose.rotation), "half": three(half)}))
         }
-        Solid::Capsule(..) => None,
+        CollisionShape::Capsule(..) => None,
     });
     json!({
         "links": links.collect::<Vec<_>>(),

@@ -18,7 +18,7 @@ pub use grasp::mapping::map;
 pub use grasp::{GraspCandidate, Mapper};
 pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
-pub use kinematics::shape::Solid;
+pub use kinematics::shape::CollisionShape;
 pub use kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
 #[cfg(feature = "internals")]
 pub use model::file::read;

@@ -2,7 +2,7 @@
 
 use crate::base::scene::Role;
 use crate::robot::simulation::trace::{Limb, Moment, Trace};
-use crate::robot::{Robot, Solid};
+use crate::robot::{CollisionShape, Robot};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// From where it is seen: from the far right and above.
@@ -60,7 +60,7 @@ pub(super) fn framing(trace: &Trace, moments: &[&Moment]) -> Framing {
 /// Where the links of every limb are.
 pub(super) fn poses(trace: &Trace, moment: &Moment) -> Vec<Vec<Isometry3<f64>>> {
     let links = |(limb, stance): (&Limb, &crate::robot::simulation::trace::Stance)| {
-        limb.robot.tree.forward(&stance.q).into_iter().map(|link| stance.root * link).collect()
+        limb.robot.tree.forward_kinematics(&stance.q).into_iter().map(|link| stance.root * link).collect()
     };
     trace.limbs.iter().zip(&moment.stances).map(links).collect()
 }
@@ -105,10 +105,10 @@ fn of_hand(limb: &Limb, poses: &[Isometry3<f64>]) -> Bounds {
 }
 
 /// Balls that hold a solid between them.
-fn corners(solid: &Solid, pose: &Isometry3<f64>) -> Vec<(Point3<f64>, f64)> {
+fn corners(solid: &CollisionShape, pose: &Isometry3<f64>) -> Vec<(Point3<f64>, f64)> {
     match solid {
-        Solid::Capsule(from, to, radius) => vec![(pose * from, *radius), (pose * to, *radius)],
-        Solid::Box(at, half) => {
+        CollisionShape::Capsule(from, to, radius) => vec![(pose * from, *radius), (pose * to, *radius)],
+        CollisionShape::Box(at, half) => {
             let signs =
                 (0..8).map(|corner: u8| Vector3::from([0, 1, 2].map(|axis| f64::from(corner >> axis & 1) * 2.0 - 1.0)));
             signs.map(|sign| (pose * at * Point3::from(half.component_mul(&sign)), 0.0)).collect()

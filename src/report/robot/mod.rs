@@ -124,8 +124,8 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
         let joints = limb.robot.tree.links.iter().filter_map(|link| link.joint.as_ref());
         let mut kinds = joints.filter(|joint| dofs.contains(&joint.dof)).map(|joint| joint.kind);
         match kinds.next() {
-            Some(Kind::Slides) if kinds.all(|kind| kind == Kind::Slides) => "m",
-            Some(Kind::Turns) if kinds.all(|kind| kind == Kind::Turns) => "rad",
+            Some(Kind::Prismatic) if kinds.all(|kind| kind == Kind::Prismatic) => "m",
+            Some(Kind::Revolute) if kinds.all(|kind| kind == Kind::Revolute) => "rad",
             _ => "rad or m",
         }
     };

@@ -4,7 +4,7 @@ use super::framing::{self, Framing, WIDTH, is_of_hand, poses};
 use crate::base::geometry::pose;
 use crate::base::scene::{Body, Role, Shape};
 use crate::report::svg::length;
-use crate::robot::Solid;
+use crate::robot::CollisionShape;
 use crate::robot::simulation::trace::{Moment, Trace};
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -57,8 +57,8 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str, framing: Fra
             let paint = Paint { class: if of_hand { "hand" } else { "arm" }, color };
             for solid in &link.solids {
                 match solid {
-                    Solid::Capsule(from, to, radius) => view.capsule(pose * from, pose * to, *radius, paint),
-                    Solid::Box(at, half) => view.cuboid(&(pose * at), half, Some(paint)),
+                    CollisionShape::Capsule(from, to, radius) => view.capsule(pose * from, pose * to, *radius, paint),
+                    CollisionShape::Box(at, half) => view.cuboid(&(pose * at), half, Some(paint)),
                 }
             }
         }

@@ -2,7 +2,7 @@
 
 use super::impedance::{Controller, FingerTarget, Gains, TipTarget};
 use super::palm_compliance::Yielding;
-use crate::robot::dynamics::motion::{Motion, Posture};
+use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
@@ -19,7 +19,7 @@ pub struct Executor {
     hand: HandModel,
     /// Where it is and how it moves.
     pub motion: Motion,
-    posture: Posture,
+    posture: DynamicsTerms,
     controller: Controller,
     /// The desired values of all degrees of freedom; those of the arm are used.
     wanted: Vec<f64>,

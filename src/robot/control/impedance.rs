@@ -10,7 +10,7 @@
 //! INVARIANT (limits last): whatever leaves is finite and within the torques of the motors. What is wanted or felt and is not a number is not heeded: a
 //! joint stays where it is, a finger does nothing, and nothing of it is remembered.
 
-use crate::robot::dynamics::motion::{Motion, Posture};
+use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::tree::KinematicTree;
@@ -111,7 +111,7 @@ impl Controller {
         tree: &KinematicTree,
         hand: &HandModel,
         motion: &Motion,
-        posture: &Posture,
+        posture: &DynamicsTerms,
         arm: &[(f64, f64)],
         fingers: &[FingerTarget],
         exerted: &[Vector3<f64>],
@@ -178,7 +178,7 @@ impl Controller {
     fn hold_null_space(
         &self,
         motion: &Motion,
-        posture: &Posture,
+        posture: &DynamicsTerms,
         finger: &FingerModel,
         preferred: &JointPositions,
         torques: &mut DVector<f64>,
@@ -210,7 +210,7 @@ pub fn limited(tree: &KinematicTree, mut torques: DVector<f64>) -> DVector<f64> 
     torques
 }
 
-impl Posture {
+impl DynamicsTerms {
     /// What motors of a finger give for a force at its tip: `Jᵀ f` over the joints between the palm and the tip.
     fn add_wrench_within(
         &self,

@@ -31,7 +31,7 @@ pub struct Motion {
 }
 
 /// What depends on the posture alone; made once a step.
-pub struct Posture {
+pub struct DynamicsTerms {
     /// Poses of the links, reference frame.
     pub poses: Vec<Isometry3<f64>>,
     /// Velocities of the links' origins and angular velocities.
@@ -52,7 +52,7 @@ impl Motion {
     }
 
     /// Kinematics and masses at the present posture; `dt` is the step that friction is reckoned with.
-    pub fn posture(&self, tree: &KinematicTree, dt: f64) -> Posture {
+    pub fn posture(&self, tree: &KinematicTree, dt: f64) -> DynamicsTerms {
         let n = tree.dofs.len();
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(tree.links.len());
         let mut velocities: Vec<(Vector3<f64>, Vector3<f64>)> = Vec::with_capacity(tree.links.len());
@@ -76,11 +76,11 @@ impl Motion {
                 axis = at_joint.rotation * joint.axis.into_inner();
                 pose = at_joint * joint.motion(self.q[joint.dof]);
                 match joint.kind {
-                    Kind::Turns => {
+                    Kind::Revolute => {
                         change.1 += spin.cross(&(axis * rate));
                         here.1 += axis * rate;
                     }
-                    Kind::Slides => {
+                    Kind::Prismatic => {
                         let way = pose.translation.vector - at_joint.translation.vector;
                         change.0 +=
                             turning.cross(&way) + spin.cross(&spin.cross(&way)) + 2.0 * spin.cross(&(axis * rate));
@@ -110,8 +110,10 @@ impl Motion {
             for above in tree.joints_above(index) {
                 let Some(joint) = &tree.links[above].joint else { continue };
                 let column = match joint.kind {
-                    Kind::Turns => (axes[above].cross(&(centre.coords - poses[above].translation.vector)), axes[above]),
-                    Kind::Slides => (axes[above], Vector3::zeros()),
+                    Kind::Revolute => {
+                        (axes[above].cross(&(centre.coords - poses[above].translation.vector)), axes[above])
+                    }
+                    Kind::Prismatic => (axes[above], Vector3::zeros()),
                 };
                 columns.push((joint.dof, column.0, column.1));
             }
@@ -133,14 +135,14 @@ impl Motion {
             damped[(index, index)] += dt * (dof.damping + dof.friction / FULL_FRICTION);
         }
         bias += &gravity;
-        Posture { poses, velocities, mass, gravity, bias, factor: Cholesky::new(damped) }
+        DynamicsTerms { poses, velocities, mass, gravity, bias, factor: Cholesky::new(damped) }
     }
 
     /// Goes on by `dt` under motor torques and generalised forces from outside.
     pub fn step(
         &mut self,
         tree: &KinematicTree,
-        posture: &Posture,
+        posture: &DynamicsTerms,
         torques: &DVector<f64>,
         outside: &DVector<f64>,
         dt: f64,
@@ -164,7 +166,7 @@ impl Motion {
     }
 }
 
-impl Posture {
+impl DynamicsTerms {
     /// Position, velocity and angular velocity of a point that is fixed to a link, reference frame.
     pub fn point(&self, link: usize, in_link: Point3<f64>) -> (Point3<f64>, Vector3<f64>, Vector3<f64>) {
         let point = self.poses[link] * in_link;
@@ -185,10 +187,10 @@ impl Posture {
             let Some(joint) = &tree.links[above].joint else { continue };
             let axis = self.poses[above].rotation * joint.axis.into_inner() * joint.ratio;
             to[joint.dof] += match joint.kind {
-                Kind::Turns => {
+                Kind::Revolute => {
                     axis.dot(&((point.coords - self.poses[above].translation.vector).cross(&force) + torque))
                 }
-                Kind::Slides => axis.dot(&force),
+                Kind::Prismatic => axis.dot(&force),
             };
         }
     }

@@ -5,7 +5,7 @@ use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
@@ -39,7 +39,7 @@ impl Clearance {
 pub(super) struct Shapes {
     object: Vec<(Pose, SharedShape)>,
     obstacles: Vec<(Pose, SharedShape)>,
-    palm: Vec<Solid>,
+    palm: Vec<CollisionShape>,
 }
 
 impl Shapes {
@@ -119,13 +119,15 @@ fn parry_pose(pose: &Isometry3<f64>) -> Pose {
     Pose::from_parts(vector(pose.translation.vector), pose.rotation.into())
 }
 
-fn shape(object_from_palm: &Isometry3<f64>, solid: &Solid) -> (Pose, SharedShape) {
+fn shape(object_from_palm: &Isometry3<f64>, solid: &CollisionShape) -> (Pose, SharedShape) {
     let at = |point: &Point3<f64>| vector(point.coords);
     match solid {
-        Solid::Capsule(from, to, radius) => {
+        CollisionShape::Capsule(from, to, radius) => {
             (parry_pose(object_from_palm), SharedShape::capsule(at(from), at(to), *radius))
         }
-        Solid::Box(pose, half) => (parry_pose(&(object_from_palm * pose)), SharedShape::cuboid(half.x, half.y, half.z)),
+        CollisionShape::Box(pose, half) => {
+            (parry_pose(&(object_from_palm * pose)), SharedShape::cuboid(half.x, half.y, half.z))
+        }
     }
 }
 

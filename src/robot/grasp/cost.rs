@@ -92,13 +92,13 @@ impl<'a> Cost<'a> {
     pub(super) fn fingers(&self, pose: &Isometry3<f64>) -> Vec<Held> {
         let held = self.contacts.iter().map(|(index, contact, tip)| {
             let finger = &self.hand.fingers[*index];
-            let reached = finger.reach(pose.inverse_transform_point(tip));
+            let reached = finger.ik(pose.inverse_transform_point(tip));
             let posture = finger.posture(&reached.angles);
             Held {
                 finger: finger.finger,
                 angles: reached.angles,
                 manipulability: finger.manipulability(&reached.angles),
-                freedom: finger.freedom(&reached.angles),
+                freedom: finger.joint_limit_margin(&reached.angles),
                 pad_angle: (pose.rotation * posture.pad).angle(&-contact.normal),
                 miss: reached.miss,
             }
@@ -107,10 +107,10 @@ impl<'a> Cost<'a> {
     }
 
     /// How far a finger stays from its contact at a pose, m.
-    pub(super) fn miss(&self, pose: &Isometry3<f64>, finger: Finger) -> f64 {
+    pub(super) fn ik_residual(&self, pose: &Isometry3<f64>, finger: Finger) -> f64 {
         let hand = self.hand;
         let contact = self.contacts.iter().find(|(index, ..)| hand.fingers[*index].finger == finger);
-        contact.map_or(0.0, |(index, _, tip)| hand.fingers[*index].miss(pose.inverse_transform_point(tip)))
+        contact.map_or(0.0, |(index, _, tip)| hand.fingers[*index].ik_residual(pose.inverse_transform_point(tip)))
     }
 
     /// What the fingers that do not touch do at a pose.
@@ -119,7 +119,7 @@ impl<'a> Cost<'a> {
         let touching: Vec<(usize, JointPositions)> = self
             .contacts
             .iter()
-            .map(|(index, _, tip)| (*index, self.hand.fingers[*index].reach(pose.inverse_transform_point(tip)).angles))
+            .map(|(index, _, tip)| (*index, self.hand.fingers[*index].ik(pose.inverse_transform_point(tip)).angles))
             .collect();
         let idle = self.idle.iter().map(|&index| {
             let idle = self.idle_posture(index, &touching, &scene);
@@ -204,7 +204,7 @@ impl<'a> Cost<'a> {
         for (index, contact, tip) in &self.contacts {
             let finger = &hand.fingers[*index];
             let target = palm_from_object * tip;
-            let reached = finger.reach(target);
+            let reached = finger.ik(target);
             let posture = finger.posture(&reached.angles);
             cost += share * measure_cost(reached.measure, reached.miss);
             let into = -(palm_from_object * contact.normal);
@@ -343,7 +343,7 @@ impl<'a> Cost<'a> {
         for (index, _, tip) in &self.contacts {
             let finger = &self.hand.fingers[*index];
             let target = pose.inverse_transform_point(tip);
-            let reached = finger.reach(target);
+            let reached = finger.ik(target);
             missed += reached.miss;
             let at = finger.posture(&reached.angles).tip;
             // The palm moves by (t, ω) in its own frame: the tip goes along.

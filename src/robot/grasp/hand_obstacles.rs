@@ -8,7 +8,7 @@ use crate::base::scene::{Body, Part, Role, Shape};
 use crate::command::Task;
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -69,15 +69,17 @@ pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: 
 }
 
 /// A bar is a cylinder between two balls.
-fn parts(solid: &Solid) -> Vec<Part> {
+fn parts(solid: &CollisionShape) -> Vec<Part> {
     let part = |shape: Shape, at: &Isometry3<f64>| Part {
         shape,
         at: [at.translation.x, at.translation.y, at.translation.z].map(Quantity),
         turned: [at.rotation.w, at.rotation.i, at.rotation.j, at.rotation.k],
     };
     match *solid {
-        Solid::Box(at, half) => vec![part(Shape::Box([half.x, half.y, half.z].map(|half| Quantity(2.0 * half))), &at)],
-        Solid::Capsule(from, to, radius) => {
+        CollisionShape::Box(at, half) => {
+            vec![part(Shape::Box([half.x, half.y, half.z].map(|half| Quantity(2.0 * half))), &at)]
+        }
+        CollisionShape::Capsule(from, to, radius) => {
             let ball =
                 |at: Point3<f64>| part(Shape::Ball(Quantity(radius)), &pose([at.x, at.y, at.z], [1.0, 0.0, 0.0, 0.0]));
             let way = to - from;

@@ -218,7 +218,7 @@ impl<'a> Mapper<'a> {
         let fingers = cost.fingers(pose);
         let farthest = fingers.iter().max_by(|a, b| a.miss.total_cmp(&b.miss));
         if let Some(held) = farthest.filter(|held| held.miss >= REACHED_M) {
-            return Err(Failure::OutOfReach(held.finger, cost.miss(pose, held.finger)));
+            return Err(Failure::OutOfReach(held.finger, cost.ik_residual(pose, held.finger)));
         }
         if let Some(held) = fingers.iter().find(|held| held.pad_angle > cost.largest_pad_angle + 1e-3) {
             return Err(Failure::PadTurnedAway(held.finger, held.pad_angle));

@@ -2,7 +2,7 @@
 
 use crate::robot::kinematics::finger::{FingerModel, Posture};
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -64,11 +64,11 @@ impl HandBeads {
         let mut palm_boxes = Vec::new();
         for solid in &hand.palm_solids {
             match *solid {
-                Solid::Box(pose, half) => {
+                CollisionShape::Box(pose, half) => {
                     palm_boxes.push((pose, half));
                     palm.extend(shell(half).into_iter().map(|point| pose * point));
                 }
-                Solid::Capsule(from, to, _) => palm.extend([from, to]),
+                CollisionShape::Capsule(from, to, _) => palm.extend([from, to]),
             }
         }
         let sum: Vector3<f64> = palm.iter().map(|point| point.coords).sum();
@@ -123,8 +123,8 @@ fn bars(finger: &FingerModel) -> Vec<Bar> {
     };
     let bars = finger.solids(&at_rest).filter_map(|(joint, solid)| {
         Some(match solid.moved(&at_rest.joints.get(joint)?.inverse()) {
-            Solid::Capsule(from, to, radius) => bar(joint, from, to, radius),
-            Solid::Box(pose, half) => {
+            CollisionShape::Capsule(from, to, radius) => bar(joint, from, to, radius),
+            CollisionShape::Box(pose, half) => {
                 // A box is the bar along its longest edge, as thick as the mean of the others.
                 let axis = half.imax();
                 let radius = (half.sum() - half[axis]) / 2.0;

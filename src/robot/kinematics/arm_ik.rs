@@ -55,7 +55,7 @@ impl Arm<'_> {
         let root_from_palm = root.inverse() * palm;
         let mut missing = PoseError { m: f64::INFINITY, rad: f64::INFINITY };
         for _ in 0..=iterations {
-            let poses = self.tree.forward(q);
+            let poses = self.tree.forward_kinematics(q);
             let pose = poses[self.palm];
             let way = root_from_palm.translation.vector - pose.translation.vector;
             let turn = (root_from_palm.rotation * pose.rotation.inverse()).scaled_axis();

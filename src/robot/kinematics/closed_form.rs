@@ -110,7 +110,7 @@ impl Closed {
     }
 
     /// The best angles by measure that reach the point, or angles that come near.
-    pub(crate) fn reach(&self, point: Point3<f64>, ranges: &[[f64; 2]]) -> Reached {
+    pub(crate) fn ik(&self, point: Point3<f64>, ranges: &[[f64; 2]]) -> Reached {
         self.solve(point, ranges, &|bend| self.scan(bend))
     }
 

@@ -4,7 +4,7 @@
 
 use super::closed_form::Closed;
 use super::joint_positions::{JointPositions, MAX_DOFS};
-use super::shape::Solid;
+use super::shape::CollisionShape;
 use super::tree::{Kind, KinematicTree};
 use crate::base::hands::Finger;
 use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
@@ -50,7 +50,7 @@ pub struct FingerModel {
     steps: Vec<Step>,
     tip: Point3<f64>,
     pad: Vector3<f64>,
-    solids: Vec<(usize, Solid)>,
+    solids: Vec<(usize, CollisionShape)>,
     pub(super) closed: Option<Closed>,
 }
 
@@ -143,7 +143,7 @@ impl FingerModel {
         if finger.length < 1e-4 && !finger.slides() {
             return Err("has no length".into());
         }
-        let turns = finger.steps.iter().all(|step| step.kind == Kind::Turns);
+        let turns = finger.steps.iter().all(|step| step.kind == Kind::Revolute);
         let joints: Vec<(Point3<f64>, Vector3<f64>)> = finger
             .steps
             .iter()
@@ -157,7 +157,7 @@ impl FingerModel {
 
     /// Whether all that it can do is to slide along a line.
     pub fn slides(&self) -> bool {
-        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == Kind::Slides)
+        self.dofs.len() == 1 && self.steps.iter().all(|step| step.kind == Kind::Prismatic)
     }
 
     /// Whether the inverse has a closed form.
@@ -183,8 +183,8 @@ impl FingerModel {
             let moved = angles[step.local] * step.ratio;
             pose *= step.before_from_joint;
             match step.kind {
-                Kind::Turns => pose.rotation *= UnitQuaternion::from_axis_angle(&step.axis, moved),
-                Kind::Slides => pose *= Translation3::from(step.axis.into_inner() * moved),
+                Kind::Revolute => pose.rotation *= UnitQuaternion::from_axis_angle(&step.axis, moved),
+                Kind::Prismatic => pose *= Translation3::from(step.axis.into_inner() * moved),
             }
             joints.push(pose);
         }
@@ -192,7 +192,7 @@ impl FingerModel {
     }
 
     /// The shapes of its links in a posture, palm frame, with the number of the joint that each hangs at.
-    pub fn solids(&self, posture: &Posture) -> impl Iterator<Item = (usize, Solid)> {
+    pub fn solids(&self, posture: &Posture) -> impl Iterator<Item = (usize, CollisionShape)> {
         self.solids.iter().filter_map(|(step, solid)| Some((*step, solid.moved(posture.joints.get(*step)?))))
     }
 
@@ -202,8 +202,8 @@ impl FingerModel {
         for (step, pose) in self.steps.iter().zip(&posture.joints) {
             let axis = pose.rotation * step.axis.into_inner() * step.ratio;
             let column = match step.kind {
-                Kind::Turns => axis.cross(&(posture.tip.coords - pose.translation.vector)),
-                Kind::Slides => axis,
+                Kind::Revolute => axis.cross(&(posture.tip.coords - pose.translation.vector)),
+                Kind::Prismatic => axis,
             };
             let mut whole = jacobian.column_mut(step.local);
             whole += column;
@@ -223,7 +223,7 @@ impl FingerModel {
 
     /// How free the joints are of their limits, 0 at a limit and 1 in the middle of all ranges: `Π min(4u, 1)^(1/n)` with
     /// `u = (q-q⁻)(q⁺-q)/(q⁺-q⁻)²` (docs/sources.md, Grasp mapping).
-    pub fn freedom(&self, angles: &JointPositions) -> f64 {
+    pub fn joint_limit_margin(&self, angles: &JointPositions) -> f64 {
         let product: f64 = self
             .ranges
             .iter()
@@ -237,7 +237,7 @@ impl FingerModel {
 
     /// The measure of one finger: manipulability times freedom.
     pub fn measure(&self, angles: &JointPositions) -> f64 {
-        self.manipulability(angles) * self.freedom(angles)
+        self.manipulability(angles) * self.joint_limit_margin(angles)
     }
 
     /// Adds to `joints` how something changes with the finger's degrees of freedom, when it changes by `slope` with the place of a point that hangs at a
@@ -253,15 +253,15 @@ impl FingerModel {
         for (step, pose) in self.steps.iter().zip(&posture.joints).take(joint + 1) {
             let axis = pose.rotation * step.axis.into_inner() * step.ratio;
             joints[step.local] += match step.kind {
-                Kind::Turns => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
-                Kind::Slides => axis.dot(slope),
+                Kind::Revolute => axis.dot(&(at.coords - pose.translation.vector).cross(slope)),
+                Kind::Prismatic => axis.dot(slope),
             };
         }
     }
 
     /// The same of what changes by `slope` with a turn of the finger's last link, a rad.
     pub(crate) fn turn(&self, posture: &Posture, slope: &Vector3<f64>, joints: &mut JointPositions) {
-        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Turns) {
+        for (step, pose) in self.steps.iter().zip(&posture.joints).filter(|(step, _)| step.kind == Kind::Revolute) {
             joints[step.local] += (pose.rotation * step.axis.into_inner()).dot(slope) * step.ratio;
         }
     }

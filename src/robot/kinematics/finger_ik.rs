@@ -15,9 +15,9 @@ const DAMPED_M: f64 = 2e-3;
 impl FingerModel {
     /// JointPositions that bring the centre of the tip to a point, the best by [`Self::measure`] where there are several; for a point out of
     /// reach, angles that bring it near.
-    pub fn reach(&self, point: Point3<f64>) -> Reached {
+    pub fn ik(&self, point: Point3<f64>) -> Reached {
         match &self.closed {
-            Some(closed) => closed.reach(point, &self.ranges),
+            Some(closed) => closed.ik(point, &self.ranges),
             None => self.reach_numerically(point),
         }
     }
@@ -31,8 +31,8 @@ impl FingerModel {
     }
 
     /// The nearest that the tip can come to a point, m: what to say of a finger that cannot reach.
-    pub fn miss(&self, point: Point3<f64>) -> f64 {
-        let mut starts = vec![self.reach(point).angles];
+    pub fn ik_residual(&self, point: Point3<f64>) -> f64 {
+        let mut starts = vec![self.ik(point).angles];
         starts.extend(self.starts());
         starts.iter().map(|start| self.approach(point, *start).miss).fold(f64::INFINITY, f64::min)
     }

@@ -11,14 +11,14 @@ pub(crate) const SHORT_M: f64 = 1e-6;
 
 /// A shape of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Solid {
+pub enum CollisionShape {
     /// A round bar from one point to the other, m, and its radius.
     Capsule(Point3<f64>, Point3<f64>, f64),
     /// A box about a pose with these half edges, m.
     Box(Isometry3<f64>, Vector3<f64>),
 }
 
-impl Solid {
+impl CollisionShape {
     /// Returns the same shape in the frame in which its own frame is `pose`.
     pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
         match *self {
@@ -131,8 +131,8 @@ impl Solid {
 }
 
 /// Centre of mass and inertia about it, of a mass spread evenly over solids. Without any, a ball of 10 mm.
-pub(crate) fn inertia_of(mass: f64, solids: &[Solid]) -> (Point3<f64>, Matrix3<f64>) {
-    let parts: Vec<_> = solids.iter().map(Solid::mass_properties).collect();
+pub(crate) fn inertia_of(mass: f64, solids: &[CollisionShape]) -> (Point3<f64>, Matrix3<f64>) {
+    let parts: Vec<_> = solids.iter().map(CollisionShape::mass_properties).collect();
     let volume: f64 = parts.iter().map(|(volume, ..)| volume).sum();
     if volume <= 0.0 {
         return (Point3::origin(), Matrix3::identity() * (0.4 * mass * 1e-4));

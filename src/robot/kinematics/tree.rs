@@ -3,7 +3,7 @@
 //! INVARIANT (parents first): the parent of a link stands before it. A coupled joint turns by `ratio` times a degree of freedom that
 //! another joint turns by once, so a column of a Jacobian is a sum over the joints of that degree of freedom.
 
-use super::shape::Solid;
+use super::shape::CollisionShape;
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Links and the degrees of freedom that move them.
@@ -33,12 +33,12 @@ pub struct Link {
     /// Inertia about the centre of mass, link frame, kg m^2.
     pub inertia: Matrix3<f64>,
     /// What it is made of, link frame.
-    pub solids: Vec<Solid>,
+    pub solids: Vec<CollisionShape>,
 }
 
 impl Link {
     /// A link without mass, joint or place: the first of its robot until it is put on another.
-    pub fn massless(name: &str, solids: Vec<Solid>) -> Self {
+    pub fn massless(name: &str, solids: Vec<CollisionShape>) -> Self {
         Self {
             name: name.into(),
             parent: 0,
@@ -71,9 +71,9 @@ pub struct Joint {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Turns about its axis; rad and N m.
-    Turns,
+    Revolute,
     /// Slides along its axis; m and N.
-    Slides,
+    Prismatic,
 }
 
 /// What can be driven. Units are rad, rad/s and N m, or m, m/s and N.
@@ -109,17 +109,19 @@ impl Joint {
     pub fn motion(&self, value: f64) -> Isometry3<f64> {
         let moved = value * self.ratio;
         match self.kind {
-            Kind::Turns => {
+            Kind::Revolute => {
                 Isometry3::from_parts(Translation3::identity(), UnitQuaternion::from_axis_angle(&self.axis, moved))
             }
-            Kind::Slides => Isometry3::from_parts((self.axis.into_inner() * moved).into(), UnitQuaternion::identity()),
+            Kind::Prismatic => {
+                Isometry3::from_parts((self.axis.into_inner() * moved).into(), UnitQuaternion::identity())
+            }
         }
     }
 }
 
 impl KinematicTree {
     /// The poses of all links, `root_from_link`, at these values of the degrees of freedom.
-    pub fn forward(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
+    pub fn forward_kinematics(&self, q: &[f64]) -> Vec<Isometry3<f64>> {
         let mut poses: Vec<Isometry3<f64>> = Vec::with_capacity(self.links.len());
         for (index, link) in self.links.iter().enumerate() {
             let motion = link
@@ -151,8 +153,8 @@ impl KinematicTree {
             let Some(joint) = &self.links[index].joint else { continue };
             let axis = poses[index].rotation * joint.axis.into_inner() * joint.ratio;
             let (linear, angular) = match joint.kind {
-                Kind::Turns => (axis.cross(&(point - poses[index].translation.vector).coords), axis),
-                Kind::Slides => (axis, Vector3::zeros()),
+                Kind::Revolute => (axis.cross(&(point - poses[index].translation.vector).coords), axis),
+                Kind::Prismatic => (axis, Vector3::zeros()),
             };
             let mut column = jacobian.column_mut(joint.dof);
             for row in 0..3 {

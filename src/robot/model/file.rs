@@ -17,7 +17,7 @@ use crate::base::quantity::{Force, Length, Mass};
 use crate::base::shown::Shown;
 use crate::base::yaml;
 use crate::robot::kinematics::finger::FingerSpec;
-use crate::robot::kinematics::shape::{Solid, inertia_of};
+use crate::robot::kinematics::shape::{CollisionShape, inertia_of};
 use crate::robot::kinematics::tree::{KinematicTree, Link};
 use crate::robot::model::hand::{self, HandModel};
 use crate::robot::model::limits::{MAX_LINKS, MAX_SOLIDS};
@@ -328,9 +328,9 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
         let at = placed(part.at, part.turned, places, "links", name)?;
         solids.push(match (part.capsule, part.cuboid) {
             (Some([length, radius]), None) => {
-                Solid::Capsule(at * Point3::origin(), at * Point3::new(size(length)?, 0.0, 0.0), size(radius)?)
+                CollisionShape::Capsule(at * Point3::origin(), at * Point3::new(size(length)?, 0.0, 0.0), size(radius)?)
             }
-            (None, Some([x, y, z])) => Solid::Box(at, Vector3::new(size(x)?, size(y)?, size(z)?) / 2.0),
+            (None, Some([x, y, z])) => CollisionShape::Box(at, Vector3::new(size(x)?, size(y)?, size(z)?) / 2.0),
             _ => return Err(refuse("has a part that wants one of `capsule` and `box`".into())),
         });
     }

@@ -13,7 +13,7 @@
 use crate::base::hands::Finger;
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::kinematics::tree::Dof;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -71,7 +71,7 @@ impl Jaws {
     /// The finger because of which sliding fingers are no gripper, and why.
     pub(crate) fn of(
         fingers: &mut [FingerModel],
-        palm: &[Solid],
+        palm: &[CollisionShape],
         dofs: &[Dof],
     ) -> Result<Option<Self>, (Finger, String)> {
         if fingers.len() < 2 || !fingers.iter().all(FingerModel::slides) {

@@ -4,7 +4,7 @@ use super::gripper::Jaws;
 use crate::base::hands::Finger;
 use crate::robot::kinematics::arm_ik::Arm;
 use crate::robot::kinematics::finger::{FingerModel, FingerSpec};
-use crate::robot::kinematics::shape::Solid;
+use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::kinematics::tree::KinematicTree;
 use std::collections::BTreeSet;
 
@@ -22,7 +22,7 @@ pub struct HandModel {
     /// The fingers, in the order of the file.
     pub fingers: Vec<FingerModel>,
     /// Shapes of the palm, palm frame.
-    pub palm_solids: Vec<Solid>,
+    pub palm_solids: Vec<CollisionShape>,
     /// What its two fingers are together when it is a gripper.
     pub jaws: Option<Jaws>,
 }

@@ -6,7 +6,7 @@
 use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
-use crate::robot::kinematics::shape::{Solid, inertia_of};
+use crate::robot::kinematics::shape::{CollisionShape, inertia_of};
 use crate::robot::kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
 use crate::robot::model::robot::Robot;
 use indexmap::IndexMap;
@@ -210,8 +210,8 @@ impl<'a> Reader<'a> {
     fn joint(&self, node: Node<'a, 'a>, dofs: &[Dof]) -> Result<Option<Joint>, InputError> {
         let kind = match self.name(node, "type")? {
             "fixed" => return Ok(None),
-            "prismatic" => Kind::Slides,
-            _ => Kind::Turns,
+            "prismatic" => Kind::Prismatic,
+            _ => Kind::Revolute,
         };
         let name = self.name(node, "name")?;
         let (mut driver, mut ratio) = (name, 1.0);
@@ -250,16 +250,16 @@ impl<'a> Reader<'a> {
                         if x.min(y).min(z) <= 0.0 {
                             return Err(self.error(shape, "a box needs three edges of more than 0 m".into()));
                         }
-                        solids.push(Solid::Box(at, Vector3::new(x, y, z) / 2.0));
+                        solids.push(CollisionShape::Box(at, Vector3::new(x, y, z) / 2.0));
                     }
                     "cylinder" => {
                         let (radius, length) = (positive("radius")?, positive("length")?);
                         let half = Vector3::z() * (length / 2.0 - radius).max(0.0);
-                        solids.push(Solid::Capsule(at * Point3::from(-half), at * Point3::from(half), radius));
+                        solids.push(CollisionShape::Capsule(at * Point3::from(-half), at * Point3::from(half), radius));
                     }
                     "sphere" => {
                         let centre = at * Point3::origin();
-                        solids.push(Solid::Capsule(centre, centre, positive("radius")?));
+                        solids.push(CollisionShape::Capsule(centre, centre, positive("radius")?));
                     }
                     _ => {}
                 }

@@ -79,7 +79,7 @@ impl Target {
     /// The angles of a finger: with its tip where it is to be, or out of the way.
     pub fn angles(&self, finger: &FingerModel) -> JointPositions {
         if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
-            return finger.reach(self.palm.inverse_transform_point(tip)).angles;
+            return finger.ik(self.palm.inverse_transform_point(tip)).angles;
         }
         let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
         idle.map_or_else(|| resting(&finger.ranges), |(_, angles)| *angles)

@@ -68,7 +68,7 @@ impl ResolvedGrasp {
             let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
             let way = object_from_palm.inverse_transform_vector(&(normal * OPENED_M));
             // As far as the finger goes.
-            let open = model.posture(&model.reach(closed + way).angles).tip;
+            let open = model.posture(&model.ik(closed + way).angles).tip;
             tips.push((finger, closed, open));
             middle += (point + normal * demonstrated_radius).coords;
         }

@@ -35,7 +35,7 @@ impl Start {
         let mut q = vec![0.0; robot.tree.dofs.len()];
         let mut root = Isometry3::identity();
         if hand.arm.is_empty() {
-            root = target.palm * robot.tree.forward(&q)[hand.palm].inverse();
+            root = target.palm * robot.tree.forward_kinematics(&q)[hand.palm].inverse();
         } else if !hand.arm_on(&robot.tree).inverse_kinematics_along(&root, way, &mut q, STARTS, ITERATIONS) {
             let at = target.palm.translation.vector * 1e3;
             let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);

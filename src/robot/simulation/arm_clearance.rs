@@ -4,7 +4,7 @@
 
 use super::observer::{Observer, Step};
 use crate::robot::control::executor::Executor;
-use crate::robot::kinematics::shape::{SHORT_M, Solid};
+use crate::robot::kinematics::shape::{CollisionShape, SHORT_M};
 use nalgebra::Point3;
 
 /// Where two arms with their hands came nearest to each other.
@@ -60,9 +60,9 @@ impl Observer for ArmClearance {
 }
 
 /// The shapes of a limb where they are, each with its link and a ball about it. The first link is that on which both limbs stand.
-fn solids(limb: &Executor) -> Vec<(usize, Solid, (Point3<f64>, f64))> {
+fn solids(limb: &Executor) -> Vec<(usize, CollisionShape, (Point3<f64>, f64))> {
     let links = limb.robot().tree.links.iter().zip(limb.poses()).enumerate().skip(1);
     let moved = links.flat_map(|(index, (link, pose))| link.solids.iter().map(move |solid| (index, solid.moved(pose))));
-    let with_ball = |(index, solid): (usize, Solid)| (index, solid, solid.bounding_ball());
+    let with_ball = |(index, solid): (usize, CollisionShape)| (index, solid, solid.bounding_ball());
     moved.map(with_ball).collect()
 }

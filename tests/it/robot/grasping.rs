@@ -48,7 +48,7 @@ pub fn tips_off_contacts(
     q: &[f64],
     contacts: &[Contact],
 ) -> Vec<(Finger, f64)> {
-    let poses = robot.tree.forward(q);
+    let poses = robot.tree.forward_kinematics(q);
     let object_from_root = grasp.object_from_palm * poses[hand.palm].inverse();
     let off = |contact: &Contact| {
         let finger = hand.finger(contact.finger).unwrap();

@@ -90,7 +90,7 @@ fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
             for finger in &hand.fingers {
                 q[finger.dofs[0]] = jaws.jaw(finger.finger).unwrap().angles(share)[0];
             }
-            let poses = robot.tree.forward(&q);
+            let poses = robot.tree.forward_kinematics(&q);
             let tips = jaws.pair.map(|jaw| {
                 let finger = hand.finger(jaw.finger).unwrap();
                 poses[finger.tip_link] * finger.tip_in_link

@@ -111,14 +111,14 @@ fn jacobians_are_the_differences_of_positions() {
     for (index, value) in q.iter_mut().enumerate() {
         *value += 0.3 * (spread(index, 1) - 0.5);
     }
-    let tip = |q: &[f64]| robot.tree.forward(q)[finger.tip_link] * finger.tip_in_link;
-    let jacobian = robot.tree.jacobian(&robot.tree.forward(&q), finger.tip_link, tip(&q));
+    let tip = |q: &[f64]| robot.tree.forward_kinematics(q)[finger.tip_link] * finger.tip_in_link;
+    let jacobian = robot.tree.jacobian(&robot.tree.forward_kinematics(&q), finger.tip_link, tip(&q));
     let mut moving = 0;
     for dof in 0..q.len() {
         let at = |step: f64| {
             let mut moved = q.clone();
             moved[dof] += step;
-            (tip(&moved), robot.tree.forward(&moved)[finger.tip_link].rotation)
+            (tip(&moved), robot.tree.forward_kinematics(&moved)[finger.tip_link].rotation)
         };
         let ((to, turned), (from, before)) = (at(STEP), at(-STEP));
         let slope = (to - from) / (2.0 * STEP);
@@ -138,7 +138,7 @@ fn what_a_finger_reaches_it_finds_again() {
         for index in 0..500 {
             let angles = sample(finger, index);
             let point = finger.posture(&angles).tip;
-            let reached = finger.reach(point);
+            let reached = finger.ik(point);
             assert!(reached.miss < REACHED_M, "{} {angles:?}: {} m off", finger.finger, reached.miss);
             let again = finger.posture(&reached.angles).tip;
             assert!((again - point).norm() < REACHED_M, "{} {angles:?}: {} and {}", finger.finger, again, point);
@@ -176,10 +176,10 @@ fn out_of_reach_is_reported_in_millimetres() {
     let index = right(&robot).finger(Finger::Index).unwrap();
     // Straight ahead of the stretched finger: 20 mm too far.
     let tip = index.posture(&[0.0; MAX_DOFS]).tip;
-    let miss = index.miss(tip + Vector3::new(0.020, 0.0, 0.0));
+    let miss = index.ik_residual(tip + Vector3::new(0.020, 0.0, 0.0));
     assert!((miss - 0.020).abs() < 1e-4, "{miss}");
     // Beside the finger: the first joint goes to its limit of 20 degrees.
-    let side = index.miss(Point3::new(0.115, -0.038 - 0.1265, 0.0));
+    let side = index.ik_residual(Point3::new(0.115, -0.038 - 0.1265, 0.0));
     let wanted = 0.1265 * 2.0 * (35_f64.to_radians()).sin();
     assert!(side < wanted + 1e-4 && side > 0.05, "{side} and at most {wanted}");
 }

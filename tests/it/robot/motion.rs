@@ -84,7 +84,7 @@ fn an_arm_on_a_rail_with_a_gear_finds_poses_again() {
     let arm = robot.hands[&Side::Right].arm.clone();
     let mut joints = robot.tree.links.iter_mut().filter_map(|link| link.joint.as_mut());
     let rail = joints.find(|joint| joint.dof == arm[0]).unwrap();
-    rail.kind = Kind::Slides;
+    rail.kind = Kind::Prismatic;
     let geared = joints.find(|joint| joint.dof == arm[3]).unwrap();
     geared.ratio = -0.5;
     finds_poses_again(&robot);
@@ -96,14 +96,16 @@ fn finds_poses_again(robot: &Robot) {
     for (&dof, value) in hand.arm.iter().zip([0.4, 0.6, 0.9, -0.5, 0.8, 0.3]) {
         q[dof] = value;
     }
-    let palm = robot.tree.forward(&q)[hand.palm];
+    let palm = robot.tree.forward_kinematics(&q)[hand.palm];
     let mut found = q.clone();
     for &dof in &hand.arm {
         found[dof] += 0.25;
     }
     let missing = hand.arm_on(&robot.tree).inverse_kinematics(&Isometry3::identity(), &palm, &mut found, 100);
     assert!(missing.m < 1e-6 && missing.rad < 1e-6, "{missing:?}");
-    assert!((robot.tree.forward(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6);
+    assert!(
+        (robot.tree.forward_kinematics(&found)[hand.palm].translation.vector - palm.translation.vector).norm() < 1e-6
+    );
 }
 
 fn scene(text: &str) -> Scene {

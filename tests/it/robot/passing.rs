@@ -2,18 +2,18 @@
 
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use teachtree::robot::Solid;
+use teachtree::robot::CollisionShape;
 use teachtree::robot::simulation::arm_clearance::MinDistance;
 
-fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> Solid {
-    Solid::Capsule(Point3::from(from), Point3::from(to), radius)
+fn bar(from: [f64; 3], to: [f64; 3], radius: f64) -> CollisionShape {
+    CollisionShape::Capsule(Point3::from(from), Point3::from(to), radius)
 }
 
 #[test]
 fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
     let turned = |angle: f64| UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
     let cube = |x: f64, angle: f64| {
-        Solid::Box(Isometry3::from_parts([x, 0.0, 0.0].into(), turned(angle)), Vector3::repeat(0.1))
+        CollisionShape::Box(Isometry3::from_parts([x, 0.0, 0.0].into(), turned(angle)), Vector3::repeat(0.1))
     };
     let lying = bar([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.02);
     let cases = [
@@ -45,7 +45,7 @@ proptest! {
     #[test]
     fn bars_are_as_near_as_their_points(ends in prop::array::uniform4(prop::array::uniform3(-0.5..0.5_f64)), radius in 0.0..0.05_f64) {
         let [a, b, c, d] = ends.map(Point3::from);
-        let got = Solid::Capsule(a, b, radius).gap(&Solid::Capsule(c, d, 0.01)) + radius + 0.01;
+        let got = CollisionShape::Capsule(a, b, radius).gap(&CollisionShape::Capsule(c, d, 0.01)) + radius + 0.01;
         let mut least = f64::INFINITY;
         for one in 0..=200 {
             let at = a + (b - a) * (f64::from(one) / 200.0);

@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vect
 use serde_json::Value;
 use teachtree::base::hands::Side;
 use teachtree::command::{Commands, MappedGrasp};
-use teachtree::robot::{MAX_DOFS, Robot, Solid};
+use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
 
 #[test]
 fn a_hand_over_is_carried_out_by_two_arms() {
@@ -89,7 +89,7 @@ fn a_hand_over_is_carried_out_by_two_arms() {
             points.last().unwrap()["positions"][joint].as_f64().unwrap()
         };
         let q: Vec<f64> = limb.tree.dofs.iter().map(|dof| value(&dof.name)).collect();
-        let palm = limb.tree.forward(&q)[limb.hands[&side].palm].translation.vector;
+        let palm = limb.tree.forward_kinematics(&q)[limb.hands[&side].palm].translation.vector;
         let there = ["x", "y", "z"].map(|axis| recorded(&format!("{side}.palm.position.{axis}")));
         let off = (palm - Vector3::from(there)).norm();
         assert!(off < 0.02, "the {side} palm ends {} mm from where it did", off * 1e3);
@@ -105,11 +105,11 @@ fn gap(robot: &Robot, hands: [(Side, &MappedGrasp); 2]) -> f64 {
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
         let object_from_palm = Isometry3::from_parts(Translation3::new(x, y, z), turn);
         let mut balls: Vec<(Point3<f64>, f64)> = Vec::new();
-        let mut add = |solid: &Solid| match *solid {
-            Solid::Capsule(from, to, radius) => {
+        let mut add = |solid: &CollisionShape| match *solid {
+            CollisionShape::Capsule(from, to, radius) => {
                 balls.extend((0..=20).map(|at| (from + (to - from) * (f64::from(at) / 20.0), radius)));
             }
-            Solid::Box(at, half) => {
+            CollisionShape::Box(at, half) => {
                 for place in 0..9 * 9 * 9 {
                     let share = |by: i32| f64::from(place / by % 9) / 4.0 - 1.0;
                     balls.push((at * Point3::new(half.x * share(1), half.y * share(9), half.z * share(81)), 0.0));

@@ -151,5 +151,5 @@ pub(super) fn made_joint(
     let axis = Unit::try_new(Vector3::from(axis), 1e-6)
         .filter(|axis| axis.iter().all(|part| part.is_finite()))
         .ok_or_else(|| refuse(format!("has the axis {axis:?}, expected a direction")))?;
-    Ok(Joint { name: name.into(), kind: if slides { Kind::Slides } else { Kind::Turns }, axis, dof, ratio })
+    Ok(Joint { name: name.into(), kind: if slides { Kind::Prismatic } else { Kind::Revolute }, axis, dof, ratio })
 }
