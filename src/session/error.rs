@@ -8,11 +8,11 @@ use std::sync::Arc;
 /// Why something could not be done.
 ///
 /// `Display` writes the whole error as the command line does: place, message and help, or the diagnostics with the lines of the rules
-/// that they are about.
-#[derive(Clone, Debug)]
+/// that they are about. `Debug` writes the same, so a `main` that returns an error prints it for its user.
+#[derive(Clone)]
 pub struct Error(Box<Inner>);
 
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 struct Inner {
     kind: ErrorKind,
     input: InputError,
@@ -92,6 +92,12 @@ impl fmt::Display for Error {
             return self.0.input.fmt(f);
         }
         f.write_str(self.rendered(false).trim_end())
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
     }
 }
 

@@ -184,6 +184,10 @@ fn failed<T: std::fmt::Debug>(result: Result<T, Error>) -> (ErrorKind, String) {
 
 #[test]
 fn an_error_has_its_kind() {
+    // What a `main` prints that returns the error.
+    let missing = Log::open("nothing.csv").err().unwrap();
+    assert_eq!(format!("{missing:?}"), missing.to_string());
+    assert!(missing.to_string().starts_with("nothing.csv: "), "{missing}");
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| {
         let path = folder.path().join(name);
