@@ -102,11 +102,11 @@ pub use base::error::ErrorKind;
 pub use base::hands::Side;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
-pub use cli::main as command_line;
+pub use cli::{main as command_line, run as command_line_of};
 pub use report::Style;
 pub use session::{
-    Analysis, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, FrameTable, FrameValues,
-    Log, LogOptions, Observability, OnSegment, Position, Question, Rules, RulesOptions, Scene, Segment, Task, Track,
-    TrackObservability, Undetectable,
+    Analysis, Calibration, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, FrameTable,
+    FrameValues, Labels, Live, LiveEvent, Log, LogOptions, Observability, OnSegment, Position, Question, Rules,
+    RulesOptions, Scene, Score, Segment, Task, Track, TrackObservability, Undetectable, recordings,
 };
-pub use stream::frames::Issue;
+pub use stream::issue::{Issue, IssueKind};

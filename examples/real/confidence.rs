@@ -15,7 +15,7 @@ use teachtree::{Analysis, Log, Rules};
 
 /// A boundary is right when it is no farther from the true one, s.
 const RIGHT_S: f64 = 0.15;
-/// Labels that people put are not sharper than this, s.
+/// The precision of boundaries that human annotators set, s.
 const LABELED_S: f64 = 0.25;
 /// The lower ends of the classes of confidence.
 const CLASSES: [f64; 4] = [0.9, 0.7, 0.5, 0.0];

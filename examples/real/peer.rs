@@ -1,6 +1,7 @@
 //! Simple peers: what one threshold reaches, measured in the same run.
 
 use teachtree::analysis::{Analysis, Segment, Track, Who};
+use teachtree::base::meaning::Primitives;
 use teachtree::base::recording::Recording;
 
 /// Contact is above this share of the 90th percentile of the force.
@@ -63,5 +64,14 @@ pub fn labeled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl F
         Who::Both => vec![of(Who::Hand(teachtree::base::hands::Side::Right)), of(Who::Both)],
         hand => vec![of(hand)],
     };
-    Analysis { frames, rows: frames, rate_hz, start_s, end_s: at_s(frames), tracks, issues: Vec::new() }
+    Analysis {
+        frames,
+        rows: frames,
+        rate_hz,
+        start_s,
+        end_s: at_s(frames),
+        tracks,
+        issues: Vec::new(),
+        primitives: Primitives::default(),
+    }
 }

@@ -38,7 +38,7 @@ pub(super) fn before_recognition(
         let mut changing = Vec::new();
         for (at, rule) in of_task(rules, None) {
             if let RelabelKind::Separate { what, without } = &rule.kind {
-                if stretch.separate(at, *what, without) {
+                if stretch.separate(at, what, without) {
                     // The lanes are fresh: the rules before this one come first again.
                     return vec![at];
                 }

@@ -17,7 +17,8 @@
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
-use super::{Analysis, Confidence, Segment, Subject, TaskSpan, Track};
+use super::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, Who};
+use crate::stream::issue::Issue;
 use serde_json::{Map, Value, json};
 use std::ops::Range;
 
@@ -158,6 +159,56 @@ fn relabeled(segment: &Segment) -> Value {
         value.insert("margin".into(), json!(margin));
     }
     Value::Object(value)
+}
+
+/// The schema of a line of a live log.
+const LIVE: &str = "teachtree.live/1";
+
+/// The primitive of a track at the newest frame, on one line.
+pub fn live_label(sequence: u64, who: Who, primitive: Option<&str>, time_s: f64) -> String {
+    live("label", sequence, Some(who), false, json!({ "primitive": primitive, "time_s": time_s }))
+}
+
+/// A segment of a live log, on one line.
+pub fn live_segment(sequence: u64, who: Who, segment: &Segment, is_final: bool) -> String {
+    live("segment", sequence, Some(who), is_final, relabeled(segment))
+}
+
+/// A task of a live log, on one line.
+pub fn live_task(sequence: u64, who: Who, span: &TaskSpan, is_final: bool) -> String {
+    live("task", sequence, Some(who), is_final, task(span))
+}
+
+/// An issue of a live log, on one line.
+pub fn live_issue(sequence: u64, issue: &Issue) -> String {
+    live("issue", sequence, None, true, json!(issue))
+}
+
+fn live(event: &str, sequence: u64, who: Option<Who>, is_final: bool, what: Value) -> String {
+    let mut line = Map::new();
+    line.insert("schema".into(), json!(LIVE));
+    line.insert("sequence".into(), json!(sequence));
+    line.insert("event".into(), json!(event));
+    line.insert("final".into(), json!(is_final));
+    line.extend(who.map(|who| ("track".into(), json!(who.to_string()))));
+    if let Value::Object(what) = without_rows(what) {
+        line.extend(what);
+    }
+    let mut text = String::new();
+    print(&Value::Object(line), None, &mut text);
+    text
+}
+
+/// Rows of a live log are not counted.
+fn without_rows(mut value: Value) -> Value {
+    if let Value::Object(fields) = &mut value {
+        fields.shift_remove("start_row");
+        fields.shift_remove("end_row");
+        if let Some(Value::Array(segments)) = fields.get_mut("segments") {
+            segments.iter_mut().for_each(|segment| *segment = without_rows(segment.take()));
+        }
+    }
+    value
 }
 
 /// Prints the document and what lists objects over several lines, and everything else on one; without an indent all of it on one.

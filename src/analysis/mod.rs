@@ -36,11 +36,13 @@ pub use subject::Subject;
 
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::meaning::{Meaning, Primitives};
 use crate::engine::runs::Leaves;
 use crate::engine::semantics::samples;
 use crate::language::lints::durations;
 use crate::language::rules::{Constant, Rules};
-use crate::stream::frames::{Frames, Issue};
+use crate::stream::frames::Frames;
+use crate::stream::issue::Issue;
 use crate::stream::spilled_columns::Series;
 use labeled_span::LabeledSpan;
 use measures::Measures;
@@ -72,6 +74,8 @@ pub struct Analysis {
     pub tracks: Vec<Track>,
     /// What was wrong with the recording, and what the rules could not do.
     pub issues: Vec<Issue>,
+    /// The primitives of the rules.
+    pub primitives: Primitives,
 }
 
 impl Analysis {
@@ -128,6 +132,8 @@ pub struct Track {
 pub struct Segment {
     /// The primitive as it is shown: `Grasp`, `MainGrasp(left)`.
     pub primitive: String,
+    /// What the hand does in it, where the rules say.
+    pub does: Option<Meaning>,
     /// What it is about.
     pub subject: Subject,
     /// The frames `[start, end)`.
@@ -246,7 +252,8 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
         tracks.push(both);
     }
     let rows = if frames.row_time.is_empty() { frames.len } else { frames.row_time.len() };
-    Analysis { frames: frames.len, rows, rate_hz, start_s: show.start_s(), end_s: show.end_s(), tracks, issues }
+    let (start_s, end_s) = (show.start_s(), show.end_s());
+    Analysis { frames: frames.len, rows, rate_hz, start_s, end_s, tracks, issues, primitives: rules.by_name() }
 }
 
 impl Track {

@@ -8,7 +8,8 @@ use super::tasks::Named;
 use super::{Segment, TaskSpan, UNKNOWN, Who};
 use crate::base::hands::Side;
 use crate::language::rules::{Rules, TaskId};
-use crate::stream::frames::{Frames, Issue};
+use crate::stream::frames::Frames;
+use crate::stream::issue::{Issue, IssueKind};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -48,6 +49,7 @@ impl Naming<'_> {
         let was = if piece.by.is_empty() { &[][..] } else { within(raw, &piece.frames) };
         Segment {
             primitive: name(piece),
+            does: self.rules.meaning_for(piece.label, who.side()),
             subject: self.handling.of_segment(who, &piece.frames, stretch),
             rows: self.frames.rows(&piece.frames),
             frames: piece.frames.clone(),
@@ -92,7 +94,7 @@ impl Naming<'_> {
                     .collect();
                 if !tasks.is_empty() && !measures.has(channel) {
                     issues.push(Issue {
-                        kind: "missing_channel".into(),
+                        kind: IssueKind::MISSING_CHANNEL,
                         start_s: self.start_s(),
                         end_s: self.end_s(),
                         channel: format!("{side}.{channel}"),
@@ -113,7 +115,7 @@ impl Naming<'_> {
             rules.iter().filter_map(|rule| self.rules.relabels.get(*rule)).map(|rule| format!("`{}`", rule.text));
         let texts: Vec<String> = texts.collect();
         (!texts.is_empty()).then(|| Issue {
-            kind: "relabeling_stopped".into(),
+            kind: IssueKind::RELABELING_STOPPED,
             start_s: self.time_s(stretch.start, stretch),
             end_s: self.time_s(stretch.end, stretch),
             channel: String::new(),

@@ -5,7 +5,7 @@
 //! has come. What comes then begins the next span: the first primitive again, or a new touch.
 
 use super::labeled_span::LabeledSpan;
-use crate::language::rules::Label;
+use crate::language::rules::{Label, Pattern};
 use std::ops::Range;
 
 /// A span of a lane.
@@ -24,16 +24,16 @@ pub(super) struct Span {
 }
 
 /// Finds the spans from `first` to `last`.
-pub(super) struct Spans {
-    first: Label,
-    last: Label,
+pub(super) struct Spans<'a> {
+    first: &'a Pattern,
+    last: &'a Pattern,
     /// How many pieces have been taken.
     taken: usize,
     current: Option<Span>,
 }
 
-impl Spans {
-    fn new(first: Label, last: Label) -> Self {
+impl<'a> Spans<'a> {
+    fn new(first: &'a Pattern, last: &'a Pattern) -> Self {
         Self { first, last, taken: 0, current: None }
     }
 
@@ -41,7 +41,8 @@ impl Spans {
     fn push(&mut self, label: Label) -> Option<Span> {
         let at = self.taken;
         self.taken += 1;
-        let closed = self.current.take_if(|span| span.has_last);
+        // Kinds of the last primitive, one after the other, end it together.
+        let closed = self.current.take_if(|span| span.has_last && !self.last.covers(label));
         let span = self.current.get_or_insert_with(|| {
             let has_first = self.first.covers(label);
             // Only the beginning of a stretch cuts a span: later, what is not the first primitive is a new touch.
@@ -58,7 +59,7 @@ impl Spans {
     }
 
     /// All spans of a lane.
-    pub fn of(lane: &[LabeledSpan], first: Label, last: Label) -> Vec<Span> {
+    pub fn of(lane: &[LabeledSpan], first: &'a Pattern, last: &'a Pattern) -> Vec<Span> {
         let mut spans = Self::new(first, last);
         let mut found: Vec<Span> = lane.iter().filter_map(|piece| spans.push(piece.label)).collect();
         found.extend(spans.finish());

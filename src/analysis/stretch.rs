@@ -104,13 +104,13 @@ impl<'a> Stretch<'a> {
 
     /// Gives coordination labeled `what` back to the hands' own trees, wherever it is not in one go with a label of `without`;
     /// then the hands are covered and settled again, and relabeling starts afresh. False when there is none.
-    pub fn separate(&mut self, rule: usize, what: Label, without: &[Label]) -> bool {
+    pub fn separate(&mut self, rule: usize, what: &[Label], without: &[Label]) -> bool {
         let coordination = self.coordination();
         let given_back: Vec<Range<usize>> = coordination
             .chunk_by(|one, next| one.frames.end == next.frames.start)
             .filter(|go| !go.iter().any(|piece| without.iter().any(|label| label.covers(piece.label))))
             .flatten()
-            .filter(|piece| what.covers(piece.label))
+            .filter(|piece| what.iter().any(|label| label.covers(piece.label)))
             .map(|piece| piece.frames.clone())
             .collect();
         self.give_back(rule, &given_back)

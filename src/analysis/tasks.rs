@@ -7,7 +7,7 @@
 use super::labeled_span::LabeledSpan;
 use super::measures::Measures;
 use super::spans::{Span, Spans, join};
-use crate::language::rules::{Label, Rules, Task, TaskId};
+use crate::language::rules::{Pattern, Rules, Task, TaskId};
 
 /// A span with its name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -84,11 +84,11 @@ fn with_touches_before(named: Vec<Named>, lane: &Lane) -> Vec<Named> {
 }
 
 /// From what to what tasks run, each pair once, by priority.
-fn ends(rules: &Rules) -> Vec<(Label, Label)> {
-    let mut ends: Vec<(Label, Label)> = Vec::new();
+fn ends(rules: &Rules) -> Vec<(&Pattern, &Pattern)> {
+    let mut ends: Vec<(&Pattern, &Pattern)> = Vec::new();
     for task in &rules.tasks {
-        if !ends.contains(&(task.first, task.last)) {
-            ends.push((task.first, task.last));
+        if !ends.contains(&(&task.first, &task.last)) {
+            ends.push((&task.first, &task.last));
         }
     }
     ends
@@ -109,7 +109,7 @@ impl Lane<'_> {
     /// The spans in which a task is looked for. For a joined one, touches of one target follow each other in one span as long as
     /// each has a key primitive of the task, or nothing that makes it a task of its own.
     fn spans(&self, task: &Task) -> Vec<Span> {
-        let spans = Spans::of(self.pieces, task.first, task.last);
+        let spans = Spans::of(self.pieces, &task.first, &task.last);
         if !task.joined {
             return spans;
         }

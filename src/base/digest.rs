@@ -1,6 +1,6 @@
 //! A stable hash of bytes: the same on all machines and in all versions of this program.
 
-/// FNV-1a of 64 bits. It tells texts apart that differ by accident, not those that somebody made equal on purpose.
+/// FNV-1a of 64 bits. Texts that differ by accident have different hashes; an attacker can make two texts with the same hash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Digest(u64);
 

@@ -11,6 +11,7 @@ pub mod error;
 pub mod geometry;
 pub mod hands;
 pub mod json;
+pub mod meaning;
 pub mod pose;
 pub mod quantity;
 pub mod recording;

@@ -12,6 +12,7 @@ use crate::report::Style;
 use crate::session::files::recordings;
 use crate::session::{Analysis, ClosedSegment, Error};
 use crate::stream::atomic_write::Files;
+use crate::stream::issue::IssueKind;
 use crate::stream::read::formats;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -47,6 +48,9 @@ pub struct Args {
     /// Take each file in a folder for a recording; with a binding a folder with tables of text is one recording in parts otherwise
     #[arg(long)]
     each: bool,
+    /// Take the I-th of N parts of the recordings, from 1: for the jobs of an array that share a folder
+    #[arg(long, value_name = "I/N", value_parser = shard)]
+    pub shard: Option<Shard>,
     #[command(flatten)]
     pub many: ManyArgs,
     /// Also write a page for browsers (one recording only)
@@ -75,13 +79,40 @@ pub enum Format {
     Csv,
 }
 
+/// A part of the recordings: every `of`-th one, so that all parts have large and small ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which part, from 1.
+    pub at: usize,
+    /// Number of parts.
+    pub of: usize,
+}
+
+impl Shard {
+    /// Whether the recording at a place of the list, from 0, is in this part.
+    pub fn has(self, place: usize) -> bool {
+        place % self.of == self.at - 1
+    }
+}
+
+/// Reads `I/N`.
+fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(at, of)| Some((at.trim().parse().ok()?, of.trim().parse().ok()?)));
+    match parts {
+        Some((at, of)) if (1..=of).contains(&at) => Ok(Shard { at, of }),
+        _ => Err("expected I/N with I from 1 to N, such as `3/16`".into()),
+    }
+}
+
 /// Runs `analyze`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let found = recordings(&args.logs, args.source.binding.as_deref(), args.each)?;
     if let Some(folder) = &args.out_dir {
         return batch::run(args, folder, &found);
     }
-    let logs: Vec<PathBuf> = found.into_iter().map(|found| found.log).collect();
+    let mine = |place: usize| args.shard.is_none_or(|shard| shard.has(place));
+    let found = found.into_iter().enumerate().filter(|(place, _)| mine(*place));
+    let logs: Vec<PathBuf> = found.map(|(_, found)| found.log).collect();
     if args.report.is_some() && logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
     }
@@ -117,12 +148,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut lanes = Vec::new();
     let mut issues = Issues::default();
     let mut done = 0;
-    let alone = logs.len() == 1;
+    // Parts write alike, whatever is in them.
+    let alone = logs.len() == 1 && args.shard.is_none();
     let found = args.many.each("analyzing", &logs, |log| one(args, log, alone))?;
     for (log, found) in logs.iter().zip(found) {
         match found {
             // A table has one header.
-            Ok(Told {
+            Ok(Output {
                 text,
                 kinds,
                 page,
@@ -141,9 +173,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 out.push_str(&text[header..]);
                 // Only a table has no place for them.
                 if args.format == Format::Csv && alone && !kinds.is_empty() {
-                    args.many.warn(&untold(log, &kinds));
+                    args.many.warn(&omitted(log, &kinds));
                 } else if args.format == Format::Csv {
-                    let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.as_str(), *count));
+                    let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.name(), *count));
                     issues.add(&log.display().to_string(), each);
                 }
             }
@@ -177,10 +209,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// What is said about a recording: for whoever reads the output, and for whoever started the program.
-pub struct Told {
+pub struct Output {
     pub text: String,
     /// The kinds of its issues, each with how many there are.
-    pub kinds: BTreeMap<String, usize>,
+    pub kinds: BTreeMap<IssueKind, usize>,
     page: Option<String>,
     #[cfg(feature = "mcap")]
     lanes: Option<mcap::Lanes>,
@@ -198,7 +230,7 @@ fn views(_: &Args) -> Vec<PathBuf> {
 }
 
 /// Analyzes a recording, the only one or one of several: what is to be said about it.
-pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
+pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     let prints = args.out.is_none() && args.out_dir.is_none();
     let analysis = if log == Path::new("-") && args.format == Format::Text && prints {
         live(args)?
@@ -222,9 +254,9 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Told, Failure> {
     };
     let mut kinds = BTreeMap::new();
     for issue in analysis.issues() {
-        *kinds.entry(issue.kind.clone()).or_default() += 1;
+        *kinds.entry(issue.kind).or_default() += 1;
     }
-    Ok(Told {
+    Ok(Output {
         text,
         kinds,
         page,
@@ -262,7 +294,7 @@ fn live(args: &Args) -> Result<Analysis, Error> {
 }
 
 /// The issues of a log, for a table that has no place for them.
-fn untold(log: &Path, kinds: &BTreeMap<String, usize>) -> String {
+fn omitted(log: &Path, kinds: &BTreeMap<IssueKind, usize>) -> String {
     let kinds: Vec<String> = kinds.iter().map(|(kind, count)| format!("{kind} {count}")).collect();
     format!("{}: the table omits issues, `--format text` prints them: {}", log.display(), kinds.join(", "))
 }

@@ -2,8 +2,9 @@
 //!
 //! A recording's file is put in its place as soon as it is made, and then a line is added to `manifest.jsonl` beside it; a program that is killed therefore
 //! leaves whole files, and a list of those that it finished. A line has digests of all that the file was made of and of the file itself.
+//! With `--shard` every part has a list of its own, `manifest-3-of-16.jsonl`, since several programs write at once; `--resume` reads all lists.
 
-use super::analyze::{Args, Format, Told, one};
+use super::analyze::{Args, Format, Output, Shard, one};
 use super::many::Issues;
 use super::rules::read_by;
 use super::{Failure, output};
@@ -13,6 +14,7 @@ use crate::base::error::InputError;
 use crate::language::SHIPPED;
 use crate::session::files::Found;
 use crate::stream::atomic_write;
+use crate::stream::issue::IssueKind;
 use crate::stream::read::formats;
 use crate::stream::read::text;
 use serde::{Deserialize, Serialize};
@@ -22,8 +24,8 @@ use std::io::{Read, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-/// The list of what is done.
-const MANIFEST: &str = "manifest.jsonl";
+/// How the lists of what is done are called.
+const MANIFEST: (&str, &str) = ("manifest", ".jsonl");
 /// The largest list that is read, bytes.
 const MAX_MANIFEST: u64 = 1 << 30;
 
@@ -46,7 +48,7 @@ const SCHEMA: &str = "teachtree.manifest/1";
 
 /// What became of a recording.
 enum Outcome {
-    Written(BTreeMap<String, usize>),
+    Written(BTreeMap<IssueKind, usize>),
     Unchanged,
 }
 
@@ -55,10 +57,12 @@ pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
     let files = read_by(&args.source, &args.rules);
     let outs = places(args, folder, logs, &files)?;
     output::make_folder(folder)?;
-    let list = List::open(folder)?;
+    let list = List::open(folder, args.shard)?;
+    let mine = |place: &usize| args.shard.is_none_or(|shard| shard.has(*place));
     let known = digests(args, &files)?;
     let contents = Contents::default();
-    let items: Vec<(&Found, &PathBuf)> = logs.iter().zip(&outs).collect();
+    let items: Vec<(&Found, &PathBuf)> =
+        logs.iter().zip(&outs).enumerate().filter(|(place, _)| mine(place)).map(|(_, item)| item).collect();
     let results = args.many.each("analyzing", &items, |(found, out)| {
         let made_of = contents.made_of(&known, &found.log);
         let name = out.strip_prefix(folder).unwrap_or(out).to_string_lossy().replace('\\', "/");
@@ -68,7 +72,7 @@ pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
         {
             return Ok(Outcome::Unchanged);
         }
-        let Told { text, kinds, .. } = one(args, &found.log, true)?;
+        let Output { text, kinds, .. } = one(args, &found.log, true)?;
         out.parent().map_or(Ok(()), output::make_folder)?;
         atomic_write::write(out, |file| file.write_all(text.as_bytes()))?;
         if let Some(made_of) = made_of {
@@ -81,12 +85,12 @@ pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
     })?;
     list.finish()?;
     let (mut written, mut unchanged, mut issues, mut failures) = (0, 0, Issues::default(), Vec::new());
-    for (found, result) in logs.iter().zip(results) {
+    for ((found, _), result) in items.iter().zip(results) {
         match result {
             Ok(Outcome::Unchanged) => unchanged += 1,
             Ok(Outcome::Written(kinds)) => {
                 written += 1;
-                let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.as_str(), *count));
+                let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.name(), *count));
                 issues.add(&found.log.display().to_string(), each);
             }
             Err(failure) => failures.push(failure.of_log(&found.log)),
@@ -150,11 +154,12 @@ fn nonempty(path: &Path) -> &Path {
     if path.as_os_str().is_empty() { Path::new(".") } else { path }
 }
 
-/// The digest of all that is the same for all recordings: program, rules, params, binding, scene, format.
+/// The digest of all that is the same for all recordings: program, rules, params, binding, scene, format, and whether confidence is computed.
 fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
     let mut digest = Digest::default();
     digest.text(VERSION);
     digest.text(&format!("{:?}", args.format));
+    digest.text(if args.confidence { "confidence" } else { "" });
     for (_, text) in SHIPPED {
         digest.text(text);
     }
@@ -211,24 +216,32 @@ impl Contents {
 /// The list of what is done.
 struct List {
     path: PathBuf,
+    /// Of all lists in the folder.
     known: BTreeMap<String, Done>,
+    /// Those of this list.
+    own: BTreeMap<String, Done>,
     new: Mutex<(File, BTreeMap<String, Done>)>,
 }
 
 impl List {
-    fn open(folder: &Path) -> Result<Self, InputError> {
-        let path = folder.join(MANIFEST);
+    fn open(folder: &Path, shard: Option<Shard>) -> Result<Self, InputError> {
+        let (name, ending) = MANIFEST;
+        let part = shard.map_or(String::new(), |Shard { at, of }| format!("-{at}-of-{of}"));
+        let path = folder.join(format!("{name}{part}{ending}"));
         let place = path.display().to_string();
+        let mut known = BTreeMap::new();
+        for other in lists(folder)?.iter().filter(|other| **other != path) {
+            known.extend(done(&text::read(other, MAX_MANIFEST)?));
+        }
         let old = if path.is_file() { text::read(&path, MAX_MANIFEST)? } else { String::new() };
-        // A line that a killed program did not finish is as good as none.
-        let lines = old.lines().filter_map(|line| serde_json::from_str::<Done>(line).ok());
-        let known = lines.filter(|done| done.schema == SCHEMA).map(|done| (done.out.clone(), done)).collect();
+        let own: BTreeMap<String, Done> = done(&old).collect();
+        known.extend(own.clone());
         let failed = |error: std::io::Error| InputError::new(&place, format!("cannot be written: {error}"));
         let mut file = OpenOptions::new().create(true).append(true).open(&path).map_err(failed)?;
         if !old.is_empty() && !old.ends_with('\n') {
             file.write_all(b"\n").map_err(failed)?;
         }
-        Ok(Self { path, known, new: Mutex::new((file, BTreeMap::new())) })
+        Ok(Self { path, known, own, new: Mutex::new((file, BTreeMap::new())) })
     }
 
     /// Whether a file was made of the same things, and is still what it was then.
@@ -249,12 +262,36 @@ impl List {
     /// Writes the list once more, in order and without lines that were replaced.
     fn finish(self) -> Result<(), InputError> {
         let (_, new) = self.new.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let mut all = self.known;
+        let mut all = self.own;
         all.extend(new);
         let lines: Result<String, String> = all.values().map(line).collect();
         let lines = lines.map_err(|error| InputError::new(self.path.display().to_string(), error))?;
         atomic_write::write(&self.path, |file| file.write_all(lines.as_bytes()))
     }
+}
+
+/// The lines of a list. One that a killed program did not finish is as good as none.
+fn done(text: &str) -> impl Iterator<Item = (String, Done)> {
+    let lines = text.lines().filter_map(|line| serde_json::from_str::<Done>(line).ok());
+    lines.filter(|done| done.schema == SCHEMA).map(|done| (done.out.clone(), done))
+}
+
+/// The lists in a folder: that of a run over all recordings, and those of parts.
+fn lists(folder: &Path) -> Result<Vec<PathBuf>, InputError> {
+    let failed = |error: std::io::Error| InputError::unreadable(folder.display().to_string(), &error);
+    let is_list = |name: &str| {
+        let part = name.strip_prefix(MANIFEST.0).and_then(|rest| rest.strip_suffix(MANIFEST.1));
+        part.is_some_and(|part| part.is_empty() || part.starts_with('-') && part.contains("-of-"))
+    };
+    let mut lists = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        if path.is_file() && path.file_name().and_then(|name| name.to_str()).is_some_and(is_list) {
+            lists.push(path);
+        }
+    }
+    lists.sort();
+    Ok(lists)
 }
 
 fn line(done: &Done) -> Result<String, String> {

@@ -110,7 +110,7 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
     let fixed = rules.params().to_vec();
     let mut warnings = Vec::new();
     let recording = Recording::open(&log, &rules, |opened, analysis| {
-        let (truth, more) = args.truth.of(opened, analysis, names, &Known::new(rules.set()))?;
+        let (truth, more) = args.truth.of_session().of(opened, analysis, names, &Known::new(rules.set()))?;
         warnings = more;
         Ok(truth)
     })?;
@@ -119,7 +119,7 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
 
 /// Opens the recordings: what runs them, and the params that may be changed.
 fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
-    let names = args.truth.names()?;
+    let names = args.truth.of_session().names()?;
     let read = args.many.each("reading", logs, |log| open(args, log, &names))?;
     let mut failures = Vec::new();
     let mut all = Vec::new();

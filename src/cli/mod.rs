@@ -18,6 +18,7 @@ mod graph;
 mod help;
 mod inspect;
 mod list;
+mod live;
 #[cfg(feature = "lsp")]
 mod lsp;
 mod many;
@@ -42,8 +43,10 @@ use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
 use crate::stream::atomic_write;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::{Mutex, PoisonError};
 
 /// Turns a recorded demonstration into named tasks and primitives, by rules that are text.
 #[derive(Parser)]
@@ -67,6 +70,8 @@ enum Command {
     #[cfg(any(feature = "parquet", feature = "hdf5"))]
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
+    /// Label a log while it is being made: segments and tasks as they close
+    Live(live::Args),
     /// Explain why a recording has its labels at a time, and why not others
     Explain(explain::Args),
     /// Compare recordings with their expectation files; coverage and mutation of the rules
@@ -202,31 +207,48 @@ fn command() -> clap::Command {
 fn interruptible() {
     // Where it cannot be, the next run removes them.
     let _ = ctrlc::set_handler(|| {
+        // A poisoned lock holds a whole value.
+        if let Some(stop) = ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            return stop();
+        }
         let _nothing_is_written = atomic_write::give_up();
         std::process::exit(INTERRUPTED);
     });
+}
+
+/// What is done on the first Ctrl-C instead of ending the program.
+static ON_INTERRUPT: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
+
+/// Does something on the first Ctrl-C instead of ending the program; the second one ends it.
+fn on_interrupt(stop: impl FnOnce() + Send + 'static) {
+    *ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
 }
 
 /// What shells expect of a program that was interrupted.
 const INTERRUPTED: i32 = 130;
 
 /// Prints help, the version, or what is wrong with the command line.
-fn usage(error: &clap::Error) -> ExitCode {
+fn usage(error: &clap::Error) -> u8 {
     let color = if error.use_stderr() { output::color_on_stderr() } else { output::color() };
     let text = if color { error.render().ansi().to_string() } else { error.render().to_string() };
     if error.use_stderr() {
         output::complain(text.trim_end());
     } else if let Err(error) = output::print(&text) {
         output::complain(&format!("error: {error}"));
-        return ExitCode::from(2);
+        return 2;
     }
-    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
-/// Runs the command line.
+/// Runs the command line of this process.
 pub fn main() -> ExitCode {
+    ExitCode::from(run(std::env::args_os()))
+}
+
+/// Runs a command line, whose first word is the name of the program; returns the exit status.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     interruptible();
-    let read = command().try_get_matches().and_then(|matches| Cli::from_arg_matches(&matches));
+    let read = command().try_get_matches_from(words).and_then(|matches| Cli::from_arg_matches(&matches));
     let cli = match read {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
@@ -239,6 +261,7 @@ pub fn main() -> ExitCode {
         Command::Analyze(args) => analyze::run(args),
         #[cfg(any(feature = "parquet", feature = "hdf5"))]
         Command::Annotate(args) => annotate::run(args),
+        Command::Live(args) => live::run(args),
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
@@ -261,7 +284,7 @@ pub fn main() -> ExitCode {
         Command::Man(args) => help::man(args, command()),
     };
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(failure.say()),
+        Ok(()) => 0,
+        Err(failure) => failure.say(),
     }
 }

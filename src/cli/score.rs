@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::refuse_one_for_two(&outputs)?;
     let logs = all_logs(&args.logs)?;
     args.truth.check(logs.len())?;
-    let map = args.truth.names()?;
+    let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = Texts { map, sequences };
     let scored = args.many.each("scoring", &logs, |log| score_log(args, log, &texts))?;
@@ -150,7 +150,7 @@ fn score_log(args: &Args, log: &Path, texts: &Texts) -> Result<Scored, Failure> 
         texts.sequences.as_ref().map(|(path, text)| Sequences::read(text, &path.display().to_string(), &known));
     let sequences = sequences.transpose()?.unwrap_or_default();
     let analysis = rules.analyze(&log)?;
-    let (truth, warnings) = args.truth.of(opened, analysis.found(), map, &known)?;
+    let (truth, warnings) = args.truth.of_session().of(opened, analysis.found(), map, &known)?;
     let rows = |truth: &Truth, stage| {
         let mut rows = score::score(truth, analysis.found(), stage, analysis.meta())?;
         rows.iter_mut().for_each(|row| sequences.expect(&mut row.tally));

@@ -136,10 +136,9 @@ fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, Option<&
         let labels = recording.labels.get(&format!("{hand}.label"))?;
         let rows: Vec<(&str, &str)> = tasks.iter().map(String::as_str).zip(labels.iter().map(String::as_str)).collect();
         // The same task once more begins with a way to the object.
-        let goes_on =
-            |one: &(&str, &str), next: &(&str, &str)| one.0 == next.0 && (one.1, next.1) != ("Release", "Move");
+        let goes_on = |one: &(&str, &str), next: &(&str, &str)| one.0 == next.0 && !world::sets_out(one.1, next.1);
         let runs: Vec<(&str, &str)> = rows.chunk_by(goes_on).filter_map(|run| run.last().copied()).collect();
-        let (last, at_work) = runs.last().map(|(task, label)| (*task, *label != "Release"))?;
+        let (last, at_work) = runs.last().map(|(task, label)| (*task, !world::lets_go(label)))?;
         let begun = Some(last).filter(|task| at_work && !task.is_empty());
         let ended = &runs[..runs.len() - usize::from(begun.is_some())];
         Some((hand, ended.iter().map(|(task, _)| *task).filter(|task| !task.is_empty()).collect(), begun))

@@ -3,6 +3,7 @@
 
 use super::form::{LeftOut, Segment, Task};
 use super::series::seven;
+use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 
 /// An object still stands as it stood when it is turned by less, rad.
@@ -10,7 +11,8 @@ const STANDS_RAD: f64 = 0.35;
 /// What slips while it is lifted stays within this, m.
 const SLIPS_M: f64 = 0.040;
 /// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
-const LIFTS: [&str; 6] = ["Grasp", "Translate", "Place", "Slide", "Push", "Release"];
+const LIFTS: [Meaning; 6] =
+    [Meaning::Close, Meaning::Carry, Meaning::Place, Meaning::Slide, Meaning::Push, Meaning::Open];
 /// Segments follow each other when there is less than this between them, s.
 const NEXT_S: f64 = 0.02;
 
@@ -54,18 +56,23 @@ pub(super) fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
 
 /// Whether a task ended with the object in the air, and this one takes it up again.
 fn dropped(before: &Task, task: &Task) -> bool {
-    let ends = before.segments.iter().rev().map(|segment| segment.primitive.as_str());
-    ends.take(2).eq(["Release", "Translate"]) && before.grasps.len() == 1 && stands(before, task)
+    let ends = before.segments.iter().rev().map(|segment| segment.does);
+    ends.take(2).eq([Meaning::Open, Meaning::Carry]) && before.grasps.len() == 1 && stands(before, task)
 }
 
 /// Whether a task only lifted an object a little, and this one takes it up again on the spot.
 fn lost(before: &Task, task: &Task) -> bool {
-    let has = |primitive: &str| before.segments.iter().any(|segment| segment.primitive == primitive);
+    let has = |meaning: Meaning| before.segments.iter().any(|segment| segment.does == meaning);
     let touches = before.segments.iter().filter(|segment| segment.touching);
-    let only_lifts = { touches }.all(|segment| LIFTS.contains(&segment.primitive.as_str()));
+    let only_lifts = { touches }.all(|segment| LIFTS.contains(&segment.does));
     let on_the_spot = task.segments.first().is_some_and(|segment| segment.touching);
     let way = task.taken_at().translation.vector - before.taken_at().translation.vector;
-    on_the_spot && only_lifts && has("Grasp") && has("Translate") && way.norm() < SLIPS_M && stands(before, task)
+    on_the_spot
+        && only_lifts
+        && has(Meaning::Close)
+        && has(Meaning::Carry)
+        && way.norm() < SLIPS_M
+        && stands(before, task)
 }
 
 /// Whether the object of a task is that of the one before, and stands as it stood then.

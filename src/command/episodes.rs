@@ -8,6 +8,7 @@ use super::RATE_HZ;
 use super::form::LeftOut;
 use super::series::{Episode, Piece, Series};
 use crate::analysis::{Segment, TaskSpan};
+use crate::base::meaning::Meaning;
 use nalgebra::Vector3;
 
 /// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
@@ -21,8 +22,17 @@ const PAUSE_M: f64 = 0.005;
 const COMES_OFF_S: f64 = 0.5;
 const BRUSH_S: f64 = 0.35;
 
-fn is_free(primitive: &str) -> bool {
-    matches!(primitive, "Move" | "Approach")
+/// What the hand does in a segment; the commands of a primitive that does not say it are refused before.
+fn does(segment: &Segment) -> Meaning {
+    segment.does.unwrap_or_default()
+}
+
+fn is_free(segment: &Segment) -> bool {
+    does(segment).is_free()
+}
+
+fn lets_go(segment: &Segment) -> bool {
+    does(segment) == Meaning::Open
 }
 
 /// The tries of a task that are commanded, and what is not; a hand that `waits` for the other one makes no pauses.
@@ -32,8 +42,8 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         let begins = match tries.last().and_then(|one| one.last()) {
             None => true,
             Some(before) => {
-                let touched = !is_free(&before.primitive);
-                is_free(&segment.primitive) && touched || before.primitive == "Release"
+                let touched = !is_free(before);
+                is_free(segment) && touched || lets_go(before) && !lets_go(segment)
             }
         };
         match tries.last_mut() {
@@ -53,7 +63,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     });
     let count = tries.len();
     // Who tries again on the spot has come on the way of the try before.
-    let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| segment.primitive != "Move");
+    let stays_there = |one: &Vec<&Segment>| one.first().is_some_and(|segment| does(segment) != Meaning::Free);
     let on_the_spot: Vec<bool> = tries.iter().skip(1).map(stays_there).chain([false]).collect();
     let mut came: Vec<&Segment> = Vec::new();
     // Where the object is when each try touches it, and where it was before the brushes that have just been left out.
@@ -61,17 +71,13 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     let mut before_brushes: Option<Vector3<f64>> = None;
     for (number, mut segments) in tries.into_iter().enumerate() {
         segments.splice(..0, came.drain(..));
-        let touches: Vec<&str> = segments
-            .iter()
-            .map(|segment| segment.primitive.as_str())
-            .filter(|primitive| !is_free(primitive) && *primitive != "Release")
-            .collect();
+        let touches: Vec<Meaning> =
+            segments.iter().map(|segment| does(segment)).filter(|it| !it.is_free() && *it != Meaning::Open).collect();
         // With the other hand on it as well, a grasp has another name.
-        let grasps =
-            |primitive: &&str| ["Grasp", "EqualGrasp", "MainGrasp"].iter().any(|name| primitive.starts_with(name));
-        let alone = touches.iter().all(|primitive| *primitive == "Grasp");
+        let grasps = |meaning: &Meaning| matches!(meaning, Meaning::Close | Meaning::Share);
+        let alone = touches.iter().all(|meaning| *meaning == Meaning::Close);
         let only_grasped = alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series);
-        let dropped = touches.last() == Some(&"Translate") && number + 1 < count;
+        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count;
         let stood = before_brushes.take().or(touched[number]);
         // With the other hand at work it may move for another reason.
         let stands = stood
@@ -91,13 +97,13 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
                 _ => "failed try",
             };
             if on_the_spot[number] && !dropped {
-                let touch = segments.iter().position(|segment| !is_free(&segment.primitive));
+                let touch = segments.iter().position(|segment| !is_free(segment));
                 came.extend(segments.drain(..touch.unwrap_or_default()));
             }
             left_out.push(leave(&segments, why));
         } else {
-            let last_move = segments.iter().take_while(|segment| is_free(&segment.primitive)).count();
-            let from = segments[..last_move].iter().rposition(|segment| segment.primitive == "Move").unwrap_or(0);
+            let last_move = segments.iter().take_while(|segment| is_free(segment)).count();
+            let from = segments[..last_move].iter().rposition(|segment| does(segment) == Meaning::Free).unwrap_or(0);
             if from > 0 {
                 left_out.push(leave(&segments[..from], "aborted approach"));
             }
@@ -110,11 +116,15 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         for (number, segment) in segments.iter().enumerate() {
             let Some(mut piece) = piece(segment, series, waits, &mut left_out) else { continue };
             // Between two pushes that are one, the fingers stay at the object.
-            if let Some(pushing) = pieces.last().filter(|_| piece.primitive == "Release" && number + 1 < segments.len())
-            {
-                piece.primitive = pushing.primitive.clone();
+            let goes_on = segments.get(number + 1).is_some_and(|next| !lets_go(next));
+            if let Some(pushing) = pieces.last().filter(|_| piece.does == Meaning::Open && goes_on) {
+                (piece.primitive, piece.does) = (pushing.primitive.clone(), pushing.does);
             }
-            pieces.push(piece);
+            // Letting go by several names is one motion.
+            match pieces.last_mut().filter(|last| last.does == Meaning::Open && piece.does == Meaning::Open) {
+                Some(last) => last.samples.append(&mut piece.samples),
+                None => pieces.push(piece),
+            }
         }
         episodes.push(Episode { pieces });
     }
@@ -123,12 +133,12 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
 }
 
 fn pushes(segment: &Segment) -> bool {
-    matches!(segment.primitive.as_str(), "Push" | "Trace")
+    does(segment).pushes()
 }
 
 /// Where the object is when a try touches it first, m.
 fn first_touch(one: &[&Segment], series: &Series) -> Option<Vector3<f64>> {
-    let touch = one.iter().find(|segment| !is_free(&segment.primitive))?;
+    let touch = one.iter().find(|segment| !is_free(segment))?;
     Some(series.object[sample_at(touch.start_s, series)].translation.vector)
 }
 
@@ -139,8 +149,7 @@ fn sample_at(time: f64, series: &Series) -> usize {
 
 /// Whether a try is a push that is over at once and moves nothing while it lasts.
 fn brushes(one: &[&Segment], series: &Series) -> bool {
-    let touches: Vec<&Segment> =
-        one.iter().filter(|segment| !is_free(&segment.primitive) && segment.primitive != "Release").copied().collect();
+    let touches: Vec<&Segment> = one.iter().filter(|segment| !is_free(segment) && !lets_go(segment)).copied().collect();
     let lasts: f64 = touches.iter().map(|segment| segment.end_s - segment.start_s).sum();
     let pushes_only = !touches.is_empty() && touches.iter().all(|segment| pushes(segment));
     pushes_only && lasts < BRUSH_S && stays(&touches, series)
@@ -149,13 +158,13 @@ fn brushes(one: &[&Segment], series: &Series) -> bool {
 /// Whether the hand came off for a moment as it pushed, and goes on with the next try.
 fn comes_off(one: &[&Segment], next: &[&Segment]) -> bool {
     let [.., before, release] = one else { return false };
-    let briefly = release.primitive == "Release" && release.end_s - release.start_s < COMES_OFF_S;
+    let briefly = lets_go(release) && release.end_s - release.start_s < COMES_OFF_S;
     briefly && pushes(before) && next.first().is_some_and(|segment| pushes(segment))
 }
 
 /// Whether the object does not move in these segments as they touch it.
 fn stays(segments: &[&Segment], series: &Series) -> bool {
-    let touching = segments.iter().filter(|segment| !is_free(&segment.primitive));
+    let touching = segments.iter().filter(|segment| !is_free(segment));
     let mut ends = touching
         .flat_map(|segment| [segment.start_s, segment.end_s])
         .map(|time| series.object[sample_at(time, series)].translation.vector);
@@ -175,11 +184,16 @@ fn leave(segments: &[&Segment], why: &str) -> LeftOut {
 fn piece(segment: &Segment, series: &Series, waits: bool, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
     let (start, end) = (sample_at(segment.start_s, series), sample_at(segment.end_s, series));
     let mut samples: Vec<usize> = (start..=end).collect();
-    if is_free(&segment.primitive) && !waits {
+    if is_free(segment) && !waits {
         samples = without_pauses(samples, segment, series, left_out);
     }
-    let touching = !is_free(&segment.primitive);
-    (!samples.is_empty()).then(|| Piece { primitive: segment.primitive.clone(), samples, touching })
+    let touching = !is_free(segment);
+    (!samples.is_empty()).then(|| Piece {
+        primitive: segment.primitive.clone(),
+        does: does(segment),
+        samples,
+        touching,
+    })
 }
 
 /// Takes out of a free motion the samples on which the hand stands still for long.

@@ -1,5 +1,6 @@
 //! The form of commands, schema `teachtree.commands/1`. Everything is SI; frames are named in each field.
 
+use crate::base::meaning::Meaning;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -125,6 +126,8 @@ pub struct MappedFinger {
 pub struct Segment {
     /// Its name.
     pub primitive: String,
+    /// What the hand does in it.
+    pub does: Meaning,
     /// When it begins after the beginning of the task's commands, s.
     pub start_s: f64,
     /// How long it takes, s.

@@ -8,6 +8,7 @@ use super::form::Into;
 use super::series::{Episode, Piece, Series, seven};
 use crate::base::easing::smooth_step;
 use crate::base::geometry::{Solid, across};
+use crate::base::meaning::Meaning;
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::socket::{PlugInSocket, SocketFrame};
@@ -72,10 +73,10 @@ pub(super) fn along_the_axis(
         .collect();
     let mut into = None;
     for episode in episodes {
-        let inserts = |piece: &&Piece| piece.primitive == "Insert";
+        let inserts = |piece: &&Piece| piece.does == Meaning::Insert;
         let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
-        // Of two hands in the air, each of which feels for the other's, it is an Insert and a Fit by turns.
-        let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.primitive == "Fit");
+        // Of two hands in the air, each of which feels for the other's, objects are inserted and fitted by turns.
+        let going_in = episode.pieces[first..].iter().take_while(|piece| inserts(piece) || piece.does == Meaning::Fit);
         let deepest = going_in.filter(inserts).filter_map(|piece| piece.samples.last()).last();
         let Some(&deepest) = deepest else { continue };
         let end = series.object[deepest];
@@ -94,7 +95,7 @@ pub(super) fn along_the_axis(
         let held: Vec<usize> = episode
             .pieces
             .iter()
-            .filter(|piece| piece.touching && piece.primitive != "Grasp")
+            .filter(|piece| piece.touching && piece.does != Meaning::Close)
             .flat_map(|piece| piece.samples.iter().copied())
             .filter(|&at| at <= deepest)
             .collect();

@@ -4,6 +4,7 @@
 use super::RATE_HZ;
 use super::series::{Episode, Series};
 use crate::base::easing::smooth_step;
+use crate::base::meaning::Meaning;
 use crate::base::recording::Recording;
 use nalgebra::{Translation3, Vector3};
 
@@ -25,7 +26,7 @@ pub(super) fn against_the_wall(series: &mut Series, recording: &Recording, objec
         .filter(|body| *body != object)
         .filter_map(|body| series.normals(recording, object, body))
         .collect();
-    let traces = episodes.iter().flat_map(|episode| &episode.pieces).filter(|piece| piece.primitive == "Trace");
+    let traces = episodes.iter().flat_map(|episode| &episode.pieces).filter(|piece| piece.does == Meaning::Trace);
     for piece in traces {
         let walls = others.iter().map(|normals| {
             let upright = |normal: &&Vector3<f64>| **normal != Vector3::zeros() && normal.z.abs() < UPWARDS;

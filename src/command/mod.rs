@@ -28,6 +28,7 @@ use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::recording::Recording;
 use crate::base::scene::Role;
@@ -45,7 +46,7 @@ pub const FRICTION: f64 = 1.0;
 /// recording has no contact flags, fingertips touch by `touch`, as in the rules that analyzed it.
 ///
 /// # Errors
-/// A recording without a scene.
+/// A recording without a scene; a task with a primitive of which nothing says what a hand does.
 pub fn commands(
     recording: &Recording,
     analysis: &Analysis,
@@ -61,6 +62,7 @@ pub fn commands(
         let Who::Hand(side) = track.who else { continue };
         let Some(hand) = scene.hands.get(&side) else { continue };
         for span in &track.tasks {
+            carried_out(span, log)?;
             // The object that is touched for the longest time is what the task is about.
             let times = [span.start_s, span.end_s];
             let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
@@ -84,6 +86,19 @@ pub fn commands(
     tasks.iter_mut().for_each(drops::lead_to_the_touch);
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
+}
+
+/// Refuses a task in which a primitive does not say what a hand does: no robot can know.
+fn carried_out(span: &TaskSpan, log: &str) -> Result<(), InputError> {
+    let Some(unsaid) = span.segments.iter().find(|segment| segment.does.is_none()) else { return Ok(()) };
+    let name = unsaid.primitive.split('(').next().unwrap_or_default();
+    let message = format!(
+        "nothing says what a hand does in `{name}`, at {:.3} s in the task `{}`: no robot can carry it out",
+        unsaid.start_s, span.task
+    );
+    Err(InputError::new(log, message).help(format!(
+        "say it in the rules: what it is a kind of, such as `primitive {name} is …`, or what a hand does, such as `primitive {name} does carry`"
+    )))
 }
 
 fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut series: Series, waits: bool) -> Task {
@@ -129,7 +144,7 @@ fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut se
 impl Task {
     /// When the operator had moved the object for the first time since it was held, s of the recording.
     pub fn first_moved_s(&self) -> Option<f64> {
-        let moves = |segment: &&Segment| segment.touching && !matches!(segment.primitive.as_str(), "Grasp" | "Release");
+        let moves = |segment: &&Segment| segment.touching && !matches!(segment.does, Meaning::Close | Meaning::Open);
         self.segments.iter().find(moves).map(|segment| segment.demonstrated_start_s + segment.duration_s)
     }
 

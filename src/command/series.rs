@@ -7,6 +7,7 @@ use super::touching::{TouchForces, touching};
 use super::{FRICTION, RATE_HZ};
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
+use crate::base::meaning::Meaning;
 use crate::base::pose::Seven;
 use crate::base::recording::Recording;
 use crate::base::scene::{Body, Hand};
@@ -34,6 +35,8 @@ pub(super) struct Episode {
 /// A segment of it.
 pub(super) struct Piece {
     pub(super) primitive: String,
+    /// What the hand does.
+    pub(super) does: Meaning,
     /// Which samples of the series are commanded, in order; never empty.
     pub(super) samples: Vec<usize>,
     /// Whether the object is touched.
@@ -221,6 +224,7 @@ impl Series {
         }
         Segment {
             primitive: piece.primitive.clone(),
+            does: piece.does,
             duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
             demonstrated_start_s: self.start_s + at[0] as f64 / RATE_HZ,
             object: object.iter().map(|flat| unflattened(flat, &first)).collect(),

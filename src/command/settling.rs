@@ -3,6 +3,7 @@
 
 use super::series::{Episode, Series};
 use crate::base::easing::smooth_step;
+use crate::base::meaning::Meaning;
 use nalgebra::{Isometry3, Translation3};
 
 /// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.
@@ -14,12 +15,12 @@ const SHARE: f64 = 0.5;
 /// Brings the object in the end of each episode to where it came to rest.
 pub(super) fn put_down(series: &mut Series, episodes: &[Episode]) {
     for (number, episode) in episodes.iter().enumerate() {
-        let grasped = episode.pieces.iter().any(|piece| piece.primitive == "Grasp");
-        let inserted = episode.pieces.iter().any(|piece| piece.primitive == "Insert");
-        let held = episode.pieces.iter().filter(|piece| piece.touching && piece.primitive != "Release");
+        let grasped = episode.pieces.iter().any(|piece| piece.does == Meaning::Close);
+        let inserted = episode.pieces.iter().any(|piece| piece.does == Meaning::Insert);
+        let held = episode.pieces.iter().filter(|piece| piece.touching && piece.does != Meaning::Open);
         let held: Vec<usize> =
-            held.filter(|piece| piece.primitive != "Grasp").flat_map(|piece| piece.samples.iter().copied()).collect();
-        let let_go = episode.pieces.last().filter(|piece| piece.primitive == "Release");
+            held.filter(|piece| piece.does != Meaning::Close).flat_map(|piece| piece.samples.iter().copied()).collect();
+        let let_go = episode.pieces.last().filter(|piece| piece.does == Meaning::Open);
         let (Some(&first), Some(&last), Some(_)) = (held.first(), held.last(), let_go) else { continue };
         if !grasped || inserted {
             continue;

@@ -5,7 +5,7 @@
 
 use crate::language::formula::{Answer, Formula, Reader, possible, written};
 use crate::language::rules::{
-    self, Expr, Hand, Label, Labels, Relabel, RelabelKind, Rules, Task, Then, Tree, TreeScope,
+    self, Expr, ExprKind, Hand, Label, Labels, PrimitiveId, Relabel, RelabelKind, Rules, Task, Then, Tree, TreeScope,
 };
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -74,7 +74,8 @@ pub fn additive(base: &Rules, extended: &Rules) -> Additive {
         extended.primitives.get(label.primitive.index()).is_some_and(|primitive| is_new(&primitive.name))
     };
     let trees = trees(base, extended, &|label| new_label(label));
-    let mut changed = changed(base, extended);
+    let mut changed = changed(base, &without_new(extended, &new_label));
+    changed.extend(primitives_changed(base, extended));
     changed.extend(
         trees
             .alone
@@ -83,6 +84,35 @@ pub fn additive(base: &Rules, extended: &Rules) -> Additive {
             .map(|name| format!("the tree `{name}` is gone")),
     );
     Additive { new, trees, changed, acts: acts(base, extended, &new_label) }
+}
+
+/// The rules without new primitives in what `from` lists: while none of them has occurred, the leaf before is none of them.
+fn without_new(rules: &Rules, is_new: &dyn Fn(Label) -> bool) -> Rules {
+    fn cut(expr: &mut Expr, is_new: &dyn Fn(Label) -> bool) {
+        if let ExprKind::From { labels, .. } = &mut expr.kind {
+            labels.retain(|label| !is_new(*label));
+        }
+        expr.arguments_mut().into_iter().for_each(|part| cut(part, is_new));
+    }
+    let mut rules = rules.clone();
+    for latch in &mut rules.latches {
+        cut(&mut latch.set, is_new);
+        cut(&mut latch.clear, is_new);
+    }
+    rules
+}
+
+/// Primitives of one rule set that are kinds of another primitive, or do something else, in the other one.
+fn primitives_changed(one: &Rules, other: &Rules) -> Vec<String> {
+    let meaning = |rules: &Rules, id: PrimitiveId| {
+        let above = rules.lineage(id).nth(1).map(|above| above.name.clone());
+        (above, rules.meaning(id), rules.primitives.get(id.index()).and_then(|one| one.other))
+    };
+    let both = one.primitives.iter().zip((0..).map(PrimitiveId));
+    let both = both.filter_map(|(primitive, id)| Some((primitive, id, other.primitive(&primitive.name)?)));
+    both.filter(|(_, ours, theirs)| meaning(one, *ours) != meaning(other, *theirs))
+        .map(|(primitive, ..)| format!("the primitive `{}` means something else", primitive.name))
+        .collect()
 }
 
 /// Where the trees of two rule sets give different leaves.
@@ -292,9 +322,9 @@ fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> V
 fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
     let mut acts = lost_but(base, extended, is_new);
     for task in extended.tasks.iter().filter(|task| !base.tasks.iter().any(|known| known.name == task.name)) {
-        let new_keys = task.keys.iter().filter(|key| is_new(key.label)).count();
+        let new_keys = task.keys.iter().filter(|key| is_new(key.label.label)).count();
         let needs_new = if task.all_keys { new_keys > 0 } else { new_keys == task.keys.len() };
-        if !needs_new && !is_new(task.first) && !is_new(task.last) {
+        if !needs_new && !is_new(task.first.label) && !is_new(task.last.label) {
             acts.push(format!("the task `{}` needs no new primitive", task.name));
         }
     }
@@ -320,11 +350,17 @@ fn asks(task: &Task, rules: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<Strin
     let value = |constant: &Option<crate::language::rules::Constant>| {
         constant.as_ref().map(|constant| constant.value.to_bits())
     };
-    let keys = task.keys.iter().filter(|key| task.all_keys || !is_new(key.label));
+    let keys = task.keys.iter().filter(|key| task.all_keys || !is_new(key.label.label));
     let keys = keys.map(|key| {
-        format!("{} {:?} {:?} {:?}", name(&key.label), value(&key.lasting), value(&key.travelling), value(&key.turning))
+        format!(
+            "{} {:?} {:?} {:?}",
+            name(&key.label.label),
+            value(&key.lasting),
+            value(&key.travelling),
+            value(&key.turning)
+        )
     });
-    let ends = [name(&task.first), name(&task.last), format!("{} {}", task.all_keys, task.joined)];
+    let ends = [name(&task.first.label), name(&task.last.label), format!("{} {}", task.all_keys, task.joined)];
     let without = task.without.iter().filter(|label| !is_new(**label)).map(|label| format!("without {}", name(label)));
     ends.into_iter().chain(keys).chain(without).collect()
 }

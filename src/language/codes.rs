@@ -63,6 +63,12 @@ codes! {
     WRONG_SIDE = "E214";
     /// an override does not fit
     BAD_OVERRIDE = "E215";
+    /// a primitive is a kind of another one and says what a hand does
+    KIND_WITH_MEANING = "E216";
+    /// primitives are kinds of each other in a circle
+    CIRCULAR_KINDS = "E217";
+    /// no hand does what a primitive says
+    UNKNOWN_MEANING = "E218";
 
     /// two quantities of different kinds are compared
     COMPARED_KINDS = "E301";
@@ -122,11 +128,15 @@ codes! {
     TOO_MANY_FILES = "E704";
     /// there are too many mistakes to list
     TOO_MANY_ERRORS = "E705";
+    /// a primitive has too many kinds
+    TOO_MANY_KINDS = "E706";
 
     /// a declaration is never used
     UNUSED = "W201";
     /// a comment allows what is not there
     IDLE_ALLOW = "W202";
+    /// nothing says what a hand does in a primitive
+    NO_MEANING = "W203";
     /// a condition never holds
     NEVER_HOLDS = "W301";
     /// a condition always holds

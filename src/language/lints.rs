@@ -29,6 +29,7 @@ impl Resolver {
         if !self.rules.trees.is_empty() {
             self.unused_values(named);
             self.unused_primitives(named, &reported);
+            self.meanings_left_out(named);
         }
         self.racing_latches();
         self.forgotten_from();
@@ -85,6 +86,28 @@ impl Resolver {
             })
             .collect();
         self.findings.extend(unused);
+    }
+
+    /// Primitives without a meaning among others that have one: a robot that carries out the others cannot carry out these.
+    fn meanings_left_out(&mut self, named: &BTreeSet<u32>) {
+        let primitives = &self.rules.primitives;
+        if primitives.iter().all(|primitive| primitive.does.is_none()) {
+            return;
+        }
+        let left_out = primitives.iter().zip((0..).map(PrimitiveId)).filter(|(primitive, id)| {
+            named.contains(&primitive.span.file) && primitive.is.is_none() && self.rules.meaning(*id).is_none()
+        });
+        let findings: Vec<Diagnostic> = left_out
+            .map(|(primitive, _)| {
+                let name = &primitive.name;
+                Diagnostic::warning(codes::NO_MEANING, format!("nothing says what a hand does in `{name}`"))
+                    .at(primitive.span, "a robot cannot carry it out")
+                    .help(format!(
+                        "say what it is a kind of, such as `{name} is Translate`, or what a hand does: `{name} does carry`"
+                    ))
+            })
+            .collect();
+        self.findings.extend(findings);
     }
 
     /// A latch that `from` sets after a time that does not outlast the settling: the leaf that sets it may never settle.

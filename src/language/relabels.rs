@@ -38,7 +38,8 @@ impl Resolver {
                     );
                     continue;
                 }
-                if let Some(kind) = self.relabel(&rule.kind) {
+                if let Some(mut kind) = self.relabel(&rule.kind) {
+                    self.kinds_in_relabel(&mut kind);
                     let text = self.folded(rule.span);
                     self.rules.relabels.push(Relabel { task, kind, text, span: rule.span });
                 }
@@ -84,7 +85,7 @@ impl Resolver {
             }
             syntax::RelabelKind::Separate { what, without } => {
                 let (what, without) = (self.label(what, false), self.labels(without));
-                RelabelKind::Separate { what: what?, without: without? }
+                RelabelKind::Separate { what: vec![what?], without: without? }
             }
         })
     }

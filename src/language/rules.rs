@@ -5,15 +5,18 @@
 //! except that a log lacks what a channel needs, or has a rate that cannot honour a duration.
 
 mod expr;
+mod kinds;
 mod lookup;
 mod paths;
 
 pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, LEAST_SAMPLES, MOST_TIMES};
+pub use kinds::{MOST_KINDS, Pattern};
 pub use paths::Way;
 
 use crate::base::channels::{Axis, ChannelSpec, Shape};
 use crate::base::diagnostic::{Sources, Span};
 use crate::base::hands::Side;
+use crate::base::meaning::Meaning;
 use crate::base::units::Dimension;
 
 macro_rules! id {
@@ -147,13 +150,19 @@ pub struct Latch {
     pub span: Span,
 }
 
-/// A primitive motion.
+/// A primitive motion. It is a kind of another one, or says what a hand does, or neither.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Primitive {
     /// The name.
     pub name: String,
     /// Whether it is sided: `MainGrasp(side)`.
     pub sided: bool,
+    /// The primitive that it is a kind of.
+    pub is: Option<PrimitiveId>,
+    /// What a hand does in it, if it is no kind of another one; of a sided one, the hand of its side.
+    pub does: Option<Meaning>,
+    /// What the other hand does in a sided one, if that is something else.
+    pub other: Option<Meaning>,
     /// Where it is declared.
     pub span: Span,
 }
@@ -239,9 +248,9 @@ pub struct Task {
     /// The name.
     pub name: String,
     /// The primitive that opens the span.
-    pub first: Label,
+    pub first: Pattern,
     /// The primitive that closes it.
-    pub last: Label,
+    pub last: Pattern,
     /// Keys: any of them, or all of them.
     pub keys: Vec<Key>,
     /// Whether all keys are needed (`and`) rather than any (`or`).
@@ -258,7 +267,7 @@ pub struct Task {
 #[derive(Clone, Debug)]
 pub struct Key {
     /// The primitive.
-    pub label: Label,
+    pub label: Pattern,
     /// `lasting 150 ms`: a segment at least that long.
     pub lasting: Option<Constant>,
     /// `travelling 20 mm`: the target got at least that far from where it was when the segment began.
@@ -334,7 +343,7 @@ pub enum RelabelKind {
     /// is given back to the hands' own trees.
     Separate {
         /// X.
-        what: Label,
+        what: Labels,
         /// K, L.
         without: Labels,
     },

@@ -161,6 +161,12 @@ pub struct Primitive {
     pub name: Name,
     /// Whether `(side)` follows.
     pub sided: bool,
+    /// The primitive that it is a kind of.
+    pub is: Option<Name>,
+    /// What a hand does in it; of a sided one, the hand of its side.
+    pub does: Option<Name>,
+    /// What the other hand does in it.
+    pub other: Option<Name>,
 }
 
 /// A primitive as it is named in leaves and patterns.

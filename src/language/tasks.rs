@@ -2,7 +2,7 @@
 
 use super::codes;
 use super::resolve::Resolver;
-use super::rules::{Key, Task};
+use super::rules::{Key, Pattern, Task};
 use super::syntax::{self, Demand};
 use super::types::Scope;
 use crate::base::diagnostic::{Diagnostic, Span};
@@ -47,6 +47,7 @@ impl Resolver {
             }
             checked.keys.extend(keys.into_iter().flatten());
         }
+        declared.iter_mut().filter_map(|(_, task)| task.as_mut()).for_each(|task| self.kinds_in_task(task));
         let order = self.task_order(&declared, &at);
         let mut checked: Vec<Option<Task>> = declared.into_iter().map(|(_, task)| task).collect();
         self.rules.tasks = order.into_iter().filter_map(|at| checked.get_mut(at).and_then(Option::take)).collect();
@@ -59,8 +60,8 @@ impl Resolver {
         let without = self.labels(&task.without);
         Some(Task {
             name: task.name.text.clone(),
-            first: first?,
-            last: last?,
+            first: Pattern::of(first?),
+            last: Pattern::of(last?),
             keys: keys?,
             all_keys: task.all_keys,
             without: without?,
@@ -76,7 +77,8 @@ impl Resolver {
 
     fn key(&mut self, key: &syntax::Key) -> Option<Key> {
         let label = self.label(&key.label, false);
-        let mut demanded = Key { label: label?, lasting: None, travelling: None, turning: None, span: key.span };
+        let mut demanded =
+            Key { label: Pattern::of(label?), lasting: None, travelling: None, turning: None, span: key.span };
         for (demand, value) in &key.demands {
             let (place, dimension) = match demand {
                 Demand::Lasting => (&mut demanded.lasting, Dimension::TIME),

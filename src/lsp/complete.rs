@@ -5,6 +5,7 @@ use super::workspace::{Spot, Whole, rule_files};
 use crate::base::channels::Shape;
 use crate::base::diagnostic::Span;
 use crate::base::hands::{Finger, Side};
+use crate::base::meaning::Meaning;
 use crate::base::units::UNITS;
 use crate::language::index::{Kind, Symbol};
 use crate::language::{Expected, SHIPPED, expected, ops};
@@ -34,6 +35,7 @@ pub fn complete(spot: &Spot) -> Vec<CompletionItem> {
             _ if !before.is_empty() => {}
             Expected::Word(word) => list.word(word),
             Expected::Primitive => list.symbols(Kind::Primitive, CompletionItemKind::EnumMember),
+            Expected::Meaning => list.meanings(),
             Expected::Task => list.symbols(Kind::Task, CompletionItemKind::Event),
             Expected::Choice(branch) => list.anchors(branch),
             Expected::Unit => {
@@ -109,6 +111,18 @@ impl List<'_> {
         let whole = self.whole;
         for symbol in whole.survey.index.symbols.iter().filter(|symbol| symbol.kind == kind) {
             self.symbol(&symbol.name, symbol, icon);
+        }
+    }
+
+    /// What a hand may do in a primitive.
+    fn meanings(&mut self) {
+        for meaning in Meaning::ALL {
+            self.push(CompletionItem {
+                label: meaning.name().to_string(),
+                kind: Some(CompletionItemKind::EnumMember),
+                documentation: Some(meaning.doc().to_string().into()),
+                ..CompletionItem::default()
+            });
         }
     }
 

@@ -7,7 +7,7 @@ use crate::base::channels::derived;
 use crate::base::diagnostic::Span;
 use crate::base::units;
 use crate::language::index::{Kind, Symbol};
-use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Param, Rules, SignalId, Type};
+use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Param, PrimitiveId, Rules, SignalId, Type};
 use crate::language::{describe, ops};
 use lsp_types::{Hover, MarkupContent, MarkupKind};
 
@@ -88,8 +88,18 @@ pub fn kind(rules: &Rules, symbol: &Symbol) -> Option<String> {
             let ty = Type { shape: channel.shape, dimension: channel.dimension, axis };
             Some(of_hands(describe(ty), channel.per_hand))
         }
+        Kind::Primitive => rules.primitive(&symbol.name).and_then(|primitive| meant(rules, primitive)),
         _ => None,
     }
+}
+
+/// What a primitive is a kind of, and what a hand does in it.
+fn meant(rules: &Rules, primitive: PrimitiveId) -> Option<String> {
+    let above: Vec<String> = rules.lineage(primitive).skip(1).map(|one| format!("`{}`", one.name)).collect();
+    let does = rules.meaning(primitive).map(|meaning| format!("does `{}`: {}", meaning.name(), meaning.doc()));
+    let is = (!above.is_empty()).then(|| format!("a kind of {}", above.join(", a kind of ")));
+    let text: Vec<String> = is.into_iter().chain(does).collect();
+    (!text.is_empty()).then(|| text.join("; "))
 }
 
 fn of_hands(ty: String, per_hand: bool) -> String {

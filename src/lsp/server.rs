@@ -349,7 +349,7 @@ impl<W: Write> Server<W> {
         self.stale = true;
     }
 
-    /// Tells the diagnostics, when they may have changed.
+    /// Sends the diagnostics, when they may have changed.
     fn publish(&mut self) -> io::Result<()> {
         if !std::mem::take(&mut self.stale) {
             return Ok(());

@@ -105,7 +105,9 @@ impl Drawing<'_> {
     }
 
     fn segments(&mut self, name: &str, segments: &[Segment]) {
-        let bar = |segment: &'_ Segment| (self.x(segment), palette::color(&segment.primitive), describe(segment));
+        let bar = |segment: &'_ Segment| {
+            (self.x(segment), palette::color(&segment.primitive, segment.does), describe(segment))
+        };
         let parts: Vec<(Range<f64>, Color, String)> = segments.iter().map(bar).collect();
         let bars: Vec<Bar> = (segments.iter().zip(parts))
             .map(|(segment, (x, color, title))| Bar { x, name: &segment.primitive, color, title, open: (false, false) })
@@ -131,7 +133,7 @@ impl Drawing<'_> {
     /// Marks where the log could not be trusted, for this track or for all.
     fn issues(&mut self, track: &Track, analysis: &Analysis) {
         let own = format!("{}.", track.who);
-        let whole = |issue: &&crate::stream::frames::Issue| issue.channel.is_empty() || issue.channel.starts_with(&own);
+        let whole = |issue: &&crate::stream::issue::Issue| issue.channel.is_empty() || issue.channel.starts_with(&own);
         let marks: Vec<String> = (analysis.issues.iter().filter(whole))
             .map(|issue| {
                 let (start, end) = (self.time.x(issue.start_s), self.time.x(issue.end_s));
@@ -227,7 +229,7 @@ impl Drawing<'_> {
             self.body.push_str(&format!(
                 "<g transform=\"translate({} 0)\" fill=\"{}\"><title>{}</title><path class=\"cut\" d=\"M0 {}V{}\"/>{points}</g>\n",
                 length(self.time.x(after.start_s)),
-                palette::color(&after.primitive).hex(),
+                palette::color(&after.primitive, after.does).hex(),
                 escape(&title),
                 length(top),
                 length(self.y)

@@ -99,7 +99,7 @@ fn time_cells(start_s: f64, end_s: f64) -> String {
 }
 
 fn chip(segment: &Segment) -> String {
-    let color = palette::color(&segment.primitive).hex();
+    let color = palette::color(&segment.primitive, segment.does).hex();
     format!("<span class=\"chip\" style=\"background:{color}\">{}</span>", escape(&segment.primitive))
 }
 
@@ -153,7 +153,7 @@ fn issues(analysis: &Analysis) -> String {
         .map(|issue| {
             format!(
                 "<tr><td>{}</td>{}<td>{}</td><td>{}</td></tr>\n",
-                escape(&issue.kind),
+                escape(issue.kind.name()),
                 time_cells(issue.start_s, issue.end_s),
                 escape(&issue.channel),
                 escape(&issue.message)

@@ -246,7 +246,7 @@ impl Page<'_> {
 
     fn segment(&self, segment: &Segment) -> Vec<String> {
         let swatch = if self.style.color {
-            format!("\x1b[48;5;{}m  \x1b[0m", palette::color(&segment.primitive).terminal())
+            format!("\x1b[48;5;{}m  \x1b[0m", palette::color(&segment.primitive, segment.does).terminal())
         } else {
             "  ".into()
         };
@@ -296,7 +296,7 @@ fn bars(segments: &[Segment]) -> Vec<Bar<'_>> {
             start_s: segment.start_s,
             end_s: segment.end_s,
             name: &segment.primitive,
-            color: palette::color(&segment.primitive),
+            color: palette::color(&segment.primitive, segment.does),
         })
         .collect()
 }

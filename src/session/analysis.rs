@@ -5,13 +5,14 @@ use super::explain::{Explanations, Question};
 use super::log::Log;
 use super::rules::Rules;
 use super::run::Run;
+use super::score::{Labels, Score};
 use super::streaming;
 use super::table::FrameTable;
 use crate::analysis::json::Meta;
 use crate::analysis::{self, Analysis as Found, Confidence, Segment as Stretch, TaskSpan, Track as Lane, Who, explain};
 use crate::base::error::ErrorKind;
 use crate::report::{self, Style};
-use crate::stream::frames::Issue;
+use crate::stream::issue::Issue;
 use std::fmt;
 use std::ops::Range;
 use std::sync::OnceLock;
@@ -123,6 +124,14 @@ impl Analysis {
     pub fn frames<S: AsRef<str>>(&self, signals: &[S]) -> Result<FrameTable, Error> {
         let signals: Vec<String> = signals.iter().map(|name| name.as_ref().to_string()).collect();
         FrameTable::new(self, &signals)
+    }
+
+    /// Compares the segments after relabeling, and the tasks, with labels. Reads the log into memory.
+    ///
+    /// # Errors
+    /// Labels that are missing or cannot be read, or that name what the rules do not have.
+    pub fn score(&self, labels: &Labels) -> Result<Score, Error> {
+        Score::new(self, labels)
     }
 
     /// Adds to each boundary how sure it is, and to each task: where they are when params are a fifth smaller and larger. Takes about fifteen times as long
@@ -243,6 +252,10 @@ pub struct Task<'a> {
 }
 
 impl<'a> Task<'a> {
+    pub(crate) const fn of(who: Who, span: &'a TaskSpan) -> Self {
+        Self { who, span }
+    }
+
     /// The name of the task in the rules, or `unknown` where something was handled in a way that no task of the rules describes.
     pub fn name(self) -> &'a str {
         &self.span.task
@@ -331,6 +344,10 @@ pub struct Segment<'a> {
 }
 
 impl<'a> Segment<'a> {
+    pub(crate) const fn of(who: Who, inner: &'a Stretch) -> Self {
+        Self { who, inner }
+    }
+
     /// The primitive: `Grasp`, `MainGrasp(left)`.
     pub fn primitive(self) -> &'a str {
         &self.inner.primitive

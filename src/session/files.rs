@@ -1,6 +1,7 @@
 //! Which files are logs: folders of logs, and the files that belong to a log and are none themselves.
 
-use crate::base::error::InputError;
+use super::error::Error;
+use crate::base::error::{ErrorKind, InputError};
 use crate::stream::names;
 use crate::stream::read::csv::beside;
 use crate::stream::read::formats;
@@ -112,6 +113,17 @@ pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Resu
         }
     }
     Ok(each_once(logs))
+}
+
+/// Lists the recordings that paths stand for, as [`Log::open`](crate::Log::open) takes them, each once: those in a folder and its subfolders, the
+/// episodes of `set#*` and `set#0..9`, the path itself otherwise. A folder of text tables is one recording in parts with a `binding`, unless `each`.
+///
+/// # Errors
+/// [`ErrorKind::Io`] and [`ErrorKind::Format`]: a folder that cannot be read or holds no log, a data set that lacks what is chosen.
+pub fn paths<P: AsRef<Path>>(paths: &[P], binding: Option<&Path>, each: bool) -> Result<Vec<PathBuf>, Error> {
+    let paths: Vec<PathBuf> = paths.iter().map(|path| path.as_ref().to_path_buf()).collect();
+    let found = recordings(&paths, binding, each).map_err(|error| Error::new(error, ErrorKind::Format))?;
+    Ok(found.into_iter().map(|found| found.log).collect())
 }
 
 /// The recordings that choices such as `set#*` stand for, and all other paths as they are.

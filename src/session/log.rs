@@ -2,7 +2,7 @@
 
 use super::analysis::Analysis;
 use super::error::Error;
-use super::live::{self, OnSegment};
+use super::follow::{self, OnSegment};
 use super::rules::RulesOptions;
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::hands::Side;
@@ -192,7 +192,28 @@ impl LogOptions {
     /// [`ErrorKind::Format`], when a line is no JSON object; as [`Rules::analyze`](super::Rules::analyze); what `on_segment` returns.
     pub fn follow(self, lines: impl BufRead, rules: &RulesOptions, on_segment: OnSegment) -> Result<Analysis, Error> {
         let Self { binding, scene } = self;
-        live::follow(lines, &OpenRequest { log: "-".into(), binding, scene }, rules, on_segment)
+        follow::follow(lines, &OpenRequest { log: "-".into(), binding, scene }, rules, on_segment)
+    }
+
+    /// A log of columns in memory, as [`Log::from_columns`]; with a binding the columns have the names that the binding expects. The scene is that
+    /// of these options, else that of the binding, else `scene`.
+    ///
+    /// # Errors
+    /// As [`Log::from_columns`], [`ErrorKind::Binding`], and [`ErrorKind::Scene`] where a binding is given and there is no scene.
+    pub fn from_columns(
+        self,
+        name: impl Into<String>,
+        columns: impl IntoIterator<Item = Column>,
+        scene: Option<&Scene>,
+    ) -> Result<Log, Error> {
+        let Some(binding) = self.binding else {
+            let own = self.scene.map(Scene::open).transpose()?;
+            return Log::from_columns(name, columns, own.as_ref().or(scene).unwrap_or(&Scene::default()));
+        };
+        let name = name.into();
+        let source = source(&name, columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        let source = Source { scene: scene.map(|scene| scene.0.clone()), ..source };
+        Log::open_source(source, &OpenRequest { log: name.into(), binding: Some(binding), scene: self.scene })
     }
 
     /// Opens a log.
@@ -209,7 +230,7 @@ impl LogOptions {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
     title: String,
-    values: Vec<f64>,
+    cells: Cells,
 }
 
 impl Column {
@@ -219,19 +240,28 @@ impl Column {
     pub fn new(name: impl Into<String>, unit: &str, values: impl Into<Vec<f64>>) -> Self {
         let name = name.into();
         let title = if unit.is_empty() { name } else { format!("{name} [{unit}]") };
-        Self { title, values: values.into() }
+        Self { title, cells: Cells::Numbers(values.into()) }
+    }
+
+    /// A column of texts, such as `right.label` or `right.target`; a text that is not known is empty.
+    pub fn texts(name: impl Into<String>, texts: impl Into<Vec<String>>) -> Self {
+        Self { title: name.into(), cells: Cells::Texts(texts.into()) }
     }
 }
 
 fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Source, InputError> {
     let mut memory = InMemoryTable::new(name);
-    for Column { title, values } in columns {
+    for Column { title, cells } in columns {
+        let rows = match &cells {
+            Cells::Numbers(values) => values.len(),
+            Cells::Texts(texts) => texts.len(),
+        };
         let wrong = |message: String| InputError::new(format!("{name} column {title}"), message);
         if memory.columns().contains_key(&title) {
             return Err(wrong("the column is there twice".into()).help("keep one of them, or rename the other"));
         }
-        if memory.rows() != values.len() && !memory.columns().is_empty() {
-            let message = format!("expected {} values as in the columns before, found {}", memory.rows(), values.len());
+        if memory.rows() != rows && !memory.columns().is_empty() {
+            let message = format!("expected {} values as in the columns before, found {rows}", memory.rows());
             return Err(wrong(message));
         }
         if memory.columns().len() == MAX_COLUMNS {
@@ -240,7 +270,7 @@ fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Sourc
                 format!("found more than {MAX_COLUMNS} columns, the most that are read"),
             ));
         }
-        memory.push_column(title, Cells::Numbers(values));
+        memory.push_column(title, cells);
         check_size(name, memory.rows(), memory.columns().len())?;
     }
     Ok(Source::one(name, memory.header(), Box::new(memory)))
@@ -251,6 +281,14 @@ fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Sourc
 pub struct Scene(Bodies);
 
 impl Scene {
+    pub(crate) const fn of(bodies: Bodies) -> Self {
+        Self(bodies)
+    }
+
+    pub(crate) const fn inner(&self) -> &Bodies {
+        &self.0
+    }
+
     /// Reads a scene file.
     ///
     /// # Errors

@@ -8,22 +8,27 @@ mod analysis;
 mod confidence;
 mod error;
 mod explain;
-#[cfg(feature = "cli")]
 pub(crate) mod files;
 #[cfg(feature = "cli")]
 pub(crate) mod fitting;
+mod follow;
 mod live;
 mod log;
 mod observability;
 mod rules;
 mod run;
+pub(crate) mod score;
 mod streaming;
 mod table;
 
 pub use analysis::{Analysis, Segment, Task, Track};
 pub use error::{Diagnostic, Error, Position};
 pub use explain::{Choice, Explanation, Explanations, Question};
-pub use live::{ClosedSegment, OnSegment};
+pub use files::paths as recordings;
+pub use follow::{ClosedSegment, OnSegment};
+pub use live::{Calibration, Live, LiveEvent};
+#[cfg(feature = "cli")]
+pub(crate) use live::{Feed, FeedOptions};
 pub use log::{Column, Log, LogOptions, Scene};
 pub use observability::{Observability, TrackObservability, Undetectable};
 pub use rules::{Rules, RulesOptions};
@@ -31,4 +36,5 @@ pub use rules::{Rules, RulesOptions};
 pub(crate) use run::Run;
 #[cfg(feature = "cli")]
 pub(crate) use run::leaves;
+pub use score::{Labels, Score};
 pub use table::{FrameTable, FrameValues};

@@ -5,7 +5,8 @@ use crate::base::channels::Absent;
 use crate::base::hands::{Finger, FingerPick, Side};
 use crate::graph::{Graph, Known, Leaf, Target, possible};
 use crate::language::rules::{ChannelId, Hand, Label, TreeScope};
-use crate::stream::frames::{ColumnKey, Frames, Issue};
+use crate::stream::frames::{ColumnKey, Frames};
+use crate::stream::issue::{Issue, IssueKind};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -57,7 +58,7 @@ pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
     let at = |time: Option<&f64>| time.copied().unwrap_or_default();
     let (start_s, end_s) = (at(frames.time.first()), at(frames.time.last()));
     let issue = |track: &TrackObservability, lack: &Undetectable| Issue {
-        kind: "undetectable".into(),
+        kind: IssueKind::UNDETECTABLE,
         start_s,
         end_s,
         channel: track.track.clone(),

@@ -8,6 +8,7 @@ use super::run;
 use crate::base::diagnostic::Severity;
 use crate::graph::lower;
 use crate::language::{self, Request};
+use crate::report::diagram::{self, Form};
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -81,6 +82,13 @@ impl Rules {
     /// A hash of all texts and of the values of all params, as 16 hexadecimal digits. It does not depend on where the files lie.
     pub fn digest(&self) -> String {
         self.0.rules.digest()
+    }
+
+    /// The decision trees as a picture, SVG.
+    pub fn svg(&self) -> String {
+        let rules = &self.0.rules;
+        let trees: Vec<_> = rules.trees.iter().map(|tree| diagram::outline(rules, tree, None)).collect();
+        diagram::trees(&trees, Form::Svg)
     }
 
     /// The rule set of the language.
@@ -176,6 +184,16 @@ impl RulesOptions {
     /// [`ErrorKind::Rules`](crate::ErrorKind::Rules), with the diagnostics.
     pub fn load(self) -> Result<Rules, Error> {
         Rules::load(&self.request(Vec::new()))
+    }
+
+    /// Lists all errors and warnings of the rules, in the order of files and lines, as `teachtree check` does. Rules without a tree, a part for
+    /// other files, are only worth a warning here.
+    pub fn check(self) -> Vec<Diagnostic> {
+        let request = Request { needs_tree: false, ..self.request(Vec::new()) };
+        let loaded = language::load(&request);
+        let sources = Arc::new(loaded.sources);
+        let of = |severity| Diagnostic::all(&loaded.diagnostics, &sources, severity);
+        [of(Severity::Error), of(Severity::Warning)].concat()
     }
 
     /// What is loaded for a log.

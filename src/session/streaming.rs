@@ -7,7 +7,8 @@ use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::{Leaves, Run, append};
 use crate::graph::{Graph, lower};
 use crate::language::Rules;
-use crate::stream::frames::{ColumnKey, Frames, Issue, Layout, Values};
+use crate::stream::frames::{ColumnKey, Frames, Layout, Values};
+use crate::stream::issue::Issue;
 use crate::stream::spilled_columns::SpilledColumns;
 use crate::stream::streaming::{Chunk, FirstPass, Flow};
 

@@ -2,6 +2,7 @@
 
 use crate::base::channels::ChannelSpec;
 use crate::base::hands::{Finger, Side};
+use crate::stream::issue::Issue;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -204,19 +205,4 @@ impl Frames {
     pub fn end_of(&self, frame: usize) -> f64 {
         self.time.get(frame).copied().unwrap_or_default() + 1.0 / self.layout.rate_hz
     }
-}
-
-/// An interval in which the log could not be trusted.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Issue {
-    /// The policy's name: `gap`, `stuck_sensor`, `not_a_number`, `duplicate_stamp`, `truncated`, …
-    pub kind: String,
-    /// Start, s.
-    pub start_s: f64,
-    /// End, s.
-    pub end_s: f64,
-    /// The channel, or empty for all.
-    pub channel: String,
-    /// What was found and what was done.
-    pub message: String,
 }

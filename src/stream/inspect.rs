@@ -5,8 +5,8 @@ use crate::base::units::{Dimension, compound};
 use crate::stream::bind::{Filling, Pattern};
 use crate::stream::clean::stuck_sensors::LAZY_SECS;
 use crate::stream::clean::timebase::GAP_STEPS;
-use crate::stream::frames::Issue;
 use crate::stream::groups;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use crate::stream::read::table::{Source, Table, Want};
 use serde::Serialize;
@@ -254,7 +254,7 @@ fn two_groups(mut values: Vec<f64>) -> Option<[f64; 2]> {
     (split.is_clear() && smaller * LEAST >= values.len()).then_some(split.means)
 }
 
-/// What is to be told of a force that never changes, or repeats itself during most of the log without ever reading zero.
+/// The message about a force that never changes, or repeats itself during most of the log without ever reading zero.
 fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
     const MOST: f64 = 0.5;
     let rests = column.min <= 0.0 && column.max >= 0.0;
@@ -271,7 +271,7 @@ fn dead(sheet: &SheetReport, column: &ColumnReport) -> Option<Issue> {
     };
     let name = if sheet.name.is_empty() { column.name.clone() } else { format!("{}.{}", sheet.name, column.name) };
     let (start_s, end_s) = (sheet.start_s, sheet.start_s + sheet.duration_s);
-    Some(Issue { kind: "stuck_sensor".into(), start_s, end_s, channel: name, message })
+    Some(Issue { kind: IssueKind::STUCK_SENSOR, start_s, end_s, channel: name, message })
 }
 
 /// Whether a column is a force, as far as its unit and its name show: `f_x`, `Fz`, `wrench.force.x`.

@@ -8,6 +8,8 @@ mod derive;
 pub mod frames;
 mod groups;
 pub mod inspect;
+pub mod issue;
+pub mod live;
 pub mod names;
 mod open;
 pub mod read;

@@ -21,7 +21,8 @@ use crate::stream::clean::stuck_sensors::Repeats;
 use crate::stream::clean::timebase::{Timebase, timebase};
 use crate::stream::clean::unknown_columns::{self, UnknownColumn};
 use crate::stream::derive::{self, ANCHOR, Findings, tare};
-use crate::stream::frames::{Frames, Issue, Layout};
+use crate::stream::frames::{Frames, Layout};
+use crate::stream::issue::Issue;
 use crate::stream::names;
 use crate::stream::open::OpenRequest;
 use crate::stream::read::csv::{self, Clock};
@@ -245,8 +246,13 @@ impl FirstPass {
                 held.forget(seen.start);
                 let after = RefCell::new(BTreeMap::new());
                 let within = core.start - seen.start..core.end - seen.start;
-                let window =
-                    Window { core: within.clone(), is_first: start == stretch.start, before: &before, after: &after };
+                let window = Window {
+                    core: within.clone(),
+                    is_first: start == stretch.start,
+                    before: &before,
+                    after: &after,
+                    touches: &BTreeMap::new(),
+                };
                 let mut measured = CleanLog {
                     scene: &self.flow.scene,
                     time: self.time.get(seen.clone()).unwrap_or_default().to_vec(),

@@ -29,3 +29,4 @@ pub use simulation::{
 };
 pub use teach::{teach, teach_with_progress};
 pub use touch::TouchLaw;
+pub use truth::{lets_go, sets_out};

@@ -3,6 +3,7 @@
 mod diagnostics;
 mod format;
 mod garbage;
+mod kinds;
 mod lints;
 mod operators;
 mod reference;

@@ -39,10 +39,13 @@ mod inspect;
 mod language;
 #[cfg(feature = "cli")]
 mod live;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod live_log;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
 mod many_logs;
 #[cfg(feature = "cli")]
+mod primitives;
 mod program;
 #[cfg(feature = "cli")]
 mod prove;

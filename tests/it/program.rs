@@ -1,7 +1,8 @@
 //! The program as a user runs it.
 
+use std::io::Write as _;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// A command line, to be run in a folder; lines are as wide as the README shows them.
 pub fn program(folder: &Path, args: &[&str]) -> Command {
@@ -33,4 +34,18 @@ pub fn complained(output: &Output) -> String {
 /// Both, what it said first.
 pub fn all_said(output: &Output) -> String {
     said(output) + &complained(output)
+}
+
+/// Runs it in the folder of the project, with bytes on its standard input.
+pub fn teachtree_fed(args: &[&str], bytes: &[u8]) -> Output {
+    let mut command = program(Path::new(env!("CARGO_MANIFEST_DIR")), args);
+    let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = piped.spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let bytes = bytes.to_vec();
+    // What refuses its input does not read it.
+    let written = std::thread::spawn(move || drop(stdin.write_all(&bytes)));
+    let output = child.wait_with_output().unwrap();
+    written.join().unwrap();
+    output
 }

@@ -22,6 +22,31 @@ fn the_shipped_extensions_only_add() {
     }
 }
 
+/// What the base names stands for kinds of it too, and that changes nothing where no kind occurs.
+#[test]
+fn kinds_only_add() {
+    let folder = tempfile::tempdir().unwrap();
+    let mine = "use \"contact.rules\"\nprimitive Lift is Translate, Wait is Approach\n\
+                for each hand { signal rising = target.velocity.z > 50 mm/s }\n\
+                extend single_hand before carried { rising and grasped and not supported and not walled => Lift }\n\
+                extend single_hand.apart first { rising and near and from(Approach) => Wait }\n";
+    let text = |more: &str| std::fs::write(folder.path().join("mine.rules"), format!("{mine}{more}")).unwrap();
+    let run = || {
+        let output = teachtree_in(folder.path(), &["prove", "additive", "contact.rules", "mine.rules"]);
+        (output.status.code(), all_said(&output))
+    };
+    text("");
+    let (status, printed) = run();
+    assert_eq!(status, Some(0), "{printed}");
+    assert!(printed.contains("new primitives: Lift, Wait"), "{printed}");
+    // `from(none, Move, Approach)` holds after Wait, so there is nothing to warn of.
+    let checked = all_said(&teachtree_in(folder.path(), &["check", "mine.rules"]));
+    assert!(checked.contains("0 errors in"), "{checked}");
+    // A task that asks for the parent needs no kind.
+    text("task rise = Move .. Release with Translate lasting 9 s before pick_and_place\n");
+    assert_eq!(run().0, Some(1));
+}
+
 /// An extension of the single hand: its text, and what refutes it.
 fn refuted(extension: &str) -> String {
     let folder = tempfile::tempdir().unwrap();

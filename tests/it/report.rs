@@ -17,7 +17,8 @@ use teachtree::base::units::Dimension;
 use teachtree::engine::runs::Leaves;
 use teachtree::language::rules::Rules;
 use teachtree::report::{CHANNELS, channels};
-use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Issue, Layout};
+use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
+use teachtree::stream::issue::Issue;
 
 const RATE_HZ: f64 = 1000.0;
 
@@ -137,7 +138,7 @@ fn experiment() -> (Analysis, Frames, [Leaves; 2]) {
     let rest = "Follow 400 Place 420 Release 900 Move 1080";
     let mut frames = measured(&stretches);
     frames.issues.push(Issue {
-        kind: "gap".into(),
+        kind: teachtree::IssueKind::from_name("gap").unwrap(),
         start_s: 5.0,
         end_s: 5.2,
         channel: String::new(),

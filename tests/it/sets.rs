@@ -158,6 +158,9 @@ fn a_file_is_written_for_each_recording_and_not_again() {
     again(&["--set", "touch_on=0.2N"], "3 written");
     again(&["--set", "touch_on=0.2N"], "3 unchanged");
     again(&[], "3 written");
+    again(&["--confidence"], "3 written");
+    again(&["--confidence"], "3 unchanged");
+    again(&[], "3 written");
     let binding = std::fs::read_to_string(folder.path().join("b.yaml")).unwrap();
     std::fs::write(folder.path().join("b.yaml"), binding + "# another one\n").unwrap();
     again(&[], "3 written");
@@ -169,6 +172,43 @@ fn a_file_is_written_for_each_recording_and_not_again() {
     assert!(complained(&output).contains("0 written to out/deep, 2 unchanged, 1 failed"), "{}", complained(&output));
     let quiet = run(&["-q"]);
     assert_eq!(complained(&quiet).lines().filter(|line| !line.contains("error") && !line.contains("help")).count(), 0);
+}
+
+/// The parts of an array of jobs are all recordings, each once, in one folder with a list each.
+#[test]
+fn parts_together_are_the_whole() {
+    let folder = with_set();
+    let run = |more: &[&str]| {
+        let args = ["analyze", "set#*", "--binding", "b.yaml", "--format", "json"];
+        teachtree_in(folder.path(), &[&args[..], more].concat())
+    };
+    let whole = run(&[]);
+    let parts = ["1/2", "2/2"].map(|part| said(&run(&["--shard", part])));
+    let mut lines: Vec<&str> = parts.iter().flat_map(|part| part.lines()).collect();
+    let whole = said(&whole);
+    let mut expected: Vec<&str> = whole.lines().collect();
+    lines.sort_unstable();
+    expected.sort_unstable();
+    assert_eq!((lines, parts[0].lines().count()), (expected, 2));
+    assert_eq!(said(&run(&["--shard", "4/4"])), "");
+
+    let write = |part: &str, said: &str| {
+        let output = run(&["--out-dir", "out", "--resume", "--shard", part]);
+        assert!(output.status.success() && complained(&output).contains(said), "{}", complained(&output));
+    };
+    write("1/2", "2 written to out");
+    write("2/2", "1 written to out");
+    let list = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).unwrap().lines().count();
+    assert_eq!((list("manifest-1-of-2.jsonl"), list("manifest-2-of-2.jsonl")), (2, 1));
+    // What one part did, another division of the work and the whole need not do again.
+    write("3/3", "0 written to out, 1 unchanged");
+    let output = run(&["--out-dir", "out", "--resume"]);
+    assert!(complained(&output).contains("0 written to out, 3 unchanged"), "{}", complained(&output));
+    for wrong in ["0/2", "3/2", "1", "a/b", "1/0"] {
+        let output = run(&["--shard", wrong]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+        assert!(complained(&output).contains("expected I/N with I from 1 to N"), "{}", complained(&output));
+    }
 }
 
 /// A program that is killed keeps what it has written, and the next one goes on there.

@@ -112,6 +112,25 @@ fn modules_use_only_modules_below() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
+/// Rule files name primitives, and say what a hand does in them; the program goes by that. Only the ground truth of the simulated operators, which
+/// shares nothing with the rules, has names of its own.
+#[test]
+fn only_the_ground_truth_names_primitives() {
+    let loaded = teachtree::language::load_text("all.rules", "use \"bimanual.rules\"");
+    let names: Vec<String> = loaded.rules.unwrap().primitives.into_iter().map(|primitive| primitive.name).collect();
+    assert!(names.len() >= 18, "{names:?}");
+    let named = |code: &str| {
+        names.iter().any(|name| code.contains(&format!("\"{name}\"")) || code.contains(&format!("\"{name}(")))
+    };
+    let (truth, wrong): (Vec<_>, Vec<_>) = lines()
+        .into_iter()
+        .filter(|(.., code)| named(code))
+        .partition(|(file, ..)| file.starts_with("src/world/truth/"));
+    assert!(truth.len() > 50, "the search finds them where they are");
+    let places: Vec<&str> = wrong.iter().map(|(_, place, _)| place.as_str()).collect();
+    assert!(places.is_empty(), "ask what a hand does (`Meaning`) instead of naming primitives: {}", places.join(", "));
+}
+
 #[test]
 fn libraries_stay_in_their_places() {
     let mut wrong = Vec::new();

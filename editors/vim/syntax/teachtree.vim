@@ -12,6 +12,9 @@ syntax match teachtreeKeyword /)\s*\zsat\s\+least\>/
 syntax match teachtreeKeyword /\<times\ze\s\+within\>/
 syntax match teachtreeKeyword /\<in\s\+\(both\|one\s\+hand\|the\s\+other\)\>/
 syntax match teachtreeKeyword /\<shorter\s\+than\>/
+syntax match teachtreeKeyword /\<while\s\+other\ze\s\+does\>/
+syntax match teachtreeKeyword /\<is\ze\s\+[A-Z]/
+syntax match teachtreeKeyword /\<does\ze\s\+\w/
 syntax match teachtreeKeyword /,\s*\zsjoined\>/
 syntax match teachtreeKeyword /\<\(first\|last\)\ze\s*{/
 syntax match teachtreeKeyword /\<\(before\|after\)\ze\s\+\w/

@@ -1,5 +1,7 @@
 //! Which boundaries are made by a contact (docs/score.md): between primitives that differ in what touches what.
 
+use crate::base::meaning::{Meaning, Primitives};
+
 /// What touches what during a primitive (docs/sources.md, C1 to C20).
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Contacts {
@@ -23,10 +25,10 @@ enum Contacts {
     BothHands,
 }
 
-/// Whether a contact is made or lost between two primitives. Of a primitive that the chapter does not have nothing is known: no.
-pub(super) fn by_contact(before: &str, after: &str) -> bool {
+/// Whether a contact is made or lost between two primitives. Of a primitive that does not say what a hand does nothing is known: no.
+pub(super) fn by_contact(primitives: &Primitives, before: &str, after: &str) -> bool {
     use Contacts::{Against, InSocket, Pressed, Supported};
-    match (contacts(before), contacts(after)) {
+    match (contacts(primitives, before), contacts(primitives, after)) {
         // A press differs from a touch by its force; a motion in a socket, by its motion.
         (Some(Pressed), Some(Supported | Against)) | (Some(Supported | Against), Some(Pressed)) => false,
         (Some(InSocket), Some(Supported)) | (Some(Supported), Some(InSocket)) => false,
@@ -36,23 +38,23 @@ pub(super) fn by_contact(before: &str, after: &str) -> bool {
 }
 
 /// The contacts of a class; alternatives must agree.
-fn contacts(class: &str) -> Option<Contacts> {
-    let mut all = class.split('|').map(of_primitive);
+fn contacts(primitives: &Primitives, class: &str) -> Option<Contacts> {
+    let mut all = class.split('|').map(|name| primitives.does(name).and_then(of_meaning));
     let first = all.next()??;
     all.all(|other| other == Some(first)).then_some(first)
 }
 
-fn of_primitive(name: &str) -> Option<Contacts> {
-    Some(match name {
-        "Move" | "Approach" | "Release" => Contacts::Free,
-        "Grasp" | "Slide" | "Turn" | "Place" => Contacts::Supported,
-        "Translate" => Contacts::Carried,
-        "Follow" => Contacts::Against,
-        "Press" => Contacts::Pressed,
-        "Insert" | "Pullout" => Contacts::InSocket,
-        "Push" => Contacts::Touched,
-        "Trace" => Contacts::TouchedAgainst,
-        "EqualGrasp" | "MainGrasp(left)" | "MainGrasp(right)" | "Pass" => Contacts::BothHands,
-        _ => return None,
+const fn of_meaning(meaning: Meaning) -> Option<Contacts> {
+    Some(match meaning {
+        Meaning::Free | Meaning::Approach | Meaning::Open => Contacts::Free,
+        Meaning::Close | Meaning::Slide | Meaning::Turn | Meaning::Place => Contacts::Supported,
+        Meaning::Carry => Contacts::Carried,
+        Meaning::Follow => Contacts::Against,
+        Meaning::Press => Contacts::Pressed,
+        Meaning::Insert | Meaning::Extract => Contacts::InSocket,
+        Meaning::Push => Contacts::Touched,
+        Meaning::Trace => Contacts::TouchedAgainst,
+        Meaning::Share | Meaning::Pass => Contacts::BothHands,
+        Meaning::Hold | Meaning::Fit => return None,
     })
 }

@@ -29,10 +29,11 @@ pub use truth::{Span, TrackTruth, Truth};
 use super::json::Meta;
 use super::{Analysis, Track, Who};
 use crate::base::error::InputError;
+use crate::base::meaning::Primitives;
 use alignment::align;
 use layout::{LabeledSpan, Layout};
 use map::SEPARATE;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 /// Segments that share no time stand for each other only when their starts are this near, s.
@@ -98,13 +99,15 @@ impl Score {
 /// # Errors
 /// A true track that was not analyzed, or more segments than can be compared.
 pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> Result<Vec<Row>, InputError> {
+    let spans = truth.tracks.iter().flat_map(|track| &track.primitives);
+    let named: BTreeSet<&str> = spans.flat_map(|span| span.names.iter().map(String::as_str)).collect();
     let rows = truth.tracks.iter().map(|truth| {
         let track = analysis.track(truth.who).ok_or_else(|| {
             let found: Vec<String> = analysis.tracks.iter().map(|track| track.who.to_string()).collect();
             let message = format!("the truth is about the track `{}`, the analysis has {}", truth.who, found.join(", "));
             InputError::new(&meta.log, message)
         })?;
-        let tally = tally(truth, track, analysis, stage).ok_or_else(|| {
+        let tally = tally(truth, track, analysis, stage, &named).ok_or_else(|| {
             let message = format!(
                 "the track `{}` has too many segments to be compared: their number in the truth times that in the result is over {MAX_PAIRS}",
                 truth.who
@@ -116,14 +119,23 @@ pub fn score(truth: &Truth, analysis: &Analysis, stage: Stage, meta: &Meta) -> R
     rows.collect()
 }
 
-/// The counts of a track; `None` when there are too many segments.
-fn tally(truth: &TrackTruth, track: &Track, analysis: &Analysis, stage: Stage) -> Option<Tally> {
+/// The counts of a track; `None` when there are too many segments. Kinds of what the truth has `named` count for that.
+fn tally(
+    truth: &TrackTruth,
+    track: &Track,
+    analysis: &Analysis,
+    stage: Stage,
+    named: &BTreeSet<&str>,
+) -> Option<Tally> {
     let segments = match stage {
         Stage::Relabeled => &track.relabeled,
         Stage::Raw => &track.segments,
     };
-    let layout = Layout::new(&truth.primitives, &layout::segments(track, segments, &analyzed(analysis)));
-    let mut tally = Tally::default();
+    let primitives = &analysis.primitives;
+    let mut found = layout::segments(track, segments, &analyzed(analysis));
+    found.iter_mut().for_each(|(name, ..)| *name = primitives.counts_for(name, |name| named.contains(name)));
+    let layout = Layout::new(&truth.primitives, &found);
+    let mut tally = Tally { primitives: primitives.clone(), ..Tally::default() };
     for cell in &layout.cells {
         let (Some(truth), Some(result)) = (layout.truth.get(cell.truth), layout.result.get(cell.result)) else {
             continue;
@@ -153,7 +165,7 @@ fn tally(truth: &TrackTruth, track: &Track, analysis: &Analysis, stage: Stage) -
         (meet || late_s.abs() <= SAME_BOUNDARY_S).then_some((one, late_s))
     });
     let late: BTreeMap<usize, f64> = late.collect();
-    tally.boundaries = boundaries(&layout.truth, &late);
+    tally.boundaries = boundaries(&layout.truth, &late, primitives);
     tally.tasks = truth.tasks.as_ref().map(|tasks| task_pairs(tasks, track, &trues, &results));
     Some(tally)
 }
@@ -172,7 +184,7 @@ fn analyzed(analysis: &Analysis) -> Vec<(f64, f64)> {
 
 /// The boundaries of the truth: the starts of its segments, except where the scored time begins or something was cut out.
 /// `late_s` says how late the segments are that the result has, by their number.
-fn boundaries(truth: &[LabeledSpan], late_s: &BTreeMap<usize, f64>) -> Vec<Boundary> {
+fn boundaries(truth: &[LabeledSpan], late_s: &BTreeMap<usize, f64>, primitives: &Primitives) -> Vec<Boundary> {
     let before = std::iter::once(None).chain(truth.iter().map(Some));
     let segments = before.zip(truth).filter(|(_, piece)| piece.name != SEPARATE).enumerate();
     let boundaries = segments.filter_map(|(number, (before, piece))| {
@@ -180,7 +192,7 @@ fn boundaries(truth: &[LabeledSpan], late_s: &BTreeMap<usize, f64>) -> Vec<Bound
         Some(Boundary {
             before: before.name.clone(),
             after: piece.name.clone(),
-            by_contact: contact::by_contact(&before.name, &piece.name),
+            by_contact: contact::by_contact(primitives, &before.name, &piece.name),
             late_s: late_s.get(&number).copied(),
         })
     });

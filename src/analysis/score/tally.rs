@@ -4,6 +4,7 @@ use super::overlap::Matches;
 use super::statistics::{Share, quantile, ratio};
 use super::tasks::{NONE, TaskPair};
 use crate::analysis::UNKNOWN;
+use crate::base::meaning::Primitives;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The counts of one or more tracks.
@@ -21,6 +22,8 @@ pub struct Tally {
     pub sequences: Share,
     /// The tasks; `None` while nothing is known about tasks.
     pub tasks: Option<Vec<TaskPair>>,
+    /// The primitives of the rules.
+    pub primitives: Primitives,
 }
 
 /// A boundary of the truth: the start of a primitive after another one.
@@ -97,6 +100,7 @@ impl Tally {
         if let Some(tasks) = &other.tasks {
             self.tasks.get_or_insert_default().extend(tasks.iter().cloned());
         }
+        self.primitives.known.extend(other.primitives.known.clone());
     }
 
     /// How much time was scored, s.

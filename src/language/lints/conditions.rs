@@ -48,7 +48,7 @@ impl<'a> Conditions<'a> {
         expr.arguments().into_iter().for_each(|argument| self.look(argument));
     }
 
-    /// Tells of a condition that never comes out so.
+    /// Reports a condition that never comes out so.
     fn reports(&mut self, expr: &'a Expr, wanted: bool) -> bool {
         let Some(asked) = self.prover.asked(expr, wanted) else { return false };
         if !self.prover.is_impossible(&[(&asked.formula, wanted)]) {

@@ -4,7 +4,9 @@
 use super::leaves_with_sides;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
-use crate::language::rules::{Label, Labels, PrimitiveId, Relabel, RelabelKind, Repeat, Rules, TaskId, TreeScope};
+use crate::language::rules::{
+    Label, Labels, Pattern, PrimitiveId, Relabel, RelabelKind, Repeat, Rules, TaskId, TreeScope,
+};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Relabeling rules, and primitives, beyond which nothing is said: no person writes so many.
@@ -110,9 +112,9 @@ impl<'a> Occurring<'a> {
                     .chain(rules().filter_map(|rule| rule.kind.becomes()))
                     .chain(own)
                     .collect();
-                match covered(&[*what], &all).as_slice() {
-                    _ if self.coordination.is_empty() => Some(Obstacle::NotInBoth(*what)),
-                    [] => Some(Obstacle::NotInBoth(*what)),
+                match covered(what, &all).as_slice() {
+                    _ if self.coordination.is_empty() => what.first().map(|what| Obstacle::NotInBoth(*what)),
+                    [] => what.first().map(|what| Obstacle::NotInBoth(*what)),
                     found => {
                         let excluded = |label: &Label| without.iter().any(|other| other.covers(*label));
                         found.iter().all(excluded).then_some(Obstacle::Without)
@@ -199,18 +201,18 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
     let Some(occurring) = Occurring::new(rules) else { return Default::default() };
     let mut reported = BTreeSet::new();
     let mut findings = Vec::new();
-    let mut lacks = |label: Label| {
-        let lacks = covered(&[label], &occurring.hands).is_empty();
+    let mut lacks = |pattern: &Pattern| {
+        let lacks = !occurring.hands.iter().any(|label| pattern.covers(*label));
         lacks.then(|| {
-            reported.insert(label.primitive);
-            format!("`{}`", rules.label_name(label))
+            reported.insert(pattern.label.primitive);
+            format!("`{}`", rules.label_name(pattern.label))
         })
     };
     for task in &rules.tasks {
-        let ends = if task.first == task.last { vec![task.first] } else { vec![task.first, task.last] };
+        let ends = if task.first == task.last { vec![&task.first] } else { vec![&task.first, &task.last] };
         for end in ends.into_iter().filter(|_| named.contains(&task.span.file)) {
             if let Some(name) = lacks(end) {
-                let word = if end == task.first { "begins" } else { "ends" };
+                let word = if *end == task.first { "begins" } else { "ends" };
                 let message = format!("the task `{}` {word} with {name}, which nothing gives", task.name);
                 findings.push(
                     Diagnostic::warning(codes::MISSING_LABEL, message)
@@ -219,7 +221,7 @@ pub fn missing_labels(rules: &Rules, named: &BTreeSet<u32>) -> (Vec<Diagnostic>,
             }
         }
         for key in task.keys.iter().filter(|key| named.contains(&key.span.file)) {
-            if let Some(name) = lacks(key.label) {
+            if let Some(name) = lacks(&key.label) {
                 let message = format!("the task `{}` asks for {name}, which nothing gives", task.name);
                 let others = !task.all_keys && task.keys.len() > 1;
                 let text = "no leaf of a tree gives it and no rule rewrites to it";

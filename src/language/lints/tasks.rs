@@ -3,7 +3,7 @@
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
 use crate::language::formula::shown;
-use crate::language::rules::{Constant, Key, Rules, Task};
+use crate::language::rules::{Constant, Key, Pattern, Rules, Task};
 use std::collections::BTreeSet;
 
 /// Tasks that are looked at.
@@ -31,7 +31,7 @@ pub fn hidden_tasks(rules: &Rules, named: &BTreeSet<u32>) -> Vec<Diagnostic> {
 
 /// Whether whatever a task names is named by an earlier one. The spans of a joined task depend on its keys: of them nothing is said.
 fn takes_all(earlier: &Task, task: &Task) -> bool {
-    let same_spans = (earlier.first, earlier.last) == (task.first, task.last) && !earlier.joined && !task.joined;
+    let same_spans = (&earlier.first, &earlier.last) == (&task.first, &task.last) && !earlier.joined && !task.joined;
     let implied = |wanted: &Key| {
         let mut given = task.keys.iter().map(|key| implies(key, wanted));
         if task.all_keys { given.any(|implied| implied) } else { given.all(|implied| implied) }
@@ -57,22 +57,22 @@ fn implies(key: &Key, other: &Key) -> bool {
     let same_pieces = key.label == other.label
         && at_least(&other.lasting, &key.lasting)
         && at_least(&other.travelling, &key.travelling);
-    other.label.covers(key.label)
+    other.label.includes(&key.label)
         && pieces
         && (other.turning.is_none() || same_pieces && at_least(&key.turning, &other.turning))
 }
 
 /// The segments of a span that has the keys of a task.
 fn span_of(task: &Task, rules: &Rules) -> String {
-    let name = |label| format!("`{}`", rules.label_name(label));
+    let name = |pattern: &Pattern| format!("`{}`", rules.label_name(pattern.label));
     let key = |key: &Key| {
         let demands = [("lasting", &key.lasting), ("travelling", &key.travelling), ("turning", &key.turning)];
         let demand = |(word, value): (&str, &Option<Constant>)| {
             Some(format!(" {word} {}", shown(value.as_ref()?.value, value.as_ref()?.dimension)))
         };
-        name(key.label) + &demands.into_iter().filter_map(demand).collect::<String>()
+        name(&key.label) + &demands.into_iter().filter_map(demand).collect::<String>()
     };
     let keys = task.keys.iter().take(if task.all_keys { task.keys.len() } else { 1 }).map(key);
-    let all: Vec<String> = [name(task.first)].into_iter().chain(keys).chain([name(task.last)]).collect();
+    let all: Vec<String> = [name(&task.first)].into_iter().chain(keys).chain([name(&task.last)]).collect();
     all.join(", ")
 }

@@ -5,7 +5,7 @@ use super::expressions::{Builder, P};
 use super::grammar::Rule;
 use crate::base::channels::{Axis, Shape};
 use crate::base::units::Dimension;
-use crate::language::syntax::{Channel, ItemKind, Latch, Param, Primitive, Signal, ValueType};
+use crate::language::syntax::{Channel, ItemKind, Latch, Name, Param, Primitive, Signal, ValueType};
 use std::ops::Range;
 
 impl Builder<'_, '_, '_> {
@@ -23,17 +23,38 @@ impl Builder<'_, '_, '_> {
             Rule::latch => self.latch(pair).map(ItemKind::Latch),
             Rule::primitives => {
                 let declared = pair.into_inner().filter(|part| part.as_rule() == Rule::declared_primitive);
-                let primitives = declared.map(|declared| {
-                    let mut parts = declared.into_inner();
-                    let name = self.name(&parts.next()?);
-                    Some(Primitive { name, sided: parts.next().is_some() })
-                });
+                let primitives = declared.map(|declared| self.primitive(declared));
                 primitives.collect::<Option<_>>().map(ItemKind::Primitives)
             }
             Rule::task => self.task(pair).map(ItemKind::Task),
             Rule::extend_task => self.extend_task(pair).map(ItemKind::ExtendTask),
             _ => None,
         }
+    }
+
+    /// `Lift is Translate`, `Push does push`, `Join(side) does insert while other does hold`
+    fn primitive(&mut self, pair: P<'_>) -> Option<Primitive> {
+        let (mut name, mut sided, mut is, mut does, mut other) = (None, false, None, None, None);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::declared_name => {
+                    let mut words = part.into_inner();
+                    (name, sided) = (Some(self.name(&words.next()?)), words.next().is_some());
+                }
+                Rule::kind_of => is = self.word_in(part, Rule::primitive_name),
+                _ => {
+                    let (own, more): (Vec<P<'_>>, Vec<P<'_>>) =
+                        part.into_inner().partition(|word| word.as_rule() != Rule::other_does);
+                    does = own.iter().find(|word| word.as_rule() == Rule::meaning_name).map(|word| self.name(word));
+                    other = more.into_iter().next().and_then(|more| self.word_in(more, Rule::meaning_name));
+                }
+            }
+        }
+        Some(Primitive { name: name?, sided, is, does, other })
+    }
+
+    fn word_in(&mut self, pair: P<'_>, rule: Rule) -> Option<Name> {
+        pair.into_inner().find(|word| word.as_rule() == rule).map(|word| self.name(&word))
     }
 
     fn param(&mut self, pair: P<'_>) -> Option<Param> {

@@ -22,6 +22,8 @@ pub enum Expected {
     Value,
     /// A primitive.
     Primitive,
+    /// What a hand does in a primitive.
+    Meaning,
     /// A unit.
     Unit,
     /// A finger, or `opposing`.
@@ -185,7 +187,8 @@ fn meant(rule: Rule, head: &str, before: &str, place: &str) -> Option<Expected> 
         | Rule::duration
         | Rule::reference => Expected::Value,
         // A new name is nobody's.
-        Rule::primitive_name if head == "primitive" => return None,
+        Rule::primitive_name if head == "primitive" && before != "is" => return None,
+        Rule::meaning_name => Expected::Meaning,
         Rule::path if head == "extend" => Expected::Tree,
         Rule::path if matches!(head, "stream" | "optional") || before.is_empty() => return None,
         Rule::path => Expected::Value,

@@ -85,8 +85,15 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if expects(&[Rule::arrow]) && word == "=" && is_leaf(scan.word(found + 1)) {
         return finding.fix("write `=>` before a leaf", place, "=>");
     }
-    let primitive =
-        [Rule::leaf, Rule::label, Rule::from_label, Rule::primitive_name, Rule::declared_primitive, Rule::key];
+    let primitive = [
+        Rule::leaf,
+        Rule::label,
+        Rule::from_label,
+        Rule::primitive_name,
+        Rule::declared_primitive,
+        Rule::declared_name,
+        Rule::key,
+    ];
     if expects(&primitive) && lower_case {
         let (first, rest) = word.split_at(1);
         return finding.fix("primitives are capitalised", place, format!("{}{rest}", first.to_ascii_uppercase()));

@@ -48,16 +48,22 @@ const fn goes_on(rule: Rule) -> bool {
             | Rule::component
             | Rule::dot
             | Rule::hysteresis
+            | Rule::kind_of
             | Rule::kw_above
             | Rule::kw_and
             | Rule::kw_at
             | Rule::kw_below
+            | Rule::kw_does
             | Rule::kw_for
+            | Rule::kw_is
             | Rule::kw_or
+            | Rule::kw_while
             | Rule::kw_within
+            | Rule::meaning
             | Rule::minus
             | Rule::open_bracket
             | Rule::open_paren
+            | Rule::other_does
             | Rule::over
             | Rule::pick
             | Rule::plus
@@ -97,7 +103,7 @@ const fn described(rule: Rule) -> &'static str {
         Rule::close_paren => "`)`",
         Rule::colon | Rule::promised_type => "`:`",
         Rule::comma => "`,`",
-        Rule::declared_primitive => "a capitalised name such as `Grasp`",
+        Rule::declared_primitive | Rule::declared_name => "a capitalised name such as `Grasp`",
         Rule::demand => "a demand such as `lasting 150 ms`",
         Rule::dot | Rule::component => "`.`",
         Rule::each_hand => "`each hand`",
@@ -131,6 +137,10 @@ const fn described(rule: Rule) -> &'static str {
         Rule::use_file => "`use`",
         Rule::with_keys => "`with`",
         Rule::without_keys => "`without`",
+        Rule::kind_of => "`is`",
+        Rule::other_does => "`while other does`",
+        Rule::meaning => "`does`",
+        Rule::meaning_name => "a meaning such as `carry`",
         Rule::leaf => "a primitive, `stay` or `separate`",
         Rule::name => "a name such as `touching`",
         Rule::number => "a number",

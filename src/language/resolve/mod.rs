@@ -3,12 +3,14 @@
 //! one report.
 
 mod channels;
+mod kinds;
 mod missing_from;
 mod names;
 mod nearest;
 mod params;
 mod signals;
 
+pub use kinds::named;
 pub use names::{Names, State, Value, What};
 pub use nearest::nearest;
 
@@ -19,7 +21,7 @@ use crate::base::diagnostic::{Diagnostic, Sources, Span};
 use crate::base::hands::FingerPick;
 use missing_from::missing_use;
 use names::Declared;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a rule set is made from.
 pub struct Input<'a> {
@@ -46,6 +48,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         used: BTreeSet::new(),
         signal_picks: Vec::new(),
         exact_signals: BTreeSet::new(),
+        kinds: BTreeMap::new(),
     };
     resolver.names.incomplete = input.incomplete;
     let declared = Declared::collect(&input.files);
@@ -80,6 +83,8 @@ pub struct Resolver {
     pub signal_picks: Vec<Option<FingerPick>>,
     /// The signals that are computed from constants and counts alone.
     pub exact_signals: BTreeSet<SignalId>,
+    /// The kinds of each primitive that has any, directly.
+    pub kinds: BTreeMap<PrimitiveId, Vec<PrimitiveId>>,
 }
 
 impl Resolver {
@@ -137,7 +142,7 @@ impl Resolver {
         None
     }
 
-    /// Alternatives of a pattern.
+    /// Alternatives of a pattern, without the kinds that count for them.
     pub fn labels(&mut self, labels: &[syntax::Label]) -> Option<Vec<Label>> {
         let read: Vec<Option<Label>> = labels.iter().map(|label| self.label(label, false)).collect();
         read.into_iter().collect()

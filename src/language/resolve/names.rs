@@ -168,9 +168,17 @@ impl Resolver {
                 self.declared_twice("primitive", name, first);
             } else {
                 let (name, span) = (name.text.clone(), name.span);
-                self.rules.primitives.push(Primitive { name, sided: primitive.sided, span });
+                self.rules.primitives.push(Primitive {
+                    name,
+                    sided: primitive.sided,
+                    is: None,
+                    does: None,
+                    other: None,
+                    span,
+                });
             }
         }
+        self.kinds_and_meanings(&declared.primitives);
     }
 
     fn declare(&mut self, name: &syntax::Name, what: What, per_hand: bool) {

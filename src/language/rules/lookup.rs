@@ -17,9 +17,14 @@ impl Rules {
 
     /// The names of all labels that a leaf may give: of a sided primitive one for each side.
     pub fn label_names(&self) -> impl Iterator<Item = String> {
-        self.primitives.iter().zip(0..).flat_map(move |(primitive, at)| {
+        self.labels().map(|label| self.label_name(label))
+    }
+
+    /// All labels that a leaf may give: of a sided primitive one for each side.
+    pub fn labels(&self) -> impl Iterator<Item = Label> {
+        self.primitives.iter().zip(0..).flat_map(|(primitive, at)| {
             let sides = if primitive.sided { Side::BOTH.map(Some).to_vec() } else { vec![None] };
-            sides.into_iter().map(move |side| self.label_name(Label { primitive: PrimitiveId(at), side }))
+            sides.into_iter().map(move |side| Label { primitive: PrimitiveId(at), side })
         })
     }
 

@@ -9,7 +9,7 @@ mod paths;
 
 use super::codes;
 use super::ops::Temporal;
-use super::resolve::Resolver;
+use super::resolve::{Resolver, named};
 use super::rules::{Arithmetic, Comparison, Expr, ExprKind, Hand, Type};
 use super::syntax::{self, ExprKind as Syntax};
 use crate::base::channels::{Axis, Shape};
@@ -165,6 +165,7 @@ impl Resolver {
     fn from(&mut self, labels: &[syntax::Label], none: bool, span: Span, scope: Scope) -> Option<Expr> {
         self.memory_allowed("`from`", span, None, scope)?;
         let labels = self.labels(labels)?;
+        let labels = self.with_kinds(&labels, &named(&labels));
         Some(Expr { kind: ExprKind::From { labels, none }, ty: Type::BOOL, span })
     }
 

@@ -35,7 +35,7 @@ fn tree_row(text: &mut String, outline: &Outline, number: usize, at: usize, row:
     let taken = row.mark == Mark::Taken;
     match &row.leaf {
         Some(leaf) => {
-            let (label, color) = (quoted(leaf), quoted(&fill(leaf)));
+            let (label, color) = (quoted(leaf), quoted(&fill(leaf, &outline.primitives)));
             let _ = writeln!(text, "    {node}_leaf [label={label}, fillcolor={color}{thick}];");
             let _ = writeln!(text, "    {node} -> {node}_leaf {};", attributes(yes, taken));
         }
@@ -59,7 +59,7 @@ pub fn transitions(all: &[Following]) -> String {
         let _ = writeln!(text, "  subgraph cluster_{number} {{\n    label={};", quoted(&title));
         for (at, leaf) in of.drawn() {
             let thick = if of.is_now(leaf) { format!(", {TAKEN}") } else { String::new() };
-            let (label, color) = (quoted(leaf), quoted(&fill(leaf)));
+            let (label, color) = (quoted(leaf), quoted(&fill(leaf, &of.primitives)));
             let _ = writeln!(text, "    t{number}_{at} [label={label}, fillcolor={color}{thick}];");
         }
         for (ends, arrow) in of.shown() {

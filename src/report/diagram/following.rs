@@ -1,6 +1,7 @@
 //! Which leaf can follow which, and how often one did in a recording.
 
 use crate::base::hands::Side;
+use crate::base::meaning::Primitives;
 use crate::engine::runs::{Leaves, Run};
 use crate::graph::transitions::{Arrow, NONE, SEPARATE, Transitions};
 use crate::language::rules::{Rules, TreeScope};
@@ -23,6 +24,8 @@ pub struct Following {
     pub counts: BTreeMap<(usize, usize), usize>,
     /// What was taken on a frame, if one is shown.
     pub now: Vec<Now>,
+    /// The primitives of the rules.
+    pub primitives: Primitives,
 }
 
 /// The leaf of a track on a frame.
@@ -63,7 +66,8 @@ pub fn following(
             }
         }
     }
-    Following { tree, leaves, never, arrows, log: recording.map(|(log, _)| log.to_string()), counts, now: Vec::new() }
+    let log = recording.map(|(log, _)| log.to_string());
+    Following { tree, leaves, never, arrows, log, counts, now: Vec::new(), primitives: rules.by_name() }
 }
 
 impl Following {

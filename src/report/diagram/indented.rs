@@ -69,7 +69,7 @@ pub fn trees(outlines: &[Outline]) -> String {
             body.push_str(&lines(outline, &placed, at));
         }
         for one in &placed {
-            body.push_str(&boxed(one, outline.frame.is_some(), leaves_x));
+            body.push_str(&boxed(one, outline, leaves_x));
             let leaf = one.row.leaf.as_ref().map_or(0.0, |leaf| leaves_x + leaf_width(leaf));
             right = right.max(one.x + one.width + MARGIN).max(leaf + MARGIN);
         }
@@ -176,10 +176,10 @@ fn class(name: &str, taken: bool) -> String {
 }
 
 /// The box of a row, and its leaf.
-fn boxed(one: &Placed, on_a_frame: bool, leaves_x: f64) -> String {
+fn boxed(one: &Placed, outline: &Outline, leaves_x: f64) -> String {
     let row = one.row;
     let taken = row.mark == Mark::Taken;
-    let off = on_a_frame && row.mark == Mark::Quiet;
+    let off = outline.frame.is_some() && row.mark == Mark::Quiet;
     let group = if off { " class=\"off\"" } else { "" };
     let mut drawn = format!(
         "<g{group}><title>{}</title><rect class=\"{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" rx=\"4\"/>",
@@ -219,7 +219,7 @@ fn boxed(one: &Placed, on_a_frame: bool, leaves_x: f64) -> String {
             length(leaves_x),
             length(middle - 12.0),
             length(leaf_width(leaf)),
-            fill(leaf),
+            fill(leaf, &outline.primitives),
             length(leaves_x + PAD + 3.0),
             length(middle + 4.0),
             INK.hex(),

@@ -94,7 +94,7 @@ fn pill(of: &Following, name: &str, width: f64) -> String {
         "<rect class=\"{class}\" width=\"{}\" height=\"{}\" rx=\"12\" fill=\"{}\"/><text x=\"8\" y=\"16\">{}</text>",
         length(width),
         length(CELL - 6.0),
-        fill(name),
+        fill(name, &of.primitives),
         escape(name)
     )
 }

@@ -26,7 +26,11 @@ pub fn trees(outlines: &[Outline]) -> String {
                 Some(leaf) => {
                     let _ = writeln!(text, "    {node}_leaf([{}])", quoted(leaf));
                     let thick = if taken { format!(",{TAKEN}") } else { String::new() };
-                    let _ = writeln!(text, "    style {node}_leaf fill:{},color:#16191f{thick}", fill(leaf));
+                    let _ = writeln!(
+                        text,
+                        "    style {node}_leaf fill:{},color:#16191f{thick}",
+                        fill(leaf, &outline.primitives)
+                    );
                     edges.add(&mut text, &node, &format!("{node}_leaf"), "-->", yes, taken);
                 }
                 None => edges.add(&mut text, &node, &format!("t{number}_{}", at + 1), "-->", yes, taken),
@@ -55,7 +59,7 @@ pub fn transitions(all: &[Following]) -> String {
         for (at, leaf) in of.drawn() {
             let _ = writeln!(text, "    t{number}_{at}([{}])", quoted(leaf));
             let thick = if of.is_now(leaf) { format!(",{TAKEN}") } else { String::new() };
-            let _ = writeln!(text, "    style t{number}_{at} fill:{},color:#16191f{thick}", fill(leaf));
+            let _ = writeln!(text, "    style t{number}_{at} fill:{},color:#16191f{thick}", fill(leaf, &of.primitives));
         }
         for (ends, arrow) in of.shown() {
             let count = of.counts.get(&ends).map_or(String::new(), ToString::to_string);

@@ -14,6 +14,8 @@ mod text;
 pub use following::{Following, Now, following};
 pub use outline::{Mark, Outline, Row, Taken, outline};
 
+use crate::base::meaning::Primitives;
+
 /// Forms of a diagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
@@ -65,8 +67,8 @@ fn legend(of: &Following) -> Vec<String> {
 }
 
 /// The colour of a leaf: that of its primitive, or of paper.
-fn fill(leaf: &str) -> String {
+fn fill(leaf: &str, primitives: &Primitives) -> String {
     use super::palette::{Color, color};
     let is_primitive = leaf.starts_with(char::is_uppercase);
-    if is_primitive { color(leaf) } else { Color(0xf1, 0xf3, 0xf6) }.hex()
+    if is_primitive { color(leaf, primitives.does(leaf)) } else { Color(0xf1, 0xf3, 0xf6) }.hex()
 }

@@ -2,6 +2,7 @@
 
 use crate::analysis::explain::written;
 use crate::base::hands::Side;
+use crate::base::meaning::Primitives;
 use crate::language::rules::{Branch, Rules, Then, Tree, TreeScope};
 
 /// A tree.
@@ -13,6 +14,8 @@ pub struct Outline {
     pub frame: Option<String>,
     /// Its choices, each followed by those of its branch.
     pub rows: Vec<Row>,
+    /// The primitives of the rules.
+    pub primitives: Primitives,
 }
 
 /// A choice.
@@ -65,7 +68,8 @@ pub fn outline(rules: &Rules, tree: &Tree, taken: Option<&Taken>) -> Outline {
     });
     let mut rows = Vec::new();
     collect(rules, &tree.root, 0, taken.map(|taken| taken.path.as_slice()), &mut rows);
-    Outline { title: format!("{} {whom}{settle}", tree.name), frame: taken.map(|taken| taken.said.clone()), rows }
+    let (title, frame) = (format!("{} {whom}{settle}", tree.name), taken.map(|taken| taken.said.clone()));
+    Outline { title, frame, rows, primitives: rules.by_name() }
 }
 
 /// `path` is what was taken from this branch on; none when the branch was not asked.

@@ -117,5 +117,7 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
 /// The colours of the primitives that there are.
 fn colors(tracks: &[Track]) -> Map<String, Value> {
     let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabeled));
-    segments.map(|segment| (segment.primitive.clone(), palette::color(&segment.primitive).hex().into())).collect()
+    segments
+        .map(|segment| (segment.primitive.clone(), palette::color(&segment.primitive, segment.does).hex().into()))
+        .collect()
 }

@@ -83,7 +83,7 @@ function rangeOf(entry) {
   return entry.range = [least - (least < 0 ? room : 0), greatest + room];
 }
 
-/** A number of an entry, as many digits as its scale can tell. */
+/** A number of an entry, with the digits that its scale resolves. */
 function numeral(entry, value) {
   if (!Number.isFinite(value)) return "–";
   const [least, greatest] = rangeOf(entry);
@@ -95,14 +95,14 @@ function numeral(entry, value) {
 /** The same in few digits. */
 const brief = (entry, value) => `${Number(value.toPrecision(4))}${entry.unit ? ` ${entry.unit}` : ""}`;
 
-/** What of an entry lies beyond its scale, told on the button that takes it into the scale and out of it again. */
+/** The values of an entry beyond its scale, shown on the button that takes it into the scale and out of it again. */
 function tellScale(panel, entry) {
   const button = panel.element.querySelector(".scale");
   button.hidden = !entry.scale;
   if (!entry.scale) return;
   const [least, greatest] = entry.extremes;
-  const told = [greatest > entry.scale[1] && greatest, least < entry.scale[0] && least].filter((value) => value !== false);
-  const numbers = told.map((value) => brief(entry, value)).join(" and ");
+  const beyond = [greatest > entry.scale[1] && greatest, least < entry.scale[0] && least].filter((value) => value !== false);
+  const numbers = beyond.map((value) => brief(entry, value)).join(" and ");
   const [mark, ways] = greatest > entry.scale[1] ? ["▲", "up to"] : ["▼", "down to"];
   button.textContent = entry.whole ? "usual scale" : `${mark} ${ways} ${numbers}`;
   button.title = entry.whole ? "Leave a few frames out of the scale again" : "A few frames lie beyond this scale; show them whole";
@@ -222,7 +222,7 @@ function drawPanel(panel) {
     context.strokeStyle = paint("--cut");
     context.setLineDash([2, 3]);
     context.beginPath();
-    // So many that nothing could be seen between them tell nothing.
+    // So many lines that nothing could be seen between them are left out.
     const cuts = track.raw.filter(([, start]) => start >= state.from && start <= state.to);
     if (cuts.length < width / 8) for (const [, start] of cuts) if (start > data.start && start >= state.from && start <= state.to) { context.moveTo(x(start), 0); context.lineTo(x(start), height); }
     context.stroke();
@@ -373,8 +373,8 @@ function readOut(panel) {
   const rows = entry.truths
     ? entry.truths.map(([name, truth]) => [name, isSo(truth, state.cursor) ? "yes" : "no", 0])
     : drawn(entry).map(([name, curve], at) => {
-      const told = [...new Set(boundsAt(curve, state.cursor).map((value) => numeral(entry, value)))].join(" … ");
-      return [name, `${told}${entry.unit ? ` ${entry.unit}` : ""}`, at];
+      const bounds = [...new Set(boundsAt(curve, state.cursor).map((value) => numeral(entry, value)))].join(" … ");
+      return [name, `${bounds}${entry.unit ? ` ${entry.unit}` : ""}`, at];
     });
   const shown = rows.map(([name, value, at]) => `<span class="value" style="color:${hueOf(at)}">${escaped(name)} <b>${escaped(value)}</b></span>`);
   const shade = (entry.shades || [])[0];

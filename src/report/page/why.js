@@ -91,6 +91,6 @@ function explain() {
   const raw = lane === "raw" ? at : track.raw.findIndex((one) => Math.abs(one[1] - start) < 1e-6);
   const head = kind === "cut" ? `${from} → ${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}, ${seconds(start)}</small>` : `${chip(name)} <small class="quiet">${escaped(track.who)} ${lane}</small>`;
   const own = kind === "segment" || lane === "relabeled" && item[4] ? segmentHtml(item) : "";
-  const told = raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree begins anything here: relabeling put the boundary here.</p>";
-  why.innerHTML = `${close}<h3>${head}</h3>${own}${told}`;
+  const beginning = raw >= 0 ? `${kind === "segment" ? `<h4>How it began, at ${seconds(start)}</h4>` : ""}${cutHtml(number, raw)}` : "<p>No tree begins anything here: relabeling put the boundary here.</p>";
+  why.innerHTML = `${close}<h3>${head}</h3>${own}${beginning}`;
 }

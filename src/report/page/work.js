@@ -75,7 +75,7 @@ function widthOf(text) {
   return ruler.measureText(text).width;
 }
 
-/** As many letters of a name as there is room for; none where one alone would tell nothing. */
+/** As many letters of a name as there is room for; none where a single letter would mean nothing. */
 function fitting(name, room) {
   let most = name.length;
   while (most > 0 && widthOf(name.slice(0, most)) > room) most--;

@@ -46,7 +46,7 @@ impl Plot {
                 let bar = Bar {
                     x: time.x(from.time_s)..time.x(to.time_s),
                     name: &from.primitive,
-                    color: color(&from.primitive),
+                    color: color(&from.primitive, Some(from.does)),
                     title: from.primitive.clone(),
                     open: (false, false),
                 };

@@ -51,7 +51,7 @@ pub fn picture(score: &Score, meta: &Meta) -> String {
             score.all.time_s.get(&(truth.to_string(), result.to_string())).copied().unwrap_or_default()
         },
         unit: " s",
-        color: &palette::color,
+        color: &|name| palette::color(name, score.all.primitives.does(name)),
     };
     body.push_str(&left.draw());
     let mut bottom = left.bottom();
@@ -198,12 +198,18 @@ fn strips(score: &Score, primitives: &[&str], top: f64) -> (String, f64) {
     }
     drawn.push('\n');
     for (row, (name, errors)) in (0..).map(f64::from).zip(&errors) {
-        drawn.push_str(&strip(name, errors, top + 12.0 + (row + 0.5) * ROW, x));
+        drawn.push_str(&strip(
+            name,
+            palette::color(name, score.all.primitives.does(name)),
+            errors,
+            top + 12.0 + (row + 0.5) * ROW,
+            x,
+        ));
     }
     (drawn, bottom + 28.0)
 }
 
-fn strip(name: &str, errors: &BoundaryErrors, y: f64, x: impl Fn(f64) -> f64) -> String {
+fn strip(name: &str, color: Color, errors: &BoundaryErrors, y: f64, x: impl Fn(f64) -> f64) -> String {
     let at = |q: f64| quantile(&errors.late_s, q);
     let (label, baseline) = (escape(name), length(y + 4.0));
     let mut drawn = format!("<text class=\"end\" x=\"{}\" y=\"{baseline}\">{label}</text>", AXIS[0] - 8.0);
@@ -217,7 +223,7 @@ fn strip(name: &str, errors: &BoundaryErrors, y: f64, x: impl Fn(f64) -> f64) ->
             fixed(p95 * 1e3, 1)
         );
         let [x5, x25, x50, x75, x95] = [p5, p25, p50, p75, p95].map(&x);
-        let fill = palette::color(name).hex();
+        let fill = color.hex();
         drawn.push_str(&format!(
             "<g><title>{}</title><path class=\"line\" d=\"M{} {}H{}\"/>",
             escape(&title),

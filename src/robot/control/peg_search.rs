@@ -8,6 +8,7 @@
 use super::behavior::{Behavior, Progress, Searched, Sensed, holds};
 use super::spiral_path::SpiralPath;
 use crate::base::geometry::across;
+use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::scene::Scene;
 use crate::command::{Opening, Task, hole_of};
@@ -136,7 +137,7 @@ impl Search {
     /// For the hole into which a task puts its object, if there is one.
     fn new(task: &Task, scene: &Scene) -> Self {
         let into = |name: &str| task.into.as_ref().filter(|into| into.body == name).map(|into| from_seven(&into.pose));
-        let inserts = task.segments.iter().rfind(|segment| segment.primitive == "Insert");
+        let inserts = task.segments.iter().rfind(|segment| segment.does == Meaning::Insert);
         let end = inserts.and_then(|segment| segment.object.last());
         let hole = end.and_then(|end| hole_of(scene, &task.object, &from_seven(end), &into));
         let clearance = hole.and_then(|hole| hole.clearance);

@@ -10,6 +10,7 @@ use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
 use crate::base::easing::minimum_jerk;
 use crate::base::hands::Finger;
+use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
 use crate::command::{Segment, Task};
@@ -44,6 +45,9 @@ const JUMP: (f64, f64) = (0.003, 0.05);
 const TRANSFER_M_S: f64 = 0.25;
 const TRANSFER_RAD_S: f64 = 1.0;
 const TRANSFER_S: f64 = 0.8;
+
+/// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
+const FALLS_M_S: f64 = 0.5;
 
 /// No task is longer, s.
 const LONGEST_S: f64 = 600.0;
@@ -173,10 +177,10 @@ impl<'a> Plan<'a> {
             if touch.demonstrated_start_s > found.until_s - SAMPLE_S {
                 anchor = Isometry3::identity();
             }
-            let role = match (segment.touching, segment.primitive.as_str()) {
+            let role = match (segment.touching, segment.does) {
                 (false, _) => Role::Free,
-                (true, "Grasp") => Role::Close,
-                (true, "Release") => Role::Leave,
+                (true, Meaning::Close) => Role::Close,
+                (true, Meaning::Open) => Role::Leave,
                 (true, _) => Role::Hold,
             };
             // What pushes without a grasp closes on the way: a touch before it.
@@ -200,7 +204,7 @@ impl<'a> Plan<'a> {
                 _ => SHORTEST_S,
             };
             let grip = segment.grasp.unwrap_or(0);
-            let inserts = role == Role::Hold && segment.primitive == "Insert";
+            let inserts = role == Role::Hold && segment.does == Meaning::Insert;
             if inserts {
                 let (role, duration) = (Role::Steady, STEADIES_S);
                 let demonstrated = [begins; 2];
@@ -345,9 +349,14 @@ impl<'a> Plan<'a> {
         std::iter::once(transfer).chain(phases).collect()
     }
 
-    /// The primitive at a time, s.
-    pub fn primitive(&self, time: f64) -> &'a str {
-        if time < self.transfer { "Move" } else { &self.phases[self.index_at(time - self.transfer)].segment.primitive }
+    /// The primitive at a time, s, and what the hand does in it. The way to the task is as the way that the operator came.
+    pub fn primitive(&self, time: f64) -> (&'a str, Meaning) {
+        if time < self.transfer {
+            let came = self.task.segments.iter().find(|segment| segment.does == Meaning::Free);
+            return (came.map_or(Meaning::Free.name(), |segment| &segment.primitive), Meaning::Free);
+        }
+        let segment = self.phases[self.index_at(time - self.transfer)].segment;
+        (&segment.primitive, segment.does)
     }
 
     /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
@@ -416,13 +425,14 @@ impl<'a> Plan<'a> {
         let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
         let local = local.clamp(0.0, phase.duration);
         let mut share = local / phase.duration;
-        if phase.role == Role::Hold && segment.primitive == "Insert" {
+        if phase.role == Role::Hold && segment.does == Meaning::Insert {
             // From rest to rest.
             share -= (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
         }
         // A closing before a push stands at the beginning of what is pushed.
-        let waits = phase.role == Role::Close && segment.primitive != "Grasp";
-        let at = if matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
+        let waits = phase.role == Role::Close && segment.does != Meaning::Close;
+        let falls = phase.role == Role::Leave && falls(segment);
+        let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
         let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
         let object = anchor * pose_at(&segment.object, at);
@@ -443,7 +453,13 @@ impl<'a> Plan<'a> {
                 let away = ((local - OPENING_S) / (phase.duration - OPENING_S)).clamp(0.0, 1.0);
                 let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
                 let fading = 1.0 - minimum_jerk(local / (0.4 * OPENING_S));
-                (vector_at(&segment.hand, away) - first, minimum_jerk(local / OPENING_S), fading)
+                let mut hand = vector_at(&segment.hand, away);
+                if falls {
+                    // The way of the hand is told beside the object, which falls away from it.
+                    let fallen = pose_at(&segment.object, 0.0).inverse() * pose_at(&segment.object, away);
+                    hand = (fallen * Point3::from(hand)).coords;
+                }
+                (hand - first, minimum_jerk(local / OPENING_S), fading)
             }
         };
         if !offset.iter().all(|part| part.is_finite()) {
@@ -464,8 +480,8 @@ impl<'a> Plan<'a> {
         let pushed = matches!(phase.role, Role::Hold | Role::Leave) && pushes;
         let free = match phase.role {
             Role::Steady => true,
-            Role::Hold if pushes => matches!(segment.primitive.as_str(), "Push" | "Trace"),
-            Role::Hold => segment.primitive == "Translate",
+            Role::Hold if pushes => segment.does.pushes(),
+            Role::Hold => segment.does == Meaning::Carry,
             _ => false,
         };
         Target { palm, tips: tips.collect(), idle: grip.idle.clone(), object, free, pushed }
@@ -485,6 +501,12 @@ impl<'a> Plan<'a> {
     }
 }
 
+/// Whether the object of a segment falls.
+fn falls(segment: &Segment) -> bool {
+    let step_s = segment.duration_s / segment.object.len().saturating_sub(1).max(1) as f64;
+    segment.object.windows(2).any(|pair| pair[0][2] - pair[1][2] > FALLS_M_S * step_s)
+}
+
 /// How long it takes to bring an object that stands elsewhere onto the demonstrated way, s: soon, when it is carried, since another hand may be about to come to
 /// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
 /// too short for it.
@@ -495,7 +517,7 @@ fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
         if takes >= needs {
             break;
         }
-        let carried = segment.primitive == "Translate";
+        let carried = segment.does == Meaning::Carry;
         let lasts = segment.duration_s.max(SHORTEST_S);
         takes += if carried { lasts.min(needs - takes) } else { lasts };
     }
@@ -504,13 +526,13 @@ fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
 
 /// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
 fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
-    let held = segments.iter().filter(|segment| segment.primitive != "Grasp");
-    held.take_while(|segment| segment.touching && !matches!(segment.primitive.as_str(), "Release" | "Insert"))
+    let held = segments.iter().filter(|segment| segment.does != Meaning::Close);
+    held.take_while(|segment| segment.touching && !matches!(segment.does, Meaning::Open | Meaning::Insert))
 }
 
 /// Whether what is held stays on its support now and is carried later.
 fn is_carried_later(segments: &[Segment]) -> bool {
-    let carried = |segment: &Segment| segment.primitive == "Translate";
+    let carried = |segment: &Segment| segment.does == Meaning::Carry;
     segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
 }
 

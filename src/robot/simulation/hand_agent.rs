@@ -2,6 +2,7 @@
 
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::scene::Scene;
 use crate::command::Task;
@@ -37,6 +38,8 @@ pub(super) struct Doing<'t> {
     pub(super) body: usize,
     /// The primitive.
     pub(super) primitive: &'t str,
+    /// What the hand does.
+    pub(super) does: Meaning,
     /// Whether the object is lost, so that nothing is done about it.
     pub(super) lost: bool,
     /// From where the hole of the task was demonstrated to where it is seen.
@@ -100,7 +103,8 @@ impl<'t> HandAgent<'t> {
         if let Some(off) = hole_off.filter(|_| !lost) {
             self.target.blend_toward(&off, plan.leans(own_s));
         }
-        self.doing = Some(Doing { task: number, body, primitive: plan.primitive(own_s), lost, hole_off });
+        let (primitive, does) = plan.primitive(own_s);
+        self.doing = Some(Doing { task: number, body, primitive, does, lost, hole_off });
     }
 
     /// Returns what it does with an object that is there.
@@ -135,7 +139,7 @@ impl<'t> HandAgent<'t> {
             body: doing.body,
             tips: &seen.hands[self.place].tips,
             hole_off: doing.hole_off.unwrap_or_else(Isometry3::identity),
-            inserts: doing.primitive == "Insert",
+            inserts: doing.does == Meaning::Insert,
             shared,
         };
         behavior.apply(&sensed, &mut self.target, STEP_S)

@@ -1,6 +1,7 @@
 //! What a simulated robot did, 100 times a second: what its pictures and plots are made of.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::meaning::Meaning;
 use crate::base::scene::Scene;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -43,8 +44,10 @@ pub struct Moment {
     pub task: usize,
     /// Index of the limb that does it.
     pub limb: usize,
-    /// What is being done.
+    /// The primitive.
     pub primitive: String,
+    /// What the hand does.
+    pub does: Meaning,
     /// How every limb stands.
     pub stances: Vec<Stance>,
     /// Where the scene's bodies are, in their order, reference frame.

@@ -35,6 +35,7 @@ impl Observer for Tracer {
                 task: doing.task,
                 limb,
                 primitive: doing.primitive.to_string(),
+                does: doing.does,
                 stances: step.hands.iter().map(stance).collect(),
                 bodies: step.seen.bodies.iter().map(|body| body.pose).collect(),
                 forces: forces(&hand.target, &felt.tips, doing.body, &step.seen.bodies[doing.body]),

@@ -5,7 +5,7 @@ use crate::base::recording::{Column, Recording};
 use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::stream::clean::preprocess::over_all;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use std::f64::consts::TAU;
 
@@ -20,7 +20,7 @@ const WITHIN: f64 = 0.1;
 const SHARE: f64 = 0.01;
 const FIRST: usize = 3;
 
-/// Tells of a rotation whose angles, rad, are none: beyond a turn from the start on or suddenly, as degrees are. Turns that were counted come
+/// Returns an issue for a rotation whose angles, rad, are none: beyond a turn from the start on or suddenly, as degrees are. Turns that were counted come
 /// one after the other.
 pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
     let time = &recording.time;
@@ -56,7 +56,7 @@ pub fn beyond_a_turn(recording: &Recording, channel: &str) -> Option<Issue> {
         "its angles are read as radians and the largest is {}, expected within ±2π: are they degrees? Then say `[deg]` behind their columns",
         Shown((largest * 1e2).round() / 1e2)
     );
-    Some(over_all(time, "implausible_rotation", channel, message))
+    Some(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, channel, message))
 }
 
 /// Replaces the columns of [`Form::Angles`] and [`Form::Matrix`] by those of a quaternion w x y z.

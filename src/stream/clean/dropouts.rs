@@ -9,7 +9,7 @@ use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::stream::clean::preprocess::{Columns, channel_of, over_all};
 use crate::stream::clean::timebase::usual_step;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -65,7 +65,7 @@ pub fn impossible(time: &[f64], columns: &mut Columns) -> Result<Vec<Issue>, Inp
                     "its quaternions are {} long, expected 1: are these its w, x, y and z? They are read as rotations all the same",
                     (*length * 1e3).round() / 1e3
                 );
-                issues.push(over_all(time, "implausible_rotation", &channel, message));
+                issues.push(over_all(time, IssueKind::IMPLAUSIBLE_ROTATION, &channel, message));
             }
         }
         if !none.is_empty() {
@@ -224,7 +224,7 @@ fn unmeasured(rows: usize, parts: &[&[f64]]) -> Vec<Range<usize>> {
 fn interval(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
     let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
     Issue {
-        kind: "not_a_number".into(),
+        kind: IssueKind::NOT_A_NUMBER,
         start_s: at(rows.start),
         end_s: at(rows.end),
         channel: channel.into(),

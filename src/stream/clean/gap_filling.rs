@@ -4,7 +4,7 @@ use crate::base::recording::Recording;
 use crate::stream::clean::dropouts::{self, BRIDGED_SECS, fill, moves};
 use crate::stream::clean::preprocess::channel_of;
 use crate::stream::clean::timebase::{EVEN_WITHIN, MANY_GAPS, ODD_SHARE, believable_step};
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -88,7 +88,7 @@ pub fn fill_gaps(recording: &mut Recording) -> Option<Issue> {
     let in_places = if lost.len() > 1 { format!(" in {} places", lost.len()) } else { String::new() };
     let message =
         format!("{were} missing{in_places} by the stamps; one row, or up to {} ms, is bridged", BRIDGED_SECS * 1e3);
-    Some(Issue { kind: "missing_row".into(), start_s, end_s, channel: String::new(), message })
+    Some(Issue { kind: IssueKind::MISSING_ROW, start_s, end_s, channel: String::new(), message })
 }
 
 /// Values with room for the missing ones, in which stands what is made of the one before.

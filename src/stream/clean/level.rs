@@ -1,6 +1,6 @@
 //! Contact levels: from which force on a sensor is in contact, learned from the log itself.
 //!
-//! Forces without contact and forces of contact are two groups. Where the log tells that the fingertip is far from every object, those readings
+//! Forces without contact and forces of contact are two groups. Where the log shows that the fingertip is far from every object, those readings
 //! are the first group; where no distance is known, the force is split where the two groups are farthest apart (Otsu's threshold, of the
 //! square root of the force, since a larger force scatters more). The rest is the median of the first group, and forces count from there.
 //!
@@ -39,7 +39,7 @@ pub struct Level {
     pub usual: f64,
 }
 
-/// What the readings of a sensor tell of its contacts.
+/// The contact level that the readings of a sensor show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Learned {
     /// They are with contact or without.
@@ -48,7 +48,7 @@ pub enum Learned {
     Mixed { strongest: f64 },
 }
 
-/// What the readings of a sensor tell; `far` are those that are known to be without contact, where the log says where the sensor is.
+/// Returns the level that the readings of a sensor show; `far` are those that are known to be without contact, where the log says where the sensor is.
 pub fn learned(readings: &[Vector3<f64>], far: Option<&[Vector3<f64>]>) -> Learned {
     let level = far.map_or_else(|| of_groups(readings), |far| of_far(readings, far));
     let strongest = || readings.iter().map(|force| force.norm()).fold(0.0, f64::max);

@@ -13,7 +13,7 @@ use crate::stream::clean::level::Learned;
 use crate::stream::clean::stuck_sensors;
 use crate::stream::clean::timebase::{Timebase, timebase};
 use crate::stream::clean::unknown_columns::{self, UnknownColumn};
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use std::borrow::Cow;
 use std::cell::RefCell;
@@ -58,6 +58,30 @@ pub struct Window<'a> {
     pub before: &'a BTreeMap<String, State>,
     /// The same of this window.
     pub after: &'a RefCell<BTreeMap<String, State>>,
+    /// What is known of contacts that are computed from shapes, by object.
+    pub touches: &'a BTreeMap<usize, Touches>,
+}
+
+/// What the whole log shows of the contacts of an object that are computed from shapes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Touches {
+    /// The bodies that it may touch.
+    pub pairs: Vec<TouchPair>,
+    /// The least force of the balance of forces that is no noise, N; `None` where the balance does not come out.
+    pub noise: Option<f64>,
+}
+
+/// An object and a body that it may touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchPair {
+    /// The body, as its index in the scene.
+    pub other: usize,
+    /// The gap at which they touch in truth, m.
+    pub offset: f64,
+    /// The tolerance, m.
+    pub within: f64,
+    /// Whether they touched at all.
+    pub touched: bool,
 }
 
 /// What is so at a frame, for what depends on the frame before.
@@ -182,7 +206,7 @@ impl<'a> CleanLog<'a> {
     }
 
     /// An issue over the whole log.
-    pub fn over_all(&self, kind: &str, channel: &str, message: String) -> Issue {
+    pub fn over_all(&self, kind: IssueKind, channel: &str, message: String) -> Issue {
         over_all(&self.span, kind, channel, message)
     }
 
@@ -218,9 +242,9 @@ pub fn span(time: &[f64]) -> [f64; 2] {
 }
 
 /// An issue over a whole log.
-pub fn over_all(time: &[f64], kind: &str, channel: &str, message: String) -> Issue {
+pub fn over_all(time: &[f64], kind: IssueKind, channel: &str, message: String) -> Issue {
     let [start_s, end_s] = span(time);
-    Issue { kind: kind.into(), start_s, end_s, channel: channel.into(), message }
+    Issue { kind, start_s, end_s, channel: channel.into(), message }
 }
 
 /// Takes away the channels with a component of which no sample was measured.
@@ -232,7 +256,7 @@ fn never_measured(time: &[f64], columns: &mut Columns) -> Vec<Issue> {
         .collect();
     columns.retain(|name, (_, values)| !never.contains(channel_of(name)) || values.is_empty());
     let message = "no sample was measured; the channel counts as absent";
-    never.iter().map(|channel| over_all(time, "not_a_number", channel, message.into())).collect()
+    never.iter().map(|channel| over_all(time, IssueKind::NOT_A_NUMBER, channel, message.into())).collect()
 }
 
 /// Checks that a vector has all its components.

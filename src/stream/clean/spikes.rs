@@ -15,7 +15,7 @@ use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::stream::clean::dropouts::{self, LARGEST, NO_ROTATION};
 use crate::stream::clean::unknown_columns::UnknownColumn;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use nalgebra::Vector3;
 use std::ops::Range;
@@ -412,6 +412,6 @@ fn issue(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<I
         many => (format!("{many} samples cannot be: the farthest, {value} at {at_s} s,"), "they are"),
     };
     let message = format!("{cannot} is {jump} from the samples about it; {are} taken as not measured");
-    let (kind, channel) = ("impossible_jump".into(), channel.into());
+    let (kind, channel) = (IssueKind::IMPOSSIBLE_JUMP, channel.into());
     Some(Issue { kind, start_s: first.time, end_s: last.time, channel, message })
 }

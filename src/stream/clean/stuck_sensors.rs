@@ -12,7 +12,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::units::Dimension;
 use crate::stream::clean::preprocess::Columns;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use std::borrow::Cow;
 use std::ops::Range;
@@ -36,7 +36,7 @@ const TURNS: f64 = 0.25;
 /// How many times the finest change a usual one is: less, and the sensor rounds.
 const FINER: f64 = 5.0;
 
-/// The fewest samples outside of long runs that tell whether a sensor repeats itself, and how few of them a smooth sensor repeats.
+/// The fewest samples outside of long runs that show whether a sensor repeats itself, and how few of them a smooth sensor repeats.
 const LIVELY: usize = 100;
 const REPEATED: f64 = 0.02;
 
@@ -169,7 +169,7 @@ impl Repeats {
     }
 }
 
-/// Tells of fingertips whose position is repeated bit by bit while every other fingertip of the hand travels.
+/// Returns an issue for fingertips whose position is repeated bit by bit while every other fingertip of the hand travels.
 pub fn frozen(time: &[f64], columns: &Columns) -> Vec<Issue> {
     let mut issues = vec![];
     for side in Side::BOTH {
@@ -314,7 +314,7 @@ fn repeats(time: &[f64], columns: Vector, secs: f64) -> Vec<Range<usize>> {
 fn interval(time: &[f64], channel: &str, rows: &Range<usize>) -> Issue {
     let at = |row: usize| time.get(row).or(time.last()).copied().unwrap_or_default();
     Issue {
-        kind: "stuck_sensor".into(),
+        kind: IssueKind::STUCK_SENSOR,
         start_s: at(rows.start),
         end_s: at(rows.end),
         channel: channel.into(),

@@ -6,7 +6,7 @@
 
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use std::ops::Range;
 
 /// A step this many times the usual one is a gap: at least one sample is missing.
@@ -67,7 +67,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
                     ms(step),
                     advice(to - from, step)
                 );
-                gaps.push(Issue { kind: "gap".into(), start_s: from, end_s: to, channel: String::new(), message });
+                gaps.push(Issue { kind: IssueKind::GAP, start_s: from, end_s: to, channel: String::new(), message });
             }
         } else if (steps - 1.0).abs() > EVEN_WITHIN {
             odd.push((from, to));
@@ -111,7 +111,7 @@ pub fn timebase(time: &[f64], keep: &[bool], issues: &mut Vec<Issue>) -> Result<
             .help(format!("give a binding with `resample: {mean_hz} Hz`")));
         }
         issues.push(Issue {
-            kind: "uneven_step".into(),
+            kind: IssueKind::UNEVEN_STEP,
             start_s: *start_s,
             end_s: *end_s,
             channel: String::new(),

@@ -4,7 +4,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::stream::clean::preprocess::over_all;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names::{self, Meaning};
 
 /// Channels listed one by one; more are summed up: such a log is none of ours.
@@ -82,18 +82,19 @@ impl<'a> UnknownColumn<'a> {
     }
 }
 
-/// Tells which channels are ignored.
+/// Returns an issue for each channel that is ignored.
 pub fn ignored(recording: &Recording, strangers: &[(&str, UnknownColumn)]) -> Vec<Issue> {
     // One issue a channel: three components have one and the same mistake.
     let mut channels: Vec<(&str, &UnknownColumn)> = strangers.iter().map(|(name, why)| (whole(name), why)).collect();
     channels.dedup_by_key(|(channel, _)| *channel);
     let listed = channels.iter().take(LISTED).map(|(channel, why)| {
         let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
-        over_all(&recording.time, "unknown_channel", channel, message)
+        over_all(&recording.time, IssueKind::UNKNOWN_CHANNEL, channel, message)
     });
     let more = channels.len().saturating_sub(LISTED);
-    let rest = (more > 0)
-        .then(|| over_all(&recording.time, "unknown_channel", "", format!("{more} more channels are ignored")));
+    let rest = (more > 0).then(|| {
+        over_all(&recording.time, IssueKind::UNKNOWN_CHANNEL, "", format!("{more} more channels are ignored"))
+    });
     listed.chain(rest).collect()
 }
 

@@ -10,8 +10,8 @@ use super::source::Source;
 use super::touch;
 use crate::base::geometry::face_normal;
 use crate::base::scene::Role;
-use crate::stream::clean::preprocess::CleanLog;
-use crate::stream::frames::Issue;
+use crate::stream::clean::preprocess::{CleanLog, Touches};
+use crate::stream::issue::{Issue, IssueKind};
 use nalgebra::Vector3;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -121,12 +121,13 @@ fn directions(frames: usize, normal: Option<&Columns3>, force: Option<&Columns3>
     directions
 }
 
-/// The contacts of all objects.
+/// The contacts of all objects; what the log shows of those that are computed from shapes is put into `learned`.
 pub fn contacts<'a>(
     measured: &'a CleanLog,
     motions: &[Motion],
     tracks: &[HandTrack],
     objects: &[usize],
+    learned: &mut BTreeMap<usize, Touches>,
 ) -> Contacts<'a> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map(|(name, _)| name.as_str());
     let mut contacts = Contacts::new();
@@ -135,7 +136,7 @@ pub fn contacts<'a>(
         let logged: Vec<(usize, Contact)> =
             others.filter_map(|other| Some((other, Contact::logged(measured, name(object)?, name(other)?)?))).collect();
         if logged.is_empty() {
-            let derived = touch::contacts(measured, motions, tracks, object);
+            let derived = touch::contacts(measured, motions, tracks, object, learned);
             contacts.extend(derived.into_iter().map(|(other, contact)| ((object, other), contact)));
         }
         for (other, contact) in logged {
@@ -191,7 +192,7 @@ fn normal_by_role(
     }
 }
 
-/// Tells of objects of which nothing says when something carries them.
+/// Returns an issue for each object whose carrier no channel shows.
 pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts) -> Vec<Issue> {
     let body = |index: usize| measured.scene.bodies.get_index(index);
     let carried = |object: usize| {
@@ -220,7 +221,7 @@ pub fn never_carried(measured: &CleanLog, objects: &[usize], contacts: &Contacts
             "no channel shows when `{name}` is carried: Grasp cannot be distinguished from Translate, and Place is not found; expected \
              `contact.{name}.{support_name}` or its force in the log, or {lacking} in the scene"
         );
-        measured.over_all("no_support", &format!("contact.{name}"), message)
+        measured.over_all(IssueKind::NO_SUPPORT, &format!("contact.{name}"), message)
     });
     messages.collect()
 }

@@ -23,10 +23,12 @@ use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
-use crate::stream::clean::preprocess::CleanLog;
-use crate::stream::frames::{ColumnKey, Frames, HandLayout, Issue, Layout};
+use crate::stream::clean::preprocess::{CleanLog, Touches};
+use crate::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
+use crate::stream::issue::{Issue, IssueKind};
+pub(super) use balance::balanced;
 use motion::Motion;
-pub(super) use motion::{ANCHOR, looked_at};
+pub(super) use motion::{ANCHOR, ahead, looked_at};
 use raw::Slots;
 use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
@@ -73,6 +75,8 @@ pub struct Findings {
     findings: plausible::Findings,
     /// Whether flags of hands were off, and on, so far.
     flags: BTreeMap<String, [bool; 2]>,
+    /// What the log shows of contacts that are computed from shapes, by object.
+    pub touches: BTreeMap<usize, Touches>,
 }
 
 impl Findings {
@@ -108,7 +112,7 @@ impl Findings {
     }
 }
 
-/// Tells of a contact that lasts as long as the log, and of a gripper that never opens or closes.
+/// Returns an issue for a contact that lasts as long as the log, and for a gripper that never opens or closes.
 fn never_changes(measured: &CleanLog, channel: &str, [off, on]: [bool; 2]) -> Option<Issue> {
     /// In a shorter log nothing has to change, s.
     const LONG_SECS: f64 = 2.0;
@@ -121,7 +125,7 @@ fn never_changes(measured: &CleanLog, channel: &str, [off, on]: [bool; 2]) -> Op
         (true, false, true) => "the gripper is never closed: look at the threshold or the column",
         _ => return None,
     };
-    (end_s - start_s >= LONG_SECS).then(|| measured.over_all("constant_flag", channel, message.to_string()))
+    (end_s - start_s >= LONG_SECS).then(|| measured.over_all(IssueKind::CONSTANT_FLAG, channel, message.to_string()))
 }
 
 /// The columns that the rules read, of a log or of a window of it; without its times.
@@ -165,7 +169,7 @@ pub fn derived_frames(
             touched.insert(hand.side, touches);
         }
     }
-    let contacts = contacts::contacts(measured, &motions, &tracks, &objects);
+    let contacts = contacts::contacts(measured, &motions, &tracks, &objects, &mut findings.touches);
     if channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
         findings.carried = contacts::never_carried(measured, &objects, &contacts);
         plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut findings.findings);
@@ -232,11 +236,11 @@ pub(super) fn contacts_are_logged(scene: &Scene, has: impl Fn(&str) -> bool) -> 
     })
 }
 
-/// Tells of an object whose position the log lacks.
+/// Returns an issue for an object whose position the log lacks.
 fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
     let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
-    measured.vec3(&channel).is_none().then(|| measured.over_all("missing_channel", &channel, message))
+    measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message))
 }
 
 /// Whether rules with these channels read this raw channel.

@@ -20,8 +20,13 @@ pub const ANCHOR: usize = 128;
 
 /// How many frames before and after a frame have a part in what is derived of it, at most; a multiple of [`ANCHOR`].
 pub fn looked_at(rate_hz: f64) -> usize {
+    ahead(rate_hz).next_multiple_of(ANCHOR)
+}
+
+/// How many frames after a frame have a part in what is derived of it, at most.
+pub fn ahead(rate_hz: f64) -> usize {
     let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
-    (2 * reach + 2).next_multiple_of(ANCHOR)
+    2 * reach + 2
 }
 
 /// Three columns x y z.

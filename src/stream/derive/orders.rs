@@ -7,7 +7,7 @@ use super::motion::vector;
 use crate::base::geometry::unit;
 use crate::base::scene::Body;
 use crate::stream::clean::preprocess::CleanLog;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use nalgebra::Vector3;
 
 /// A body that is turned by more than this from where the scene has it does not stand as the scene says, rad.
@@ -18,7 +18,7 @@ const THERE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// One that is farther from where the scene has it is elsewhere, m.
 const AWAY: f64 = 0.100;
 
-/// Tells of rotations that are not as the scene has them at the start, and would be in another order; none when a body of the log is as the
+/// Returns an issue for rotations that are not as the scene has them at the start, and would be in another order; none when a body of the log is as the
 /// scene has it, for a log has one order.
 pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
     let start = measured.core().start;
@@ -46,7 +46,7 @@ pub fn swapped(measured: &CleanLog) -> Vec<Issue> {
             degrees(as_read),
             degrees(by)
         );
-        issues.push(measured.over_all("implausible_rotation", &channel, message));
+        issues.push(measured.over_all(IssueKind::IMPLAUSIBLE_ROTATION, &channel, message));
     }
     issues
 }

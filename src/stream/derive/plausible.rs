@@ -10,7 +10,8 @@ use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Body, Role};
 use crate::stream::clean::preprocess::CleanLog;
-use crate::stream::frames::{HandLayout, Issue};
+use crate::stream::frames::HandLayout;
+use crate::stream::issue::{Issue, IssueKind};
 use nalgebra::{Point3, Vector3};
 use std::collections::BTreeMap;
 
@@ -75,9 +76,9 @@ impl Found {
         (n > 0.0 && n / measured.rate_hz >= LASTS).then(|| self.sum / n)
     }
 
-    fn issue(&self, kind: &str, channel: String, message: String) -> Issue {
+    fn issue(&self, kind: IssueKind, channel: String, message: String) -> Issue {
         let [start_s, end_s] = self.span.unwrap_or_default();
-        Issue { kind: kind.into(), start_s, end_s, channel, message }
+        Issue { kind, start_s, end_s, channel, message }
     }
 }
 
@@ -127,7 +128,7 @@ pub fn far_touches(
     }
 }
 
-/// Tells of fingertips of a hand that touched while they were far from every object.
+/// Finds fingertips of a hand that touched while they were far from every object.
 pub fn told_far(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -> Vec<Issue> {
     let mut issues = vec![];
     for (place, finger) in hand.fingers.iter().enumerate() {
@@ -143,7 +144,7 @@ pub fn told_far(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -> 
                  another unit or frame{or_force}",
                 (mean * 1e3).round()
             );
-            issues.push(found.issue("implausible_position", channel, message));
+            issues.push(found.issue(IssueKind::IMPLAUSIBLE_POSITION, channel, message));
         }
     }
     issues
@@ -238,7 +239,7 @@ pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track
     }
 }
 
-/// Tells of single fingers that pull what others of their hand push on.
+/// Finds single fingers that pull what others of their hand push on.
 fn told_pulls(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let mut issues = vec![];
     for ((side, finger), found) in &findings.pushes {
@@ -255,13 +256,13 @@ fn told_pulls(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
                  object{or_other}",
                 tenths(mean)
             );
-            issues.push(found.out.issue("implausible_force", format!("{side}.{finger}.force"), message));
+            issues.push(found.out.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.{finger}.force"), message));
         }
     }
     issues
 }
 
-/// Tells of forces whose sign was wrong.
+/// Finds forces whose sign was wrong.
 pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     let mut issues = vec![];
@@ -271,7 +272,7 @@ pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
                 "the fingers pull down with {} N what they carry: turn the sign, the force is the fingertip's on the object, z upwards",
                 tenths(-mean)
             );
-            issues.push(found.issue("implausible_force", format!("{side}.fingers.force"), message));
+            issues.push(found.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.fingers.force"), message));
         }
     }
     for ((object, other), found) in &findings.contacts {
@@ -284,7 +285,7 @@ pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
             );
             let logged = if Contact::is_logged_as(measured, a, b) { [a, b] } else { [b, a] };
             let channel = format!("contact.{}.{}.force", logged[0], logged[1]);
-            issues.push(found.issue("implausible_force", channel, message));
+            issues.push(found.issue(IssueKind::IMPLAUSIBLE_FORCE, channel, message));
         }
     }
     issues.extend(told_pulls(measured, findings));

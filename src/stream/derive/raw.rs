@@ -7,7 +7,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::shown::Shown;
 use crate::stream::clean::level::Learned;
 use crate::stream::clean::preprocess::{CleanLog, State};
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 
 /// The elements of an array over fingers, one column each.
 pub type Array = Vec<Vec<f64>>;
@@ -63,7 +63,7 @@ pub fn read(
     if let (false, POSITION, Some(slot)) = (any, spec.name.as_str(), slots.first()) {
         let message =
             "the log lacks the fingers' positions; no distance and no motion of the hand is known".to_string();
-        issues.push(measured.over_all("missing_channel", slot, message));
+        issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
     }
     let mut columns = Vec::with_capacity(slots.len());
     for ((slot, found), instead) in slots.iter().zip(found).zip(instead) {
@@ -72,13 +72,13 @@ pub fn read(
             // A force or a flag that one finger lacks while others have it: that finger feels nothing. A position cannot be made up.
             None if spec.shape == Shape::Bool || spec.dimension == crate::base::units::Dimension::FORCE => {
                 let message = "other fingers have it, this one does not; it counts as zero".to_string();
-                issues.push(measured.over_all("missing_channel", slot, message));
+                issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
                 constant(0.0)
             }
             None if is_palm(slot) => {
                 let message =
                     "the log lacks it; conditions on the position of the hand cannot be evaluated".to_string();
-                issues.push(measured.over_all("missing_channel", slot, message));
+                issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
                 constant(0.0)
             }
             None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, None)),
@@ -92,7 +92,7 @@ const POSITION: &str = "fingers.position";
 /// The channel of the force from which a finger is in contact, behind the finger's name.
 const LEVEL: &str = ".level";
 
-/// From which force on a finger is in contact: as the log tells, else as the rules say. A level is believed where the contact usually is more than what
+/// The least force of a finger in contact: learned from the log, else the value of the rules. A level is believed where the contact usually is more than what
 /// the rules say: a log without contact has two groups of forces too, if it rests and moves.
 fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Issue>) -> f64 {
     let force = format!("{finger}.force");
@@ -103,7 +103,7 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
                 "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
                 Shown(otherwise)
             );
-            issues.push(measured.over_all("no_contact_level", &force, message));
+            issues.push(measured.over_all(IssueKind::NO_CONTACT_LEVEL, &force, message));
             otherwise
         }
         _ => otherwise,
@@ -162,7 +162,7 @@ fn lacking(measured: &CleanLog, spec: &ChannelSpec, side: Option<Side>, instead:
     let all = has.len();
     has.truncate(24);
     // What is lacking may be there under a name that nobody knows.
-    let ignored = measured.issues.iter().find(|issue| issue.kind == "unknown_channel");
+    let ignored = measured.issues.iter().find(|issue| issue.kind == IssueKind::UNKNOWN_CHANNEL);
     let more = if all > has.len() { format!(" and {} more", all - has.len()) } else { String::new() };
     InputError::new(
         format!("channel {}", side.map_or_else(|| spec.name.clone(), |side| format!("{side}.{}", spec.name))),
@@ -195,7 +195,7 @@ fn norm_above(measured: &CleanLog, channel: &str, force: [&[f64]; 3], on: f64, o
     let reach = if noisy { (CALMED_SECS * measured.rate_hz).round() as usize } else { 0 };
     let left = if noisy { deviation / ((2 * reach + 1) as f64).sqrt() } else { 0.0 };
     let (on, off) = (on.max(BEGINS_ABOVE * left), off.max(GOES_ON_ABOVE * left));
-    // A sensor whose readings without contact would be one: the log tells from where on they are.
+    // A sensor whose readings without contact would be one: the contact level of the log applies.
     let (on, off) = match measured.levels.get(channel) {
         Some(Learned::Level(level)) if level.scatter >= off && !measured.noise.contains_key(channel) => {
             (on.max(level.begins), off.max(level.ends))

@@ -7,7 +7,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Role, Scene};
 use crate::stream::clean::level::{Learned, learned};
 use crate::stream::clean::preprocess::{CleanLog, Noise};
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use nalgebra::{Point3, Vector3};
 
@@ -19,7 +19,7 @@ const FAR_ENOUGH: usize = 20;
 /// A bias counts when it is this many standard errors of its mean, and no sensor is off by more than this, N.
 const SIGNIFICANT: f64 = 6.0;
 const LARGEST: f64 = 0.5;
-/// A bias that is told of although nothing says where the fingertip is, N.
+/// The least bias that is reported where no channel gives the position of the fingertip, N.
 const BIASED: f64 = 0.05;
 /// What scatters by more than this times its scatter from sample to sample, and by more than this, N², is no noise: the hand does touch
 /// something, and the places in the log are not what they seem.
@@ -52,7 +52,7 @@ pub struct Sensors {
     levels: Vec<(String, Learned)>,
 }
 
-/// What the samples tell of the force sensors of the fingertips.
+/// Returns bias and contact level of the force sensors of the fingertips, from samples.
 pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
     let objects: Vec<(usize, Motion)> = objects(measured);
     let mut sensors = Sensors::default();
@@ -78,7 +78,7 @@ pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
     sensors
 }
 
-/// Subtracts the bias of each fingertip's force sensor, and keeps its noise and its level of contact in mind; tells of what was subtracted.
+/// Subtracts the bias of each fingertip's force sensor, and stores its noise and its contact level; returns an issue for each bias that was subtracted.
 pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
     let found = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
     correct(measured, &found)
@@ -95,7 +95,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
                 "reads {:.3} N while the fingertip is far from every object; that is taken for its bias and subtracted",
                 rest.bias.norm()
             );
-            issues.push(measured.over_all("biased", channel, message));
+            issues.push(measured.over_all(IssueKind::BIASED, channel, message));
         }
     }
     for (channel, learned) in &found.levels {
@@ -111,7 +111,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
                 level.rest.norm(),
                 level.begins
             );
-            issues.push(measured.over_all("biased", channel, message));
+            issues.push(measured.over_all(IssueKind::BIASED, channel, message));
         }
     }
     issues

@@ -8,7 +8,7 @@ use super::balance::Balance;
 use super::contacts::{Contact, TOUCH_OFF, TOUCH_ON};
 use super::hands::HandTrack;
 use super::motion::Motion;
-use crate::stream::clean::preprocess::CleanLog;
+use crate::stream::clean::preprocess::{CleanLog, State, TouchPair, Touches};
 use crate::stream::derive::convex::{Gap, gaps};
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
@@ -33,6 +33,8 @@ pub const NOMINAL: f64 = 1.0;
 /// The gaps between an object and one other body.
 struct Pair {
     other: usize,
+    /// The first frame of the gaps.
+    first: usize,
     gaps: Vec<Gap>,
     /// The gap at which they touch in truth, m.
     offset: f64,
@@ -40,34 +42,38 @@ struct Pair {
     within: f64,
 }
 
-/// The contacts of an object with all bodies that it comes to touch; both need shapes.
+/// The contacts of an object with all bodies that it comes to touch; both need shapes. What the log shows of them is put into `learned`; of a window
+/// it is known.
 pub fn contacts<'a>(
     measured: &CleanLog,
     motions: &[Motion],
     tracks: &[HandTrack],
     object: usize,
+    learned: &mut BTreeMap<usize, Touches>,
 ) -> BTreeMap<usize, Contact<'a>> {
-    let mut pairs: Vec<Pair> = (0..measured.scene.bodies.len())
-        .filter(|other| *other != object)
-        .filter_map(|other| Pair::new(measured, motions, object, other))
-        .collect();
-    let held = |frame: usize| {
-        let holds = |track: &HandTrack| {
-            track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(object))
-        };
-        tracks.iter().any(holds)
+    let known = measured.window.as_ref().and_then(|window| window.touches.get(&object));
+    let (pairs, balance) = match known {
+        Some(known) => placed(measured, motions, tracks, object, known),
+        None => learn(measured, motions, tracks, object),
     };
-    let rests = |frame: &usize| {
-        motions.get(object).is_some_and(|motion| motion.velocity(*frame).norm() < RESTS) && !held(*frame)
+    let touching: Vec<Vec<bool>> = pairs.iter().map(|pair| pair.touching(measured, object)).collect();
+    let touched: Vec<bool> = match known {
+        Some(_) => vec![true; pairs.len()],
+        None => touching.iter().map(|touches| touches.contains(&true)).collect(),
     };
-    let at_rest: Vec<usize> = (0..measured.len()).filter(rests).collect();
-    calibrate(&mut pairs, &at_rest);
-    let clear = |frame: usize| pairs.iter().all(|pair| pair.width(frame) > CLEAR);
-    let balance = Balance::of(measured, motions, tracks, object, clear);
-    let touching: Vec<Vec<bool>> = pairs.iter().map(|pair| pair.touching(measured)).collect();
+    if known.is_none() {
+        let pairs = pairs.iter().zip(&touched).map(|(pair, touched)| TouchPair {
+            other: pair.other,
+            offset: pair.offset,
+            within: pair.within,
+            touched: *touched,
+        });
+        let noise = balance.as_ref().map(|balance| balance.noise);
+        learned.insert(object, Touches { pairs: pairs.collect(), noise });
+    }
     let nominal = nominal(measured, object);
     let mut contacts = BTreeMap::new();
-    for (pair, touches) in pairs.iter().zip(&touching).filter(|(_, touches)| touches.contains(&true)) {
+    for ((pair, touches), _) in pairs.iter().zip(&touching).zip(touched).filter(|(_, touched)| *touched) {
         // Bodies that bear in the same direction share the load.
         let sharing = |frame: usize| {
             let normal = pair.normal(frame);
@@ -77,28 +83,62 @@ pub fn contacts<'a>(
             pairs.iter().zip(&touching).filter(same).count().max(1) as f64
         };
         let mut forces = vec![Vector3::zeros(); measured.len()];
-        for stretch in &measured.stretches {
-            let mut loaded = false;
-            for frame in stretch.clone() {
-                let touches = touches.get(frame) == Some(&true);
-                let load = match &balance {
-                    Some(balance) if touches => balance.force(frame).dot(&pair.normal(frame)) / sharing(frame),
-                    None if touches => nominal,
-                    _ => 0.0,
-                };
-                let noise = balance.as_ref().map_or(0.0, |balance| balance.noise);
-                loaded = load > if loaded { TOUCH_OFF.max(noise / 2.0) } else { TOUCH_ON.max(noise) };
-                if let (true, Some(force)) = (loaded, forces.get_mut(frame)) {
-                    // However small, it is a load: what counts as one is decided here.
-                    *force = pair.normal(frame) * load.max(2.0 * TOUCH_ON);
-                }
+        measured.follow(&format!("load {object} {}", pair.other), |frame, before| {
+            let touches = touches.get(frame) == Some(&true);
+            let load = match &balance {
+                Some(balance) if touches => balance.force(frame).dot(&pair.normal(frame)) / sharing(frame),
+                None if touches => nominal,
+                _ => 0.0,
+            };
+            let noise = balance.as_ref().map_or(0.0, |balance| balance.noise);
+            let on = load > if before.on { TOUCH_OFF.max(noise / 2.0) } else { TOUCH_ON.max(noise) };
+            if let (true, Some(force)) = (on, forces.get_mut(frame)) {
+                // However small, it is a load: what counts as one is decided here.
+                *force = pair.normal(frame) * load.max(2.0 * TOUCH_ON);
             }
-        }
+            State { on, which: None }
+        });
         let normals = (0..measured.len())
             .map(|frame| if touches.get(frame) == Some(&true) { pair.normal(frame) } else { Vector3::zeros() });
         contacts.insert(pair.other, Contact::derived(&forces, normals, touches));
     }
     contacts
+}
+
+/// The pairs of an object, and the balance of the forces on it, as the log shows them.
+fn learn(measured: &CleanLog, motions: &[Motion], tracks: &[HandTrack], object: usize) -> (Vec<Pair>, Option<Balance>) {
+    let others = (0..measured.scene.bodies.len()).filter(|other| *other != object);
+    let mut pairs: Vec<Pair> = others.filter_map(|other| Pair::new(measured, motions, object, other)).collect();
+    let held = |frame: usize| {
+        let holds = |track: &HandTrack| {
+            track.touching.get(frame) == Some(&true) && track.target.get(frame) == Some(&Some(object))
+        };
+        tracks.iter().any(holds)
+    };
+    let rests = |frame: &usize| {
+        motions.get(object).is_some_and(|motion| motion.velocity(*frame).norm() < RESTS) && !held(*frame)
+    };
+    let at_rest: Vec<usize> = measured.core().filter(rests).collect();
+    calibrate(&mut pairs, &at_rest);
+    let clear = |frame: usize| pairs.iter().all(|pair| pair.width(frame) > CLEAR);
+    let balance = Balance::of(measured, motions, tracks, object, clear);
+    (pairs, balance)
+}
+
+/// The same in a window of a log of which it is known.
+fn placed(
+    measured: &CleanLog,
+    motions: &[Motion],
+    tracks: &[HandTrack],
+    object: usize,
+    known: &Touches,
+) -> (Vec<Pair>, Option<Balance>) {
+    let place = |known: &TouchPair| {
+        let pair = Pair::new(measured, motions, object, known.other)?;
+        Some(Pair { offset: known.offset, within: known.within, ..pair })
+    };
+    let balance = known.noise.and_then(|noise| Balance::known(measured, motions, tracks, object, noise));
+    (known.pairs.iter().filter_map(place).collect(), balance)
 }
 
 /// What a contact of an object bears when only its place is known: the object's weight, if that is known, N.
@@ -120,31 +160,33 @@ pub fn gap_at(measured: &CleanLog, motions: &[Motion], object: usize, other: usi
 
 impl Pair {
     fn new(measured: &CleanLog, motions: &[Motion], object: usize, other: usize) -> Option<Self> {
-        let gaps: Vec<Gap> =
-            (0..measured.len()).map(|frame| gap_at(measured, motions, object, other, frame)).collect::<Option<_>>()?;
-        let ever_near = gaps.iter().any(|gap| gap.width < SCENE_ERROR + TOUCH_GAP);
-        ever_near.then_some(Self { other, gaps, offset: 0.0, within: TOUCH_GAP })
+        let frames = measured.core();
+        let first = frames.start;
+        let gaps = frames.map(|frame| gap_at(measured, motions, object, other, frame)).collect::<Option<_>>()?;
+        Some(Self { other, first, gaps, offset: 0.0, within: TOUCH_GAP })
+    }
+
+    fn gap(&self, frame: usize) -> Option<&Gap> {
+        self.gaps.get(frame.checked_sub(self.first)?)
     }
 
     fn width(&self, frame: usize) -> f64 {
-        self.gaps.get(frame).map_or(f64::INFINITY, |gap| gap.width - self.offset)
+        self.gap(frame).map_or(f64::INFINITY, |gap| gap.width - self.offset)
     }
 
     fn normal(&self, frame: usize) -> Vector3<f64> {
-        self.gaps.get(frame).map_or_else(Vector3::zeros, |gap| gap.normal)
+        self.gap(frame).map_or_else(Vector3::zeros, |gap| gap.normal)
     }
 
-    fn touching(&self, measured: &CleanLog) -> Vec<bool> {
+    fn touching(&self, measured: &CleanLog, object: usize) -> Vec<bool> {
         let mut touching = vec![false; measured.len()];
-        for stretch in &measured.stretches {
-            let mut touches = false;
-            for frame in stretch.clone() {
-                touches = self.width(frame) < self.within * if touches { LEAVES_AT } else { 1.0 };
-                if let Some(flag) = touching.get_mut(frame) {
-                    *flag = touches;
-                }
+        measured.follow(&format!("touch {object} {}", self.other), |frame, before| {
+            let on = self.width(frame) < self.within * if before.on { LEAVES_AT } else { 1.0 };
+            if let Some(flag) = touching.get_mut(frame) {
+                *flag = on;
             }
-        }
+            State { on, which: None }
+        });
         touching
     }
 }

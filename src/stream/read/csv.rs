@@ -10,7 +10,7 @@ use crate::base::shown::Shown;
 use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
 use crate::stream::atomic_write::{self, Files};
-use crate::stream::frames::Issue;
+use crate::stream::issue::Issue;
 use crate::stream::names;
 use crate::stream::read::formats::{self, delimited::unreadable};
 use crate::stream::read::table::{Source, Want};

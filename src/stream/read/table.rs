@@ -8,7 +8,7 @@ use crate::base::error::{ErrorKind, InputError};
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 
 /// The most columns that a sheet may have.
@@ -416,7 +416,7 @@ impl Stamps {
         let message = format!(
             "{count} {rows} the time stamp of the row before, first in row {row}; the first of equal stamps is kept"
         );
-        Ok(Some(Issue { kind: "duplicate_stamp".into(), start_s, end_s, channel: String::new(), message }))
+        Ok(Some(Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: String::new(), message }))
     }
 }
 

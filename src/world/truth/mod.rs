@@ -19,6 +19,16 @@ use crate::base::scene::Scene;
 use facts::Facts;
 use std::ops::Range;
 
+/// Whether a hand lets go in a primitive of the truth.
+pub fn lets_go(label: &str) -> bool {
+    label == "Release"
+}
+
+/// Whether a hand sets out anew between two primitives of the truth.
+pub fn sets_out(before: &str, after: &str) -> bool {
+    lets_go(before) && after == "Move"
+}
+
 /// What the hands did at every moment.
 pub(super) struct Truth {
     /// The hands, in the order of the scene.

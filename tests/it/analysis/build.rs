@@ -1,10 +1,12 @@
 //! Small rule sets, frames and leaves, written as short texts.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 use teachtree::analysis::{Analysis, Segment, Who, analyze};
 use teachtree::base::channels::{Absent, ChannelSpec, DERIVED};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::Side;
+use teachtree::base::meaning::Primitives;
 use teachtree::base::units::Dimension;
 use teachtree::engine::runs::{Leaves, Run, append};
 use teachtree::language::rules::*;
@@ -17,10 +19,21 @@ pub const RATE_HZ: f64 = 100.0;
 const PRIMITIVES: &str = "Move Approach Grasp Translate Slide Insert Pullout Release Place Turn Press Follow Push Trace \
                           EqualGrasp MainGrasp Pass Fit";
 
+/// What a hand does in the shipped primitives.
+static MEANINGS: LazyLock<Primitives> =
+    LazyLock::new(|| teachtree::language::load_text("all.rules", "use \"bimanual.rules\"").rules.unwrap().by_name());
+
 /// A rule set with the primitives of the chapter, without tasks and relabeling.
 pub fn bare(settle_s: f64) -> Rules {
     let primitives = PRIMITIVES.split_whitespace();
-    let primitive = |name: &str| Primitive { name: name.into(), sided: name == "MainGrasp", span: Span::default() };
+    let primitive = |name: &str| Primitive {
+        name: name.into(),
+        sided: name == "MainGrasp",
+        is: None,
+        does: MEANINGS.does(name).or_else(|| MEANINGS.does(&format!("{name}(left)"))),
+        other: None,
+        span: Span::default(),
+    };
     let tree = |name: &str, scope| Tree {
         name: name.into(),
         scope,
@@ -85,7 +98,7 @@ pub fn task<'a>(rules: &'a mut Rules, name: &str, keys: &str, without: &str) -> 
         let words: Vec<&str> = key.split_whitespace().collect();
         let asked = |what: &str| (words.get(1) == Some(&what)).then(|| seconds(words[2].parse().unwrap()));
         Key {
-            label: label(rules, words[0]),
+            label: Pattern::of(label(rules, words[0])),
             lasting: asked("lasting"),
             travelling: asked("travelling"),
             turning: asked("turning"),
@@ -94,8 +107,8 @@ pub fn task<'a>(rules: &'a mut Rules, name: &str, keys: &str, without: &str) -> 
     });
     let task = Task {
         name: name.into(),
-        first: label(rules, "Move"),
-        last: label(rules, "Release"),
+        first: Pattern::of(label(rules, "Move")),
+        last: Pattern::of(label(rules, "Release")),
         keys: keys.collect(),
         all_keys: false,
         without: labels(rules, without),
@@ -170,7 +183,7 @@ fn pass(rules: &mut Rules) {
 }
 
 pub fn separate(rules: &mut Rules, what: &str, without: &str) {
-    let kind = RelabelKind::Separate { what: label(rules, what), without: labels(rules, without) };
+    let kind = RelabelKind::Separate { what: vec![label(rules, what)], without: labels(rules, without) };
     relabel(rules, "", kind, format!("{what} in both without {without} becomes separate"));
 }
 

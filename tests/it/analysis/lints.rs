@@ -72,7 +72,7 @@ fn hold_labels(rules: Rules, leaves: &Leaves) -> [usize; 2] {
     before.relabels.retain(|rule| rule.task.is_none());
     let before = run_leaves(&before, leaves);
     for key in rules.tasks.iter().flat_map(|task| &task.keys).filter(|key| missing.contains(&key.span)) {
-        let name = rules.label_name(key.label);
+        let name = rules.label_name(key.label.label);
         let is = |segment: &Segment| segment.primitive == name || segment.primitive.starts_with(&format!("{name}("));
         assert!(!relabeled(&before).any(is), "{name}");
     }
@@ -113,7 +113,7 @@ fn any_tasks() -> impl Strategy<Value = Vec<Task>> {
     let key = (any_label(), any::<bool>(), limit(&[0.02, 0.05]), limit(&[0.002, 0.006]), limit(&[0.03, 0.1])).prop_map(
         |(label, whole, lasting, travelling, turning)| {
             let label = if whole { Label { side: None, ..label } } else { label };
-            Key { label, lasting, travelling, turning, span: Span::default() }
+            Key { label: Pattern::of(label), lasting, travelling, turning, span: Span::default() }
         },
     );
     let task = (
@@ -125,7 +125,7 @@ fn any_tasks() -> impl Strategy<Value = Vec<Task>> {
         .prop_map(|(keys, (all_keys, joined), without, ends)| {
             let label = |at| Label { primitive: PrimitiveId(at), side: None };
             let ends = ends.unwrap_or_else(|| vec![label(0), label(7)]);
-            let (first, last) = (ends[0], ends[ends.len() - 1]);
+            let (first, last) = (Pattern::of(ends[0]), Pattern::of(ends[ends.len() - 1]));
             let (name, span) = (String::new(), Span::default());
             Task { name, first, last, keys, all_keys, without, joined: joined && all_keys, span }
         });

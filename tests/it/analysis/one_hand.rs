@@ -88,7 +88,7 @@ fn without_the_channel_a_key_does_not_hold_and_it_is_said() {
     let rules = chapter();
     let analysis = run(&rules, &[("right", "Move 10 Approach 10 Push 30 Release 10")]);
     assert_eq!(tasks(&analysis, Side::Right), ["0.00–0.60 unknown: Move Approach Push Release"]);
-    let said: Vec<_> = analysis.issues.iter().map(|issue| (issue.kind.as_str(), issue.channel.as_str())).collect();
+    let said: Vec<_> = analysis.issues.iter().map(|issue| (issue.kind.name(), issue.channel.as_str())).collect();
     assert_eq!(said, [("missing_channel", "right.target.position"), ("missing_channel", "right.target.spin")]);
     assert!(analysis.issues[0].message.contains("push, slide"), "{}", analysis.issues[0].message);
 }

@@ -50,7 +50,7 @@ fn any_kind() -> impl Strategy<Value = RelabelKind> {
         (any_labels(), any_label()).prop_map(|(what, becomes)| RelabelKind::Become { what, becomes }),
         (prop::collection::vec((any_labels(), repeat), 1..5), any_label())
             .prop_map(|(elements, becomes)| RelabelKind::Sequence { elements, becomes }),
-        (any_label(), any_labels()).prop_map(|(what, without)| RelabelKind::Separate { what, without }),
+        (any_label(), any_labels()).prop_map(|(what, without)| RelabelKind::Separate { what: vec![what], without }),
     ]
 }
 
@@ -60,7 +60,7 @@ pub fn any_rules() -> impl Strategy<Value = Rules> {
         let mut rules = bare(f64::from(settle) / RATE_HZ);
         task(&mut rules, "translate", "Translate", "Slide").joined = joined;
         task(&mut rules, "slide", "Slide travelling 0.003", "");
-        task(&mut rules, "grasp", "Grasp", "").last = label(&rules, "Approach");
+        task(&mut rules, "grasp", "Grasp", "").last = Pattern::of(label(&rules, "Approach"));
         for (at, (kind, of)) in relabels.into_iter().enumerate() {
             rules.relabels.push(Relabel {
                 task: of.map(TaskId),

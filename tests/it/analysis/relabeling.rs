@@ -119,7 +119,7 @@ fn rules_that_undo_each_other_are_stopped_and_reported() {
     let analysis = one_hand(&rules, "Move 5 Slide 5 Press 10");
     assert_eq!(names(&analysis.tracks[0].relabeled), "Move Slide Push");
     let [issue] = &analysis.issues[..] else { panic!("{:?}", analysis.issues) };
-    assert_eq!((issue.kind.as_str(), issue.start_s, issue.end_s), ("relabeling_stopped", 0.0, 0.2));
+    assert_eq!((issue.kind.name(), issue.start_s, issue.end_s), ("relabeling_stopped", 0.0, 0.2));
     assert_eq!(
         issue.message,
         format!(

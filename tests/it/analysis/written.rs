@@ -6,7 +6,7 @@ use teachtree::analysis::csv::csv;
 use teachtree::analysis::json::{Meta, json};
 use teachtree::analysis::number::number;
 use teachtree::report::text::{Style, text};
-use teachtree::stream::frames::Issue;
+use teachtree::stream::issue::Issue;
 
 fn meta() -> Meta {
     Meta {
@@ -28,7 +28,7 @@ fn experiment() -> Analysis {
          Move 130 Approach 70 Push 90 Trace 80 Push 7 Trace 60",
     );
     analysis.issues.push(Issue {
-        kind: "stuck_sensor".into(),
+        kind: teachtree::IssueKind::from_name("stuck_sensor").unwrap(),
         start_s: 1.0,
         end_s: 2.5,
         channel: "right.ring.force".into(),

@@ -191,7 +191,14 @@ type ArrayOf = Option<(Axis, Hand)>;
 impl Maker {
     fn make(mut self) -> Rules {
         for (name, sided) in [("A", false), ("B", false), ("C", false), ("D", true)] {
-            self.rules.primitives.push(Primitive { name: name.into(), sided, span: Span::default() });
+            self.rules.primitives.push(Primitive {
+                name: name.into(),
+                sided,
+                is: None,
+                does: None,
+                other: None,
+                span: Span::default(),
+            });
         }
         for at in 0..self.random.below(6) {
             let per_hand = self.random.chance(60);

@@ -56,6 +56,7 @@ fn each_code_has_a_case() {
         codes::TOO_MANY_FILES,
         codes::TOO_MANY_ERRORS,
         codes::TOO_MANY_WARNINGS,
+        codes::TOO_MANY_KINDS,
         codes::BAD_OVERRIDE,
         codes::TREE_NEEDED,
     ]);

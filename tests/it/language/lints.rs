@@ -72,7 +72,14 @@ fn marked_is_given(rules: &Rules, frames: &Frames) -> bool {
 
 fn random_case(seed: u64, depth: u32) -> (Rules, Frames) {
     let (mut rules, frames) = random::case_of_few_numbers(seed, depth);
-    rules.primitives.push(Primitive { name: "Marked".into(), sided: false, span: Span::default() });
+    rules.primitives.push(Primitive {
+        name: "Marked".into(),
+        sided: false,
+        is: None,
+        does: None,
+        other: None,
+        span: Span::default(),
+    });
     (with_places(rules), frames)
 }
 

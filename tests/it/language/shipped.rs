@@ -109,7 +109,7 @@ fn tasks_stand_in_the_order_of_the_chapter() {
         ]
     );
     let place = rules.tasks.iter().find(|task| task.name == "pick_and_place").unwrap();
-    let keys: Vec<String> = place.keys.iter().map(|key| rules.label_name(key.label)).collect();
+    let keys: Vec<String> = place.keys.iter().map(|key| rules.label_name(key.label.label)).collect();
     assert_eq!(keys, ["Translate", "Place", "Pass"]);
     let trail: Vec<&str> = rules.relabels.iter().map(|rule| rule.text.as_str()).collect();
     insta::assert_snapshot!(trail.join("\n"));

@@ -140,7 +140,14 @@ impl Replay<'_> {
                 ("separate", _) => Then::Separate,
                 (_, Some(label)) => Then::Primitive(label),
                 (_, None) => {
-                    primitives.push(Primitive { name: before.into(), sided: false, span: Span::default() });
+                    primitives.push(Primitive {
+                        name: before.into(),
+                        sided: false,
+                        is: None,
+                        does: None,
+                        other: None,
+                        span: Span::default(),
+                    });
                     Then::Primitive(Label { primitive: PrimitiveId(primitives.len() as u32 - 1), side: None })
                 }
             };
@@ -219,7 +226,14 @@ const PLAIN: Label = Label { primitive: PrimitiveId(0), side: None };
 
 fn case(seed: u64, depth: u32) -> (Rules, Frames) {
     let (mut rules, frames) = random::case_of_few_numbers(seed, depth);
-    rules.primitives.push(Primitive { name: "Marked".into(), sided: false, span: Span::default() });
+    rules.primitives.push(Primitive {
+        name: "Marked".into(),
+        sided: false,
+        is: None,
+        does: None,
+        other: None,
+        span: Span::default(),
+    });
     (rules, frames)
 }
 

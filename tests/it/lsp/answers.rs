@@ -3,7 +3,7 @@
 use super::editor::Editor;
 use serde_json::{Value, json};
 
-const THROW: &str = "use \"contact.rules\"\n\nparam fast = 200 mm\n\nprimitive Throw\n\nextend single_hand before carried {\n  grapsed and norm(target.velocity) > fast => Throw\n}\n";
+const THROW: &str = "use \"contact.rules\"\n\nparam fast = 200 mm\n\nprimitive Throw is Translate\n\nextend single_hand before carried {\n  grapsed and norm(target.velocity) > fast => Throw\n}\n";
 
 #[test]
 fn all_mistakes_of_a_file_are_reported_as_they_are_typed() {

@@ -3,6 +3,7 @@
 use super::kinematics::shipped;
 use nalgebra::{DVector, Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use teachtree::base::hands::{Finger, Side};
+use teachtree::base::meaning::Meaning;
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
 use teachtree::command::{Commands, Contact, GraspSpec, Segment, Task, Tip};
@@ -177,6 +178,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
         let share = |at: usize| teachtree::base::easing::minimum_jerk(at as f64 / (n - 1) as f64);
         Segment {
             primitive: primitive.into(),
+            does: if primitive == "Grasp" { Meaning::Close } else { Meaning::Carry },
             duration_s: seconds,
             grasp: Some(0),
             touching: true,

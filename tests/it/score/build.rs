@@ -1,9 +1,11 @@
 //! Truths and results written as short texts.
 
+use std::sync::LazyLock;
 use teachtree::analysis::json::Meta;
 use teachtree::analysis::score::{Row, Span, Stage, Tally, TrackTruth, Truth, score};
 use teachtree::analysis::{Analysis, Segment, TaskSpan, Track, Who};
 use teachtree::base::hands::Side;
+use teachtree::base::meaning::Primitives;
 
 pub const RIGHT: Who = Who::Hand(Side::Right);
 /// Frames per second of all results here.
@@ -62,11 +64,26 @@ pub fn with_tasks(text: &str, tasks: &str) -> Analysis {
     analysis(all, segments(0.0, tasks).into_iter().map(task).collect())
 }
 
+/// The primitives of the shipped rules, and *Lift*, a kind of Translate.
+static PRIMITIVES: LazyLock<Primitives> = LazyLock::new(|| {
+    let text = "use \"bimanual.rules\"\nprimitive Lift is Translate\nextend single_hand before carried { lifted and load > 90 N => Lift }";
+    teachtree::language::load_text("lift.rules", text).rules.unwrap().by_name()
+});
+
 fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
     let end_s = segments.last().map_or(0.0, |last| last.end_s);
     let track = Track { who: RIGHT, relabeled: segments.clone(), segments, tasks };
     let frames = (end_s * RATE_HZ).round() as usize;
-    Analysis { frames, rows: frames, rate_hz: RATE_HZ, start_s: 0.0, end_s, tracks: vec![track], issues: Vec::new() }
+    Analysis {
+        frames,
+        rows: frames,
+        rate_hz: RATE_HZ,
+        start_s: 0.0,
+        end_s,
+        tracks: vec![track],
+        issues: Vec::new(),
+        primitives: PRIMITIVES.clone(),
+    }
 }
 
 pub fn meta(log: &str) -> Meta {

@@ -101,6 +101,18 @@ fn of_equal_alignments_the_nearest_in_time_counts() {
     near(tally.errors_of("Trace").median_s(), 0.1);
 }
 
+/// A kind is right where the truth has its parent, unless the truth names the kind.
+#[test]
+fn a_kind_counts_for_its_parent() {
+    let right = |truth: &str, result: &str| tally(truth, result).accuracy().unwrap();
+    near(Some(right("Grasp 1 Translate 2", "Grasp 1 Lift 1 Translate 1")), 1.0);
+    near(Some(right("Grasp 1 Translate 2", "Grasp 1 Lift 2")), 1.0);
+    near(Some(right("Grasp 1 Lift 1 Translate 1", "Grasp 1 Lift 2")), 2.0 / 3.0);
+    near(Some(right("Grasp 1 Lift 1 Translate 1", "Grasp 1 Translate 2")), 2.0 / 3.0);
+    let tally = tally("Grasp 1 Lift 2", "Grasp 1 Lift 2");
+    assert!(tally.boundaries[0].by_contact, "as between Grasp and Translate");
+}
+
 #[test]
 fn contacts_make_the_boundaries_of_the_table() {
     let by_contact = |before: &str, after: &str| {

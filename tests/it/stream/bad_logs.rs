@@ -3,6 +3,7 @@
 use super::{ask, ask_contact, ask_fingers};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use teachtree::IssueKind;
 use teachtree::base::channels::Shape;
 use teachtree::base::units::Dimension;
 use teachtree::stream::OpenRequest;
@@ -144,4 +145,14 @@ fn a_scene_beyond_all_sizes_is_refused() {
     for (printed, wanted) in printed.iter().zip(wanted) {
         assert!(printed.contains(wanted), "{printed}");
     }
+}
+
+/// The pages list every kind of issue that there is.
+#[test]
+fn every_kind_of_issue_is_documented() {
+    let read = |page: &str| std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(page)).unwrap();
+    let pages = read("docs/logs.md") + &read("docs/live.md");
+    let missing: Vec<&str> =
+        IssueKind::ALL.iter().map(|kind| kind.name()).filter(|name| !pages.contains(&format!("`{name}`"))).collect();
+    assert!(missing.is_empty(), "{missing:?}");
 }

@@ -8,7 +8,7 @@ use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::{Graph, lower};
 use teachtree::language::{Request, Rules, load};
 use teachtree::stream::OpenRequest;
-use teachtree::stream::frames::Issue;
+use teachtree::stream::issue::Issue;
 use teachtree::stream::open;
 use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};

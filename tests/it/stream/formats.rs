@@ -14,7 +14,7 @@ mod text;
 use std::path::{Path, PathBuf};
 use teachtree::base::recording::Recording;
 use teachtree::stream::bind::{BindingFile, bind};
-use teachtree::stream::frames::Issue;
+use teachtree::stream::issue::Issue;
 use teachtree::stream::read::formats;
 
 /// The scene that bindings in these tests have.

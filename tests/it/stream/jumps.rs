@@ -4,7 +4,7 @@ use crate::program::{complained, said, teachtree_in};
 use std::path::Path;
 use teachtree::base::recording::Recording;
 use teachtree::stream::OpenRequest;
-use teachtree::stream::frames::Issue;
+use teachtree::stream::issue::Issue;
 use teachtree::stream::open;
 use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};

@@ -195,7 +195,7 @@ fn a_flag_is_a_contact() {
 }
 
 #[test]
-fn what_cannot_be_reported_without_a_support_is_said() {
+fn channels_that_need_a_support_are_reported_missing() {
     let mut log = flagged("contact.thing.base");
     log.columns.shift_remove("contact.thing.base");
     let frames = frames(&log, &[ask("contacts.force")]).unwrap();

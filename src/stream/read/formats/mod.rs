@@ -30,7 +30,7 @@ pub use many::{all_of, chosen, files_of, is_hdf5, is_set, recording_of, stem};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::atomic_write::{self, Files};
-use crate::stream::frames::Issue;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::csv;
 use crate::stream::read::table::Source;
 use std::fs::File;
@@ -199,5 +199,5 @@ fn unknown(path: &Path) -> InputError {
 
 /// The message about a log that ends too early.
 fn truncated(at: f64, message: String) -> Issue {
-    Issue { kind: "truncated".into(), start_s: at, end_s: at, channel: String::new(), message }
+    Issue { kind: IssueKind::TRUNCATED, start_s: at, end_s: at, channel: String::new(), message }
 }

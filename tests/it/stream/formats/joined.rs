@@ -45,7 +45,7 @@ channels: {right.palm.position: 'p<xyz> [mm]', right.palm.force: f<xyz>}
 tare: {channels: [right.palm.force], from: 0 s, to: 0.3 s}
 ";
     let (recording, issues) = bound_text("log.csv", &text, binding).unwrap();
-    let dead: Vec<(&str, &str)> = issues.iter().map(|issue| (issue.kind.as_str(), issue.channel.as_str())).collect();
+    let dead: Vec<(&str, &str)> = issues.iter().map(|issue| (issue.kind.name(), issue.channel.as_str())).collect();
     assert_eq!(dead, [("stuck_sensor", "right.palm.force")]);
     assert!(values(&recording, "right.palm.force.z").iter().all(|force| *force == 0.0));
 }

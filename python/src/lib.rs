@@ -1,0 +1,44 @@
+//! The extension module `teachtree._teachtree`: what the Python package does in Rust.
+//!
+//! The classes here are thin; the package beside it (folder `teachtree`) gives them defaults, types and documentation. Every call that takes long
+//! releases the interpreter's lock (`wait`), errors become exceptions of `teachtree` (`error`), tables cross by the Arrow C interface (`arrow`).
+
+mod analysis;
+mod arrow;
+mod error;
+mod log;
+mod rules;
+mod tables;
+mod wait;
+
+use pyo3::prelude::*;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+/// The recordings that paths stand for.
+#[pyfunction]
+#[pyo3(signature = (paths, binding=None, each=false))]
+fn recordings(py: Python<'_>, paths: Vec<PathBuf>, binding: Option<PathBuf>, each: bool) -> PyResult<Vec<PathBuf>> {
+    wait::released(py, move || teachtree::recordings(&paths, binding.as_deref(), each))?
+        .map_err(|found| error::to_python(py, &found))
+}
+
+/// Runs the command line; the exit status.
+#[pyfunction]
+fn command_line(py: Python<'_>, words: Vec<OsString>) -> u8 {
+    // Not on another thread: the command line has its own way to end on Ctrl-C.
+    py.detach(|| teachtree::command_line_of(words))
+}
+
+#[pymodule]
+fn _teachtree(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<log::Log>()?;
+    module.add_class::<rules::RulesOptions>()?;
+    module.add_class::<rules::Rules>()?;
+    module.add_class::<analysis::Analysis>()?;
+    module.add_class::<arrow::Table>()?;
+    module.add_function(wrap_pyfunction!(recordings, module)?)?;
+    module.add_function(wrap_pyfunction!(command_line, module)?)?;
+    Ok(())
+}

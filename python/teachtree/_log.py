@@ -1,0 +1,164 @@
+"""Recordings: files of any format, Arrow tables, arrays."""
+
+from __future__ import annotations
+
+import os
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from . import _teachtree
+from ._errors import ArgumentError
+
+Path = str | os.PathLike[str]
+
+
+class Binding:
+    """A binding: which columns of a foreign log are which channels (docs/bindings.md), with a scene where the binding names none.
+
+    >>> import teachtree
+    >>> lift = teachtree.Binding("demos/robosuite/panda_lift.binding.yaml")
+    >>> teachtree.Log("demos/robosuite/lift_demo_1.csv", binding=lift).hands
+    ['right']
+    """
+
+    def __init__(self, path: Path, scene: Path | None = None) -> None:
+        self.path = os.fspath(path)
+        """The file."""
+        self.scene = None if scene is None else os.fspath(scene)
+        """A scene instead of the one that the binding names."""
+
+    def __repr__(self) -> str:
+        return f"teachtree.Binding({self.path!r})"
+
+    def __fspath__(self) -> str:
+        return self.path
+
+
+class Scene:
+    """The bodies and hands of a log in memory (docs/scenes.md), as the text of a scene file."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        """YAML."""
+
+
+class Log:
+    """A recording of hands and objects.
+
+    ``source`` is a path (a file or folder of any format of docs/logs.md, ``"set#3"`` for an episode of a data set), a table of any library that
+    speaks the Arrow PyCapsule interface (pyarrow, polars, pandas 3, duckdb, …), or a mapping from names to arrays.
+
+    The columns of tables and mappings have the names of docs/logs.md, such as ``time``, ``right.thumb.force.x``, ``cube.position.x``, or those that
+    ``binding`` expects. A unit stands behind the name, ``"right.thumb.force.x [mN]"``, or in ``units``; without one, values are in the unit that
+    docs/logs.md gives for the name. What was not measured is NaN or null. A list or a row of a matrix is a column for each place, ``state[0]``.
+
+    ``datasets.Dataset`` does not speak Arrow itself: pass ``dataset.data.table``.
+
+    >>> import teachtree
+    >>> log = teachtree.Log(
+    ...     {"time": [0.0, 0.01, 0.02], "cube.position.x": [0.0, 1.0, 2.0]},
+    ...     units={"cube.position.x": "mm"},
+    ...     scene=teachtree.Scene("bodies:\\n  cube: {role: object, mass: 50 g, parts: [{box: [40 mm, 40 mm, 40 mm]}]}"),
+    ...     name="three frames",
+    ... )
+    >>> log
+    teachtree.Log('three frames')
+    """
+
+    def __init__(
+        self,
+        source: Any,
+        *,
+        binding: Binding | Path | None = None,
+        scene: Scene | Path | None = None,
+        units: Mapping[str, str] | None = None,
+        name: str = "table",
+    ) -> None:
+        at = None if binding is None else os.fspath(binding)
+        if scene is None and isinstance(binding, Binding):
+            scene = binding.scene
+        file, text = (None, scene.text) if isinstance(scene, Scene) else (scene, None)
+        if isinstance(source, (str, os.PathLike)):
+            if text is not None or units:
+                raise _argument("Log", "a file has its own units and scene; `units` and `Scene` are for tables and arrays", None)
+            self._inner = _teachtree.Log.open(source, at, file)
+        elif hasattr(source, "__arrow_c_stream__"):
+            self._inner = _teachtree.Log.from_arrow(name, source, dict(units or {}), at, file, text)
+        elif isinstance(source, Mapping):
+            self._inner = _teachtree.Log.from_columns(name, list(_columns(source, units or {})), at, file, text)
+        else:
+            message = f"expected a path, a table with `__arrow_c_stream__` or a mapping of arrays, found {type(source).__name__}"
+            is_dataset = hasattr(getattr(source, "data", None), "table")
+            raise _argument("Log", message, "pass `dataset.data.table`" if is_dataset else None)
+
+    @property
+    def name(self) -> str:
+        """Its path or name, as it was given."""
+        return self._inner.name
+
+    @property
+    def hands(self) -> list[str]:
+        """The hands that it measures, ``"left"`` first."""
+        return self._inner.hands
+
+    def read(self) -> Log:
+        """Reads the rows of a file into memory: worth it before several analyses of it. Returns itself."""
+        self._inner.read()
+        return self
+
+    def __repr__(self) -> str:
+        return f"teachtree.Log({self.name!r})"
+
+
+def opened(log: Log | Any, binding: Binding | Path | None = None) -> Log:
+    """A log, or what one is made of."""
+    return log if isinstance(log, Log) else Log(log, binding=binding)
+
+
+def recordings(paths: Path | Sequence[Path], *, binding: Binding | Path | None = None, each: bool = False) -> list[str]:
+    """The recordings that paths stand for: those in folders and their subfolders, the episodes of ``"set#*"`` and ``"set#0..9"``.
+
+    With a binding a folder of text tables is one recording in parts, unless ``each``.
+
+    >>> import teachtree
+    >>> teachtree.recordings("demos/robosuite/lift.hdf5#*", binding="demos/robosuite/lift_hdf5.binding.yaml")
+    ['demos/robosuite/lift.hdf5#demo_1', 'demos/robosuite/lift.hdf5#demo_3']
+    """
+    listed = [paths] if isinstance(paths, (str, os.PathLike)) else list(paths)
+    return [os.fspath(path) for path in _teachtree.recordings(listed, None if binding is None else os.fspath(binding), each)]
+
+
+def _argument(place: str, message: str, help: str | None) -> ArgumentError:
+    rendered = f"{place}: {message}" + (f"\n  help: {help}" if help else "")
+    return ArgumentError(rendered, "argument", place, message, help)
+
+
+def _columns(source: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tuple[str, str, Any]]:
+    """Each column: its name, its unit, and a contiguous buffer of doubles or a list of texts."""
+    unknown = sorted(set(units) - set(source))
+    if unknown:
+        raise _argument("units", f"there is no column `{unknown[0]}`", None)
+    for title, values in source.items():
+        unit = units.get(title, "")
+        if not (hasattr(values, "dtype") and hasattr(values, "__array__")):
+            listed = list(values)
+            if listed and all(value is None or isinstance(value, str) for value in listed):
+                yield title, unit, [value or "" for value in listed]
+            else:
+                yield title, unit, array("d", (float("nan") if value is None else float(value) for value in listed))
+            continue
+        import numpy
+
+        found = numpy.asarray(values)
+        if found.dtype.kind in "OUTS":
+            yield title, unit, ["" if value is None else str(value) for value in found.tolist()]
+            continue
+        if found.dtype.kind in "mM":
+            found = found.astype(f"{found.dtype.kind}8[ns]").astype("i8") / 1e9
+            unit = unit or "s"
+        if found.dtype.kind not in "biuf":
+            raise _argument(f"column {title}", f"expected numbers or texts, found {found.dtype}", None)
+        places = numpy.ascontiguousarray(found.reshape(len(found), -1).T, dtype="f8")
+        for at, place in enumerate(places):
+            yield title if found.ndim == 1 else f"{title}[{at}]", unit, place

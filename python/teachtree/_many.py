@@ -1,0 +1,79 @@
+"""One recording and many."""
+
+from __future__ import annotations
+
+import os
+from collections import deque
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+from ._analysis import Analysis
+from ._errors import Error
+from ._log import Binding, Log, Path, recordings
+from ._rules import Rules
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of one of many recordings."""
+
+    path: str
+    """The recording."""
+    analysis: Analysis | None
+    """What was found; ``None`` where the recording cannot be used."""
+    error: Error | None
+    """Why it cannot."""
+
+
+def analyze(log: Log | Any, *, rules: Rules | None = None, binding: Binding | Path | None = None) -> Analysis:
+    """Analyzes a log, or what :class:`Log` takes, by the shipped rules or one's own: ``teachtree analyze``."""
+    return (rules or Rules()).analyze(log, binding=binding)
+
+
+def analyze_many(
+    paths: Path | Sequence[Path],
+    *,
+    rules: Rules | None = None,
+    binding: Binding | Path | None = None,
+    jobs: int | None = None,
+    each: bool = False,
+) -> Iterator[Outcome]:
+    """Analyzes the recordings of paths, folders and ``"set#*"`` on ``jobs`` cores, all of them by default, in the order of their names.
+
+    A recording that cannot be used is an :class:`Outcome` with its error; the others go on. At most ``2 · jobs`` analyses wait to be taken, so
+    memory does not grow with the number of recordings.
+
+    >>> import teachtree
+    >>> for found in teachtree.analyze_many("demos/robosuite/lift.hdf5#*", binding="demos/robosuite/lift_hdf5.binding.yaml"):
+    ...     print(found.path, found.analysis.tasks["task"])
+    demos/robosuite/lift.hdf5#demo_1 ['unknown', 'pick_and_place']
+    demos/robosuite/lift.hdf5#demo_3 ['unknown', 'pick_and_place']
+    """
+    listed = recordings(paths, binding=binding, each=each)
+    rules = rules or Rules()
+    jobs = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs or os.cpu_count() or 1
+    return _each(listed, rules, binding, max(1, jobs))
+
+
+def _one(path: str, rules: Rules, binding: Binding | Path | None) -> Outcome:
+    try:
+        return Outcome(path, rules.analyze(path, binding=binding), None)
+    except Error as error:
+        return Outcome(path, None, error)
+
+
+def _each(paths: list[str], rules: Rules, binding: Binding | Path | None, jobs: int) -> Iterator[Outcome]:
+    pool = ThreadPoolExecutor(jobs, thread_name_prefix="teachtree")
+    waiting: deque[Future[Outcome]] = deque()
+    try:
+        for path in paths:
+            if len(waiting) >= 2 * jobs:
+                yield waiting.popleft().result()
+            waiting.append(pool.submit(_one, path, rules, binding))
+        while waiting:
+            yield waiting.popleft().result()
+    finally:
+        # Where the caller stops early, or presses Ctrl-C, what has not begun is left.
+        pool.shutdown(wait=False, cancel_futures=True)

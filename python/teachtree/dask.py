@@ -1,0 +1,54 @@
+"""A fleet by Dask (docs/fleet.md)."""
+
+from __future__ import annotations
+
+import os
+from asyncio import CancelledError
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from distributed import Client, Future, KilledWorker, as_completed
+from distributed.client import FutureCancelledError
+
+from . import fleet
+from .fleet._run import Rows, counted, failed
+
+
+def run(
+    sources: Iterable[str | os.PathLike[str] | fleet.Recording], job: fleet.Job, out: str, *, client: Client, **given: Any
+) -> fleet.Ran:
+    """Does what is not done yet on the workers of ``client``; what else is ``given`` is that of :func:`teachtree.fleet.plan`.
+
+    A worker that ends is no loss: Dask gives its shards to others. A shard that ends every worker that it runs on, as one that needs more memory than
+    they have, is divided, until the recording that does it is a row of ``manifest`` with the code ``killed``.
+    """
+    todo = fleet.plan(sources, job, out, **given)
+    options = given.get("options")
+
+    def submit(shard: fleet.Shard) -> Future:
+        return client.submit(fleet.run_shard, shard, job, out, options, pure=False)
+
+    def rows() -> Iterator[Rows]:
+        of = {submit(shard): shard for shard in todo.shards}
+        waiting = as_completed(list(of))
+        for future in waiting:
+            shard = of.pop(future)
+            parts: list[fleet.Shard] = []
+            try:
+                found: Rows = future.result()
+            except KilledWorker:
+                found = []
+                if len(shard.recordings) == 1:
+                    found = failed(shard, job, out, f"{shard.recordings[0].path}: ended every worker that read it", options)
+                else:
+                    parts = [fleet.Shard.of(job, [recording]) for recording in shard.recordings]
+            except (CancelledError, FutureCancelledError):
+                # Its worker ended before the rows were fetched; what is committed is only read again.
+                found, parts = [], [shard]
+            for part in parts:
+                again = submit(part)
+                of[again] = part
+                waiting.add(again)
+            yield found
+
+    return counted(rows(), len(todo), todo.skipped)

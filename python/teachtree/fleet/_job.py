@@ -1,0 +1,135 @@
+"""What is done to every recording: rules, params, binding; it travels with all its files."""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import json
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+
+from .. import __version__, _teachtree
+from .._analysis import Analysis
+from .._log import Binding, Log
+from .._rules import Rules
+
+
+class Job:
+    """Rules, params and a binding for all recordings, with the contents of every file that they are read from, so that it can be sent anywhere.
+
+    >>> import teachtree.fleet as fleet
+    >>> one = fleet.Job(rules=["examples/hold.rules"], params={"hold_time": "200 ms"})
+    >>> other = fleet.Job(rules=["examples/hold.rules"])
+    >>> one.digest == other.digest, len(one.digest)
+    (False, 16)
+    """
+
+    def __init__(
+        self,
+        *,
+        rules: Sequence[str | os.PathLike[str]] | str | os.PathLike[str] = (),
+        params: Mapping[str, str] | None = None,
+        hand: str | os.PathLike[str] | None = None,
+        binding: str | os.PathLike[str] | None = None,
+        scene: str | os.PathLike[str] | None = None,
+    ) -> None:
+        named = [rules] if isinstance(rules, (str, os.PathLike)) else list(rules)
+        self.rules = [os.fspath(rule) for rule in named]
+        """The rule files, as they were named."""
+        self.params = dict(params or {})
+        """The params that are set."""
+        self.hand = None if hand is None else os.fspath(hand)
+        self.binding = None if binding is None else os.fspath(binding)
+        self.scene = None if scene is None else os.fspath(scene)
+        # What is wrong with the rules is said here, not by every worker.
+        found = Rules(*self.rules, params=self.params, hand=self.hand)
+        try:
+            read = found.files
+        except Exception:
+            # Params of a hand file that only the binding names; the files are the same.
+            read = Rules(*self.rules, hand=self.hand).files
+        files = {path for path in (*read, *self.rules, self.hand, self.binding, self.scene) if path and os.path.isfile(path)}
+        files.update(_beside(self.binding))
+        root = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files]) if files else os.getcwd()
+        self._files = {os.path.relpath(os.path.abspath(path), root): Path(path).read_bytes() for path in sorted(files)}
+
+        def place(path: str) -> str:
+            return os.path.relpath(os.path.abspath(path), root) if path in files else path
+
+        self._named_rules = [place(rule) for rule in self.rules]
+        self._single = [None if path is None else place(path) for path in (self.hand, self.binding, self.scene)]
+        digest = hashlib.sha256(json.dumps([__version__, self._named_rules, self._single, sorted(self.params.items())]).encode())
+        for name, content in sorted(self._files.items()):
+            digest.update(f"\0{name}\0{len(content)}\0".encode() + content)
+        self.digest = digest.hexdigest()[:16]
+        """A hash of all files, params and the version: the name of its results."""
+
+    def describe(self) -> str:
+        """What stands beside the results: JSON."""
+        facts = {"schema": "teachtree.fleet/1", "version": __version__, "digest": self.digest, "params": self.params}
+        hand, binding, scene = self._single
+        return json.dumps({**facts, "rules": self._named_rules, "hand": hand, "binding": binding, "scene": scene}, indent=1) + "\n"
+
+    def ready(self) -> tuple[Rules, Binding | None, str | None]:
+        """The rules, binding and scene on this machine: the files are written into a temporary folder, once per process."""
+        return _ready(self)[1:]
+
+    def analyze(self, log: Log) -> Analysis:
+        """Analyzes a log that was opened with :meth:`ready`; the rules are loaded once per process, and once more for logs of two hands."""
+        return Analysis(_loaded(self, len(log.hands), log).analyze(log._inner), log)
+
+    def named(self, text: str) -> str:
+        """An error's text with the names of the files instead of where they are on this machine."""
+        return text.replace(f"{_ready(self)[0]}{os.sep}", "")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Job) and other.digest == self.digest
+
+    def __hash__(self) -> int:
+        return hash(self.digest)
+
+    def __repr__(self) -> str:
+        return f"<teachtree.fleet.Job {self.digest}: {', '.join(self.rules) or 'the shipped rules'}>"
+
+
+@lru_cache(maxsize=8)
+def _ready(job: Job) -> tuple[str, Rules, Binding | None, str | None]:
+    folder = tempfile.mkdtemp(prefix=f"teachtree-{job.digest}-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    for name, content in job._files.items():
+        path = Path(folder, name)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+
+    def place(name: str) -> str:
+        return os.path.join(folder, name) if name in job._files else name
+
+    hand, binding, scene = (None if name is None else place(name) for name in job._single)
+    rules = Rules(*map(place, job._named_rules), params=job.params, hand=hand)
+    return folder, rules, None if binding is None else Binding(binding), scene
+
+
+_KNOWN: dict[tuple[Job, int], _teachtree.Rules] = {}
+
+
+def _loaded(job: Job, hands: int, log: Log) -> _teachtree.Rules:
+    """The rules of a job for logs with so many hands: all else that they depend on is the job's."""
+    if (job, hands) not in _KNOWN:
+        if len(_KNOWN) > 16:
+            _KNOWN.clear()
+        _KNOWN[job, hands] = _ready(job)[1]._options.for_log(log._inner)
+    return _KNOWN[job, hands]
+
+
+def _beside(binding: str | None) -> list[str]:
+    """The hand file of one's own that a binding names: it lies beside it."""
+    if not binding or not os.path.isfile(binding):
+        return []
+    found = re.findall(r"^hand_file:\s*[\"']?([^\"'#\s]+)", Path(binding).read_text(encoding="utf-8"), re.MULTILINE)
+    paths = [os.path.join(os.path.dirname(binding), name) for name in found]
+    return [path for path in paths if os.path.isfile(path)]

@@ -1,0 +1,149 @@
+"""Runs a shard: the function that engines call."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import pyarrow
+
+from .._errors import Error
+from .._log import Log
+from .._table import Table
+from ._job import Job
+from ._plan import SHARD_SIZE, Recording, Shard, plan
+from ._results import SCHEMAS, TABLES, store_of
+from ._sources import Sources
+
+Rows = list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Ran:
+    """What a run did."""
+
+    done: int
+    """Recordings whose results were added, those that cannot be used among them."""
+    failed: int
+    """Of them, recordings that cannot be used: each is a row of ``manifest`` with its error."""
+    skipped: int
+    """Recordings that were done before."""
+
+
+def run_shard(shard: Shard, job: Job, out: str, options: Mapping[str, Any] | None = None) -> Rows:
+    """Analyzes the recordings of a shard and adds their rows to the results; returns the rows of ``manifest``.
+
+    A shard that is done returns its rows again and does nothing else. A recording that cannot be used is a row with ``status`` ``"error"``,
+    ``code`` and ``error``; an object store that does not answer is tried three times.
+    """
+    store = store_of(out, job, options)
+    name = f"{shard.name}.parquet"
+    if store.exists(f"manifest/{name}"):
+        known: Rows = store.read_table(f"manifest/{name}").to_pylist()
+        return known
+    parts: dict[str, list[pyarrow.Table]] = {table: [] for table in TABLES}
+    manifest: Rows = []
+    with Sources(options) as sources:
+        for recording in shard.recordings:
+            row, tables = _one(recording, job, sources)
+            manifest.append({**row, "shard": shard.name})
+            for table, part in tables.items():
+                parts[table].append(part)
+    _commit(store, name, job, parts, manifest)
+    return manifest
+
+
+def failed(shard: Shard, job: Job, out: str, error: str, options: Mapping[str, Any] | None = None) -> Rows:
+    """Adds the rows of a shard that ends every worker that it runs on."""
+    manifest = [{**_blank(recording, job), "code": "killed", "error": error, "shard": shard.name} for recording in shard.recordings]
+    _commit(store_of(out, job, options), f"{shard.name}.parquet", job, {table: [] for table in TABLES}, manifest)
+    return manifest
+
+
+def _commit(store: Any, name: str, job: Job, parts: Mapping[str, list[pyarrow.Table]], manifest: Rows) -> None:
+    if not store.exists("job.json"):
+        store.write("job.json", job.describe().encode())
+    for table, tables in parts.items():
+        store.write_table(f"{table}/{name}", pyarrow.concat_tables(tables) if tables else SCHEMAS[table].empty_table())
+    # Last: with it, the shard is done.
+    store.write_table(f"manifest/{name}", pyarrow.Table.from_pylist(manifest, SCHEMAS["manifest"]))
+
+
+def _blank(recording: Recording, job: Job) -> dict[str, Any]:
+    row = dict.fromkeys(SCHEMAS["manifest"].names)
+    return {**row, "log": recording.path, "key": recording.key(job), "status": "error", "seconds": 0.0}
+
+
+def _one(recording: Recording, job: Job, sources: Sources) -> tuple[dict[str, Any], dict[str, pyarrow.Table]]:
+    row = _blank(recording, job)
+    begun = time.perf_counter()
+    try:
+        local = _again(lambda: sources.local(recording.path))
+        _, binding, scene = job.ready()
+        analysis = job.analyze(Log(local, binding=binding, scene=scene))
+        tables = {"segments": analysis.segments, "tasks": analysis.tasks, "issues": analysis.issues}
+        parts = {table: _rows(made, SCHEMAS[table], recording.path, row["key"]) for table, made in tables.items()}
+    except Error as error:
+        text = job.named(error.rendered.replace(local, recording.path))
+        if recording.path not in text:
+            text = f"{recording.path}: {text}"
+        return {**row, "code": error.code, "error": text, "seconds": time.perf_counter() - begun}, {}
+    except OSError as error:
+        text = f"{recording.path}: {error}"
+        return {**row, "code": "io", "error": text, "seconds": time.perf_counter() - begun}, {}
+    counts = {table: len(part) for table, part in parts.items()}
+    facts = {"frames": analysis.frame_count, "duration_s": analysis.end_s - analysis.start_s, "rules": analysis.digest}
+    return {**row, **counts, **facts, "status": "ok", "seconds": time.perf_counter() - begun}, parts
+
+
+def _rows(table: Table, schema: pyarrow.Schema, log: str, key: str) -> pyarrow.Table:
+    found = pyarrow.table(table)
+    columns = [pyarrow.repeat(log, len(found)), pyarrow.repeat(key, len(found)), *found.columns]
+    return pyarrow.table(columns, schema=schema)
+
+
+def _again(fetch: Callable[[], str]) -> str:
+    for wait in (1.0, 4.0):
+        try:
+            return fetch()
+        except FileNotFoundError:
+            raise
+        except OSError:
+            time.sleep(wait)
+    return fetch()
+
+
+def run(
+    sources: Iterable[str | os.PathLike[str] | Recording],
+    job: Job,
+    out: str,
+    *,
+    jobs: int = 1,
+    shard_size: int = SHARD_SIZE,
+    shard: tuple[int, int] | None = None,
+    options: Mapping[str, Any] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Ran:
+    """Does all in this process, on ``jobs`` threads; ``shard`` as in :func:`plan`. ``progress`` is called with how many recordings of how many are done."""
+    todo = plan(sources, job, out, shard_size=shard_size, shard=shard, options=options)
+
+    def work(part: Shard) -> Rows:
+        return run_shard(part, job, out, options)
+
+    with ThreadPoolExecutor(max(1, jobs)) as pool:
+        return counted(pool.map(work, todo.shards), len(todo), todo.skipped, progress)
+
+
+def counted(results: Iterable[Rows], of: int, skipped: int, progress: Callable[[int, int], None] | None = None) -> Ran:
+    """Counts the rows of shards as they come."""
+    done = wrong = 0
+    for rows in results:
+        done += len(rows)
+        wrong += sum(row["status"] != "ok" for row in rows)
+        if progress is not None:
+            progress(done, of)
+    return Ran(done, wrong, skipped)

@@ -1,0 +1,139 @@
+"""Logs of files, arrays and tables: the same recording gives the same analysis, however it comes in."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+import teachtree
+
+LOG = "demos/robosuite/lift_demo_1.csv"
+BINDING = "demos/robosuite/panda_lift.binding.yaml"
+
+
+def columns() -> dict[str, list[float]]:
+    with open(LOG, newline="") as file:
+        rows = list(csv.DictReader(file))
+    return {name: [float(row[name]) if row[name] else float("nan") for row in rows] for name in rows[0]}
+
+
+def named(data: dict[str, object]) -> dict[str, object]:
+    """An analysis without the name of its log."""
+    return {key: value for key, value in data.items() if key != "log"}
+
+
+@pytest.fixture(scope="module")
+def of_file() -> dict[str, object]:
+    return named(teachtree.analyze(LOG, binding=BINDING).data)
+
+
+def test_a_dictionary_of_lists_is_the_file(of_file: dict[str, object]) -> None:
+    log = teachtree.Log(columns(), binding=BINDING, name="lift")
+    assert named(teachtree.analyze(log).data) == of_file
+    assert teachtree.analyze(log).data["log"]["path"] == "lift"
+
+
+def test_numpy_arrays_of_any_kind_are_the_file(of_file: dict[str, object]) -> None:
+    numpy = pytest.importorskip("numpy")
+    arrays = {name: numpy.array(values) for name, values in columns().items()}
+    assert named(teachtree.analyze(teachtree.Log(arrays, binding=BINDING)).data) == of_file
+    # Every other value of an array twice as long: not contiguous.
+    strided = {name: numpy.repeat(values, 2)[::2] for name, values in arrays.items()}
+    assert named(teachtree.analyze(teachtree.Log(strided, binding=BINDING)).data) == of_file
+
+
+@pytest.mark.parametrize("library", ["pyarrow", "polars", "pandas"])
+def test_tables_of_every_library_are_the_file(library: str, of_file: dict[str, object]) -> None:
+    module = pytest.importorskip(library)
+    pytest.importorskip("pyarrow")
+    table = module.table(columns()) if library == "pyarrow" else module.DataFrame(columns())
+    if not hasattr(table, "__arrow_c_stream__"):
+        pytest.skip(f"{library} {module.__version__} does not speak Arrow")
+    assert named(teachtree.analyze(teachtree.Log(table, binding=BINDING)).data) == of_file
+
+
+def test_a_table_in_batches_with_every_type_of_arrow_is_read() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    numpy = pytest.importorskip("numpy")
+    rows = 300
+    time = numpy.arange(rows) / 100
+    near = 0.2 * numpy.exp(-time)
+    scene = teachtree.Scene("bodies:\n  cube: {role: object, mass: 50 g, parts: [{box: [40 mm, 40 mm, 40 mm]}]}")
+    plain = {"time": time, "cube.position.x": near, "cube.position.y": numpy.round(near * 1000), "cube.position.z": time * 0}
+    expected = named(teachtree.analyze(teachtree.Log(plain, scene=scene, units={"cube.position.y": "mm"})).data)
+    typed = {
+        "time": pyarrow.array((time * 1000).round().astype("i8"), pyarrow.duration("ms")),
+        "cube.position.x": pyarrow.array(near),
+        "cube.position.y": pyarrow.array(numpy.round(near * 1000).astype("i4")),
+        "cube.position.z": pyarrow.array(["0.0"] * rows).dictionary_encode().cast(pyarrow.string()).cast(pyarrow.float32()),
+        "camera": pyarrow.array([{"bytes": b"", "path": "a"}] * rows),
+    }
+    table = pyarrow.Table.from_batches(pyarrow.table(typed).to_batches(max_chunksize=7))
+    read = teachtree.Log(table, scene=scene, units={"cube.position.y": "mm"})
+    assert named(teachtree.analyze(read).data) == expected
+
+
+def test_lists_are_a_column_for_each_place(tmp_path: Path) -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    numpy = pytest.importorskip("numpy")
+    data = columns()
+    own = tmp_path / "state.binding.yaml"
+    own.write_text(Path(BINDING).read_text().replace(": R_opening", ": state[1]"))
+    opening = data.pop("R_opening")
+    matrix = numpy.array([[0.0] * len(opening), opening]).T
+    lists = pyarrow.array(matrix.tolist(), pyarrow.list_(pyarrow.float32()))
+    fixed = pyarrow.array(matrix.tolist(), pyarrow.list_(pyarrow.float64(), 2))
+    expected = teachtree.analyze(LOG, binding=BINDING).segments.to_dict()
+    for state in (lists, fixed):
+        table = pyarrow.table({**data, "state": state})
+        assert teachtree.analyze(teachtree.Log(table, binding=own)).segments.to_dict() == expected
+    assert teachtree.analyze(teachtree.Log({**data, "state": matrix}, binding=own)).segments.to_dict() == expected
+
+
+@pytest.mark.parametrize(
+    ("source", "units", "message"),
+    [
+        ({"time": [0.0, 1.0], "cube.position.x": [0.0]}, {}, "expected 2 values as in the columns before, found 1"),
+        ({"time": [0.0, 0.0], "cube.position.x": [0.0, 1.0]}, {}, "time"),
+        ({"time": [0.0, 1.0]}, {"cube.position.x": "mm"}, "there is no column `cube.position.x`"),
+        ({"time": [0.0, 1.0], "cube.position.x": [0.0, 1.0]}, {"cube.position.x": "N"}, "N"),
+        ({"cube.position.x": [0.0, 1.0]}, {}, "time"),
+        (42, {}, "expected a path, a table with `__arrow_c_stream__` or a mapping of arrays, found int"),
+    ],
+)
+def test_what_cannot_be_a_log_is_one_clear_error(source: object, units: dict[str, str], message: str) -> None:
+    with pytest.raises(teachtree.Error) as raised:
+        teachtree.analyze(teachtree.Log(source, units=units))
+    assert message in str(raised.value)
+    assert raised.value.kind in {"format", "argument", "mismatch"}
+    assert "panicked" not in str(raised.value)
+
+
+def test_lists_that_change_their_length_are_refused() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    table = pyarrow.table({"time": [0.0, 1.0], "state": [[1.0, 2.0], [1.0]]})
+    with pytest.raises(teachtree.LogError, match="column state: found a list of 1 numbers after lists of 2"):
+        teachtree.Log(table, name="ragged")
+
+
+def test_a_stream_that_was_read_is_refused() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    table = pyarrow.table(columns())
+
+    class Once:
+        capsule = table.__arrow_c_stream__()
+
+        def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+            return self.capsule
+
+    once = Once()
+    teachtree.Log(once, binding=BINDING)
+    with pytest.raises(teachtree.LogError, match="released"):
+        teachtree.Log(once, binding=BINDING)
+
+
+def test_recordings_of_a_folder_are_listed() -> None:
+    found = teachtree.recordings("demos/dapg_door", binding="demos/bindings/dapg_door.binding.yaml", each=True)
+    assert found == ["demos/dapg_door/door_00.csv", "demos/dapg_door/door_03.csv"]
+    with pytest.raises(teachtree.Error, match="no log"):
+        teachtree.recordings("rules", each=True)

@@ -1,0 +1,115 @@
+//! What a live log reports.
+
+use crate::analysis::json;
+use crate::analysis::{Segment as Stretch, TaskSpan, Who};
+use crate::session::{Segment, Task};
+use crate::stream::issue::Issue;
+use std::fmt;
+
+/// Something new about a live log.
+///
+/// - `label`: the primitive of a track at the newest frame, if the log ended there.
+/// - `segment`: a segment that has closed, as the trees returned it; `is_final`: after relabeling, as in the analysis of the whole log.
+/// - `task`: a task that has closed; `is_final`: as in the analysis of the whole log.
+/// - `issue`: what is wrong with the log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LiveEvent {
+    sequence: u64,
+    inner: Inner,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub enum Inner {
+    Label { who: Who, primitive: Option<String>, time_s: f64 },
+    Segment { who: Who, segment: Stretch, is_final: bool },
+    Task { who: Who, task: TaskSpan, is_final: bool },
+    Issue(Issue),
+}
+
+impl LiveEvent {
+    pub(super) const fn new(sequence: u64, inner: Inner) -> Self {
+        Self { sequence, inner }
+    }
+
+    /// The number of the event: 0, 1, 2, …
+    pub const fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// What it is about: `label`, `segment`, `task`, `issue`.
+    pub const fn name(&self) -> &'static str {
+        match &self.inner {
+            Inner::Label { .. } => "label",
+            Inner::Segment { .. } => "segment",
+            Inner::Task { .. } => "task",
+            Inner::Issue(_) => "issue",
+        }
+    }
+
+    /// Whether no later row can change it.
+    pub const fn is_final(&self) -> bool {
+        match &self.inner {
+            Inner::Label { .. } => false,
+            Inner::Segment { is_final, .. } | Inner::Task { is_final, .. } => *is_final,
+            Inner::Issue(_) => true,
+        }
+    }
+
+    /// Of a `label`: whose it is, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
+    pub fn label(&self) -> Option<(Who, Option<&str>, f64)> {
+        match &self.inner {
+            Inner::Label { who, primitive, time_s } => Some((*who, primitive.as_deref(), *time_s)),
+            _ => None,
+        }
+    }
+
+    /// The segment. Its frames and rows are not counted.
+    pub fn segment(&self) -> Option<Segment<'_>> {
+        match &self.inner {
+            Inner::Segment { who, segment, .. } => Some(Segment::of(*who, segment)),
+            _ => None,
+        }
+    }
+
+    /// The task. Its frames and rows are not counted.
+    pub fn task(&self) -> Option<Task<'_>> {
+        match &self.inner {
+            Inner::Task { who, task, .. } => Some(Task::of(*who, task)),
+            _ => None,
+        }
+    }
+
+    /// The issue.
+    pub const fn issue(&self) -> Option<&Issue> {
+        match &self.inner {
+            Inner::Issue(issue) => Some(issue),
+            _ => None,
+        }
+    }
+
+    /// The event as JSON on one line, schema `teachtree.live/1` (docs/formats.md).
+    pub fn json(&self) -> String {
+        let (sequence, is_final) = (self.sequence, self.is_final());
+        match &self.inner {
+            Inner::Label { who, primitive, time_s } => json::live_label(sequence, *who, primitive.as_deref(), *time_s),
+            Inner::Segment { who, segment, .. } => json::live_segment(sequence, *who, segment, is_final),
+            Inner::Task { who, task, .. } => json::live_task(sequence, *who, task, is_final),
+            Inner::Issue(issue) => json::live_issue(sequence, issue),
+        }
+    }
+}
+
+impl fmt::Display for LiveEvent {
+    /// One line: `12.340 s  right  Grasp`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.inner {
+            Inner::Label { who, primitive, time_s } => {
+                write!(f, "{time_s:.3} s  {who} {}", primitive.as_deref().unwrap_or("–"))
+            }
+            Inner::Segment { who, segment, .. } => write!(f, "{}", Segment::of(*who, segment)),
+            Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),
+            Inner::Issue(Issue { kind, channel, message, .. }) if channel.is_empty() => write!(f, "{kind}: {message}"),
+            Inner::Issue(Issue { kind, channel, message, .. }) => write!(f, "{kind} {channel}: {message}"),
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! Labels while the log is being made: rows in one at a time, events out.
+//!
+//! There are two answers. The *label* of the newest frame is what the trees would return if the log ended there. *Segments* and *tasks* come once no
+//! later row can change them: then they are those of the analysis of the whole log, with the same calibration. Between two tasks everything before is
+//! forgotten, so that memory does not grow.
+
+mod event;
+#[cfg(feature = "cli")]
+mod feed;
+mod history;
+mod rest;
+
+use super::error::Error;
+use super::log::Scene;
+use super::rules::Rules;
+use super::run::channels;
+use crate::analysis::{self, Who};
+use crate::base::error::{ErrorKind, InputError};
+use crate::base::hands::Side;
+use crate::base::units::Dimension;
+use crate::engine::evaluator::Evaluator;
+use crate::engine::runs::Run;
+use crate::graph::{Graph, lower};
+use crate::stream::issue::{Issue, IssueKind};
+use crate::stream::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation};
+use crate::stream::read::table::Want;
+use event::Inner;
+pub use event::LiveEvent;
+#[cfg(feature = "cli")]
+pub(crate) use feed::{Feed, FeedOptions};
+use history::History;
+use rest::Rest;
+use std::collections::BTreeMap;
+
+/// The newest frames are looked at this often, s.
+const LOOK_SECS: f64 = 0.02;
+/// Segments and tasks are looked for this often, s.
+const FIND_SECS: f64 = 0.1;
+/// The longest time that is kept where nothing comes to rest, s.
+const KEPT_SECS: f64 = 600.0;
+
+/// What an analysis learns of a whole log before it looks at a frame: the rate, and bias, noise and contact level of the force sensors. Learned of a
+/// recording of some seconds in which the hands are far from the objects at least once.
+#[derive(Clone, Debug)]
+pub struct Calibration(Learned, Vec<Issue>);
+
+impl Calibration {
+    /// Learns from a log.
+    ///
+    /// # Errors
+    /// What is wrong with the log, as for [`Rules::analyze`].
+    pub fn of(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
+        Self::of_part(log, rules, true)
+    }
+
+    /// The same; what follows may touch what nothing touched in the log, unless it is whole.
+    pub(crate) fn of_part(log: &super::Log, rules: &Rules, is_whole: bool) -> Result<Self, Error> {
+        let learned = Learned::of(&log.opened()?.recording, &channels(rules.set()), is_whole);
+        learned.map(|(learned, issues)| Self(learned, issues)).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+    }
+
+    /// Frames per second.
+    pub fn rate_hz(&self) -> f64 {
+        self.0.rate_hz
+    }
+
+    /// What was wrong with the log that it was learned from.
+    pub fn issues(&self) -> &[Issue] {
+        &self.1
+    }
+}
+
+/// Rules that run on a log while it is being made.
+pub struct Live {
+    rules: Rules,
+    graph: Graph,
+    /// For each column of the rows, where its values go and by what they are multiplied.
+    wants: Vec<Option<f64>>,
+    time_at: usize,
+    columns: Vec<usize>,
+    admission: Admission,
+    derivation: Derivation,
+    evaluator: Option<Evaluator>,
+    history: History,
+    rest: Rest,
+    /// The first frame of the stretch, from the beginning of the log.
+    stretch: usize,
+    rate_hz: f64,
+    /// When the newest frames were looked at, and when segments and tasks were looked for, in frames.
+    looked: usize,
+    found: usize,
+    /// The channels that tasks read later.
+    kept: Vec<bool>,
+    labels: BTreeMap<Who, Option<String>>,
+    events: Vec<LiveEvent>,
+    sequence: u64,
+    newest_s: f64,
+}
+
+impl Live {
+    /// Begins a log whose rows have these columns: `time [s]` and names of docs/logs.md, each with a unit in brackets where it is not the usual one.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: a column that cannot be read. [`ErrorKind::Mismatch`]: a channel that the rules need is missing, the rate cannot honor a
+    /// duration of the rules.
+    pub fn new<S: AsRef<str>>(
+        rules: &Rules,
+        columns: &[S],
+        scene: &Scene,
+        calibration: &Calibration,
+    ) -> Result<Self, Error> {
+        let Calibration(learned, _) = calibration.clone();
+        let wanted = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        let channels = channels(rules.set());
+        let measured = |name: &str| learned.columns.iter().any(|column| column == name);
+        let mut time_at = 0;
+        let mut wants = Vec::with_capacity(wanted.len());
+        let mut used: Vec<(String, Dimension)> = Vec::new();
+        let mut places = Vec::new();
+        for (at, (name, dimension, want)) in wanted.into_iter().enumerate() {
+            match want {
+                Want::Time(factor) => {
+                    time_at = at;
+                    wants.push(Some(factor));
+                }
+                want if measured(&name) => {
+                    wants.push(want.to_si());
+                    places.push(at);
+                    used.push((name, dimension));
+                }
+                _ => wants.push(None),
+            }
+        }
+        let mismatch = |error| Error::new(error, ErrorKind::Mismatch);
+        let rate_hz = learned.rate_hz;
+        analysis::check_rate(rules.set(), rate_hz).map_err(mismatch)?;
+        let reads_later = |name: &str| analysis::reads_later(rules.set(), name);
+        let kept = channels.iter().map(|channel| reads_later(&channel.name)).collect();
+        let admission = Admission::new(&used, rate_hz);
+        let derivation = Derivation::new(scene.inner().clone(), channels, learned, used);
+        Ok(Self {
+            graph: lower(rules.set()),
+            rest: Rest::new(rules.set()),
+            rules: rules.clone(),
+            wants,
+            time_at,
+            columns: places,
+            admission,
+            derivation,
+            evaluator: None,
+            history: History::default(),
+            stretch: 0,
+            rate_hz,
+            looked: 0,
+            found: 0,
+            kept,
+            labels: BTreeMap::new(),
+            events: vec![],
+            sequence: 0,
+            newest_s: 0.0,
+        })
+    }
+
+    /// By how much segments and tasks lag behind the newest row, s, besides the time that relabeling and tasks need: what averages and the rules look ahead.
+    /// Known once some frames were pushed.
+    pub fn lag_s(&self) -> Option<f64> {
+        let delay = self.evaluator.as_ref()?.plan().delay as usize;
+        Some((self.derivation.lag() + delay) as f64 / self.rate_hz)
+    }
+
+    /// Takes a row: a value for each column, in the unit of the column; NaN was not measured. Returns what is new.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Argument`]: the row has another number of values. [`ErrorKind::Mismatch`]: a channel that the rules need is missing.
+    pub fn push(&mut self, row: &[f64]) -> Result<Vec<LiveEvent>, Error> {
+        if row.len() != self.wants.len() {
+            let message = format!("found {} values, expected one for each of {} columns", row.len(), self.wants.len());
+            return Err(Error::new(InputError::new("the row", message), ErrorKind::Argument));
+        }
+        let value =
+            |at: usize| row.get(at).copied().unwrap_or(f64::NAN) * self.wants.get(at).copied().flatten().unwrap_or(1.0);
+        let time_s = value(self.time_at);
+        let values: Vec<f64> = self.columns.iter().map(|at| value(*at)).collect();
+        match self.admission.take(time_s, values) {
+            Admitted::Dropped(issue) => self.issue(issue),
+            Admitted::Frames { frames, restarts, issue } => {
+                self.issue(issue);
+                if restarts {
+                    self.end_stretch()?;
+                }
+                for (time_s, values) in frames {
+                    self.derivation.push(time_s, &values);
+                }
+                self.newest_s = time_s;
+                self.look(time_s)?;
+            }
+        }
+        Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Ends the log: all segments and tasks that are left.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
+        self.end_stretch()?;
+        Ok(self.events)
+    }
+
+    /// The rules that run.
+    pub fn rules(&self) -> &Rules {
+        &self.rules
+    }
+
+    /// The stamp of the newest frame, s.
+    pub(crate) fn newest_s(&self) -> f64 {
+        self.newest_s
+    }
+
+    /// Reports an issue of the source.
+    pub(crate) fn report(&mut self, issue: Issue) -> Vec<LiveEvent> {
+        self.issue(Some(issue));
+        std::mem::take(&mut self.events)
+    }
+
+    fn event(&mut self, inner: Inner) {
+        self.events.push(LiveEvent::new(self.sequence, inner));
+        self.sequence += 1;
+    }
+
+    fn issue(&mut self, issue: Option<Issue>) {
+        if let Some(issue) = issue {
+            self.event(Inner::Issue(issue));
+        }
+    }
+
+    /// Derives and evaluates the frames that no later one can change.
+    fn evaluate(&mut self, ends: bool) -> Result<(), Error> {
+        let Self { derivation, evaluator: known, graph, history, kept, stretch, .. } = self;
+        let each = &mut |chunk: stream::LiveChunk| {
+            let evaluator = match &mut *known {
+                Some(evaluator) => evaluator,
+                none => none.insert(Evaluator::<f64>::new(graph, &chunk.frames.layout)?),
+            };
+            history.take(&chunk, |channel| kept.get(channel as usize).copied().unwrap_or(false));
+            let sides: Vec<Option<Side>> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+            history::push(evaluator, &chunk, &mut |tree: usize, run: Run| {
+                history.leaf(sides.get(tree).copied().flatten(), run, *stretch);
+            });
+            Ok(())
+        };
+        derivation.settle(ends, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+    }
+
+    fn look(&mut self, time_s: f64) -> Result<(), Error> {
+        let taken = self.derivation.taken();
+        if taken - self.looked < frames(LOOK_SECS, self.rate_hz) {
+            return Ok(());
+        }
+        self.looked = taken;
+        self.evaluate(false)?;
+        self.label(time_s)?;
+        if taken - self.found >= frames(FIND_SECS, self.rate_hz) {
+            self.found = taken;
+            self.find(false);
+        }
+        Ok(())
+    }
+
+    /// The label of the newest frame.
+    fn label(&mut self, time_s: f64) -> Result<(), Error> {
+        let Some(evaluator) = &self.evaluator else { return Ok(()) };
+        let mut last = BTreeMap::new();
+        self.derivation
+            .provisional(&mut |chunk| {
+                last = history::last_leaves(evaluator, &chunk);
+                Ok(())
+            })
+            .map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+        let name = |label| self.rules.set().label_name(label);
+        let both = last.get(&None).copied().flatten();
+        let labels: Vec<(Who, Option<String>)> = last
+            .iter()
+            .map(|(side, label)| match side {
+                Some(side) => (Who::Hand(*side), both.or(*label).map(name)),
+                None => (Who::Both, label.map(name)),
+            })
+            .collect();
+        for (who, primitive) in labels {
+            // Both hands begin without coordination.
+            let was = self.labels.entry(who).or_insert(None);
+            if *was != primitive {
+                was.clone_from(&primitive);
+                self.event(Inner::Label { who, primitive, time_s });
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks for segments and tasks.
+    fn find(&mut self, ends: bool) {
+        let Some(evaluator) = &self.evaluator else { return };
+        let delay = if ends { 0 } else { evaluator.plan().delay as usize };
+        let len = self.history.len().saturating_sub(delay);
+        if len == 0 {
+            return;
+        }
+        let found = self.history.analysis(self.rules.set(), evaluator, self.stretch, len);
+        let news = self.rest.news(&found, &mut self.history, ends);
+        for inner in news {
+            self.event(inner);
+        }
+        let most = frames(KEPT_SECS, self.rate_hz);
+        if self.history.len() > most {
+            let before = self.history.len() - most / 2;
+            let [start_s, end_s] = [0, before].map(|frame| self.history.time_s(frame).unwrap_or_default());
+            let message = format!(
+                "for {KEPT_SECS} s no task has ended with every hand at rest; what was before {end_s:.3} s is forgotten, and a task that began there begins there"
+            );
+            let issue = Issue { kind: IssueKind::RELABELING_STOPPED, start_s, end_s, channel: String::new(), message };
+            self.history.forget(before);
+            self.event(Inner::Issue(issue));
+        }
+    }
+
+    fn end_stretch(&mut self) -> Result<(), Error> {
+        self.evaluate(true)?;
+        if let Some(evaluator) = &mut self.evaluator {
+            let sides: Vec<Option<Side>> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+            let (history, stretch) = (&mut self.history, self.stretch);
+            evaluator.finish(&mut |tree: usize, run: Run| {
+                history.leaf(sides.get(tree).copied().flatten(), run, stretch);
+            });
+        }
+        self.find(true);
+        let taken = self.derivation.taken();
+        (self.stretch, self.looked, self.found) = (taken, taken, taken);
+        self.history.restart(taken);
+        self.rest.restart();
+        Ok(())
+    }
+}
+
+/// A duration in frames, at least one.
+fn frames(secs: f64, rate_hz: f64) -> usize {
+    // A cast from f64 saturates.
+    ((secs * rate_hz).round() as usize).max(1)
+}

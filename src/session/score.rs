@@ -1,0 +1,155 @@
+//! An analysis against what is true: labels of the log or of a file, and the score.
+
+use super::analysis::Analysis;
+use super::error::Error;
+use super::files::LABEL_ENDINGS;
+use crate::analysis::json::Meta;
+use crate::analysis::number::fixed;
+use crate::analysis::score::{self, Known, NameMap, Stage, Truth};
+use crate::analysis::{Analysis as Found, Who};
+use crate::base::error::{ErrorKind, InputError};
+use crate::report;
+use crate::stream::Opened;
+use crate::stream::read::formats;
+use crate::stream::read::labels;
+use crate::stream::read::text;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// Where the true labels of a recording are. The default is the log itself: its columns `right.label`, `left.label`, `both.label`.
+///
+/// ```
+/// use teachtree::{Labels, Side, Who};
+/// let labels = Labels::file("S2_T1_segments.csv").track(Who::Hand(Side::Right)).map("S1=Move|Approach,S2=Grasp,S9=mask");
+/// ```
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Labels {
+    file: Option<PathBuf>,
+    track: Option<Who>,
+    map: Option<String>,
+}
+
+impl Labels {
+    /// Labels in a file (docs/score.md), or in a folder that has `LOG.labels.csv` or `LOG_segments.csv` for the log.
+    pub fn file(path: impl Into<PathBuf>) -> Self {
+        Self { file: Some(path.into()), ..Self::default() }
+    }
+
+    /// The track that labels without a column `track` are about.
+    #[must_use]
+    pub fn track(mut self, track: Who) -> Self {
+        self.track = Some(track);
+        self
+    }
+
+    /// From foreign names to those of the rules: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`.
+    #[must_use]
+    pub fn map(mut self, map: impl Into<String>) -> Self {
+        self.map = Some(map.into());
+        self
+    }
+
+    /// The map of names.
+    pub(crate) fn names(&self) -> Result<NameMap, InputError> {
+        let Some(map) = self.map.as_deref() else { return Ok(NameMap::default()) };
+        let path = Path::new(map);
+        if path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml") {
+            NameMap::read(&text::read(path, MAX_TEXT)?, map)
+        } else {
+            NameMap::of_pairs(map)
+        }
+    }
+
+    /// The truth of a recording, and warnings about the labels; `map` is that of [`names`](Self::names).
+    pub(crate) fn of(
+        &self,
+        opened: &Opened,
+        analysis: &Found,
+        map: &NameMap,
+        known: &Known,
+    ) -> Result<(Truth, Vec<String>), InputError> {
+        map.check(known, self.map.as_deref().unwrap_or_default())?;
+        let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };
+        let only = match analysis.tracks.as_slice() {
+            [track] => Some(track.who),
+            _ => None,
+        };
+        let labels = labels::read(&label_file(path, &opened.log)?, &opened.row_time)?;
+        let mut warnings = Vec::new();
+        if labels.contradicted_s > 0.0 {
+            let time = fixed(labels.contradicted_s, 3);
+            warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
+        }
+        Ok((Truth::of_labels(&labels, self.track.or(only), map, known)?, warnings))
+    }
+}
+
+fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
+    Truth::of_recording(&opened.recording, map).ok_or_else(|| {
+        let message = "the log does not say what is true: it has no `right.label`, `left.label` or `both.label`";
+        InputError::new(opened.log.display().to_string(), message)
+            .help("name a label file with --labels, or bind a column of the log as `right.label`")
+    })
+}
+
+/// The largest map, sequences or labels that are read, bytes.
+pub const MAX_TEXT: u64 = 256 << 20;
+
+/// The label file of a log: the one that is named, or the log's own in the folder that is named.
+fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
+    if !path.is_dir() {
+        return Ok(path.into());
+    }
+    let stem = formats::stem(log);
+    let places = LABEL_ENDINGS.map(|ending| path.join(format!("{stem}{ending}")));
+    places.iter().find(|place| place.is_file()).cloned().ok_or_else(|| {
+        let [one, other] = places.each_ref().map(|place| place.display());
+        InputError::new(
+            log.display().to_string(),
+            format!("the log has no label file: found neither {one} nor {other}"),
+        )
+    })
+}
+
+/// An analysis compared with labels ([`Analysis::score`]). `Display` writes the tables of `teachtree score`.
+#[derive(Clone, Debug)]
+pub struct Score {
+    scores: [score::Score; 1],
+    meta: Meta,
+    warnings: Vec<String>,
+}
+
+impl Score {
+    pub(super) fn new(analysis: &Analysis, labels: &Labels) -> Result<Self, Error> {
+        let argument = |error| Error::new(error, ErrorKind::Argument);
+        let map = labels.names().map_err(argument)?;
+        let known = Known::new(analysis.rules().set());
+        let opened = analysis.log().opened()?;
+        let (truth, warnings) = labels.of(opened, analysis.found(), &map, &known).map_err(argument)?;
+        let meta = analysis.meta().clone();
+        let rows = score::score(&truth, analysis.found(), Stage::Relabeled, &meta).map_err(argument)?;
+        Ok(Self { scores: [score::Score::new(Stage::Relabeled, rows)], meta, warnings })
+    }
+
+    /// The score as JSON, schema `teachtree.score/1` (docs/formats.md).
+    pub fn json(&self) -> String {
+        score::json(&self.scores, &self.meta)
+    }
+
+    /// Confusions and boundary errors as a picture, SVG.
+    pub fn svg(&self) -> String {
+        let [score] = &self.scores;
+        report::score::picture(score, &self.meta)
+    }
+
+    /// What is to be said about the labels: intervals with two labels that differ.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+impl fmt::Display for Score {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&report::score::text(&self.scores, &self.meta))
+    }
+}

@@ -1,0 +1,196 @@
+//! Frames in, channels of the rules out, window by window: each frame once no later frame can change what is derived of it, and, on request, the frames
+//! behind that as though the log ended with them.
+
+use super::Calibration;
+use crate::base::channels::ChannelSpec;
+use crate::base::error::InputError;
+use crate::base::scene::Scene;
+use crate::base::units::Dimension;
+use crate::stream::clean::preprocess::{CleanLog, State, Window};
+use crate::stream::derive::{self, ANCHOR, Findings, tare};
+use crate::stream::frames::Frames;
+use std::borrow::Cow;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::ops::Range;
+
+/// Derives the channels of rules.
+pub struct Derivation {
+    scene: Scene,
+    channels: Vec<ChannelSpec>,
+    calibration: Calibration,
+    columns: Vec<(String, Dimension)>,
+    /// Frames on which later ones have a part in what is derived of a frame.
+    ahead: usize,
+    /// And earlier ones.
+    behind: usize,
+    /// Stamps and columns of the frames that are held.
+    time: Vec<f64>,
+    values: Vec<Vec<f64>>,
+    /// The first frame that is held, the first of the stretch, and the first that was not given out, all counted from the beginning of the log.
+    first: usize,
+    stretch: usize,
+    next: usize,
+    /// On how many frames before and after a frame depend the contacts that are computed from shapes.
+    margin: usize,
+    /// What was so before some frames, for what depends on the frame before: the oldest is needed next.
+    states: VecDeque<(usize, BTreeMap<String, State>)>,
+}
+
+/// Frames with their channels.
+pub struct LiveChunk<'a> {
+    /// The columns; some of their frames belong to the windows before and after.
+    pub frames: &'a Frames,
+    /// The frames of the columns that count.
+    pub core: Range<usize>,
+    /// Stamps of these frames, s.
+    pub time: &'a [f64],
+}
+
+impl Derivation {
+    /// Frames with these columns, for rules with these channels.
+    pub fn new(
+        scene: Scene,
+        channels: Vec<ChannelSpec>,
+        calibration: Calibration,
+        columns: Vec<(String, Dimension)>,
+    ) -> Self {
+        let (ahead, behind) = (derive::ahead(calibration.rate_hz), derive::looked_at(calibration.rate_hz));
+        let margin = if calibration.touches.is_empty() { 0 } else { derive::balanced(calibration.rate_hz) };
+        let values = vec![vec![]; columns.len()];
+        let (time, states) = (vec![], VecDeque::new());
+        Self {
+            scene,
+            channels,
+            calibration,
+            columns,
+            ahead,
+            behind,
+            time,
+            values,
+            first: 0,
+            stretch: 0,
+            next: 0,
+            margin,
+            states,
+        }
+    }
+
+    /// By how many frames what is given out lags behind.
+    pub const fn lag(&self) -> usize {
+        self.ahead + self.margin
+    }
+
+    /// Takes a frame: its stamp, s, and its values, SI.
+    pub fn push(&mut self, time_s: f64, values: &[f64]) {
+        self.time.push(time_s);
+        self.values.iter_mut().zip(values).for_each(|(column, value)| column.push(*value));
+    }
+
+    /// How many frames were taken.
+    pub fn taken(&self) -> usize {
+        self.first + self.time.len()
+    }
+
+    /// Derives the frames that no later one can change, and gives them to `each`; with `ends` all frames, after which the next stretch begins.
+    ///
+    /// # Errors
+    /// As [`crate::stream::frames()`], and what `each` returns.
+    pub fn settle(
+        &mut self,
+        ends: bool,
+        each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
+    ) -> Result<(), InputError> {
+        let taken = self.taken();
+        let end = if ends { taken } else { taken.saturating_sub(self.ahead + self.margin) };
+        if end > self.next {
+            let after = self.derive(self.next..end, end + self.margin, each)?;
+            self.next = end;
+            self.states.push_back(after);
+            while self.states.get(1).is_some_and(|(frame, _)| frame + self.margin <= self.next) {
+                self.states.pop_front();
+            }
+        }
+        if ends {
+            (self.first, self.stretch, self.next) = (taken, taken, taken);
+            self.time.clear();
+            self.values.iter_mut().for_each(Vec::clear);
+            self.states.clear();
+        } else {
+            let needed = self.states.front().map_or(self.stretch, |(frame, _)| *frame);
+            let forgotten = self.seen_from(needed) - self.first;
+            // Moving what is held takes as long as deriving it: it is not done for a few frames.
+            if forgotten >= ANCHOR {
+                self.first += forgotten;
+                self.time.drain(..forgotten);
+                self.values.iter_mut().for_each(|column| drop(column.drain(..forgotten)));
+            }
+        }
+        Ok(())
+    }
+
+    /// Derives the frames that were not given out as though the log ended with them.
+    ///
+    /// # Errors
+    /// As [`settle`](Self::settle).
+    pub fn provisional(&self, each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>) -> Result<(), InputError> {
+        if self.taken() > self.next {
+            self.derive(self.next..self.taken(), self.taken(), each).map(|_| ())
+        } else {
+            Ok(())
+        }
+    }
+
+    /// The first frame that has a part in what is derived of a frame. Sums begin at every [`ANCHOR`]th frame of a stretch.
+    fn seen_from(&self, frame: usize) -> usize {
+        let before = frame.saturating_sub(self.behind).max(self.stretch) - self.stretch;
+        (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
+    }
+
+    /// Derives frames, and follows what depends on the frame before up to `until`; where it was followed to, and what was so there.
+    fn derive(
+        &self,
+        core: Range<usize>,
+        until: usize,
+        each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
+    ) -> Result<(usize, BTreeMap<String, State>), InputError> {
+        let nothing = (self.stretch, BTreeMap::new());
+        let (from, before) = match self.states.front() {
+            Some(state) if state.0 + self.margin <= core.start => state,
+            _ => &nothing,
+        };
+        let until = until.min(self.taken());
+        let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
+        let held = seen.start - self.first..seen.end - self.first;
+        let within = core.start - seen.start..core.end - seen.start;
+        let after = RefCell::new(BTreeMap::new());
+        let window = Window {
+            core: from - seen.start..until - seen.start,
+            is_first: *from == self.stretch,
+            before,
+            after: &after,
+            touches: &self.calibration.touches,
+        };
+        let columns = self.columns.iter().zip(&self.values).map(|((name, dimension), values)| {
+            (name.as_str(), (*dimension, Cow::Borrowed(values.get(held.clone()).unwrap_or_default())))
+        });
+        let time = self.time.get(held.clone()).unwrap_or_default();
+        let mut measured = CleanLog {
+            scene: &self.scene,
+            time: time.to_vec(),
+            rate_hz: self.calibration.rate_hz,
+            stretches: std::iter::once(0..seen.len()).collect(),
+            issues: vec![],
+            noise: BTreeMap::new(),
+            levels: BTreeMap::new(),
+            span: [0.0; 2],
+            window: Some(window),
+            columns: columns.collect(),
+        };
+        tare::correct(&mut measured, &self.calibration.sensors);
+        let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::default())?;
+        each(LiveChunk { frames: &frames, time: time.get(within.clone()).unwrap_or_default(), core: within })?;
+        drop(measured);
+        Ok((until, after.into_inner()))
+    }
+}

@@ -1,0 +1,30 @@
+//! Logs that are still being made: rows in one at a time, frames out as soon as no later row can change them.
+//!
+//! [`admission`] makes an even sequence of frames of the rows; [`Derivation`] derives the channels of the rules, in windows, as
+//! [`crate::stream::streaming`] does of a file. What a whole log shows of its sensors comes from a [`Calibration`].
+
+mod admission;
+mod calibration;
+mod derivation;
+
+pub use admission::{Admission, Admitted};
+pub use calibration::Calibration;
+pub use derivation::{Derivation, LiveChunk};
+
+use crate::base::error::InputError;
+use crate::base::units::Dimension;
+use crate::stream::read::csv::{self, Clock};
+use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::table::{Source, Want};
+
+/// The columns of rows with these titles, canonical names with units: name, dimension, what to read of it.
+///
+/// # Errors
+/// A title that cannot be read, twice the same, or no `time`.
+pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, Want)>, InputError> {
+    let mut header = InMemoryTable::new("the rows");
+    for title in titles {
+        header.push_column(title.as_ref().to_string(), Cells::Numbers(vec![]));
+    }
+    csv::wanted(&Source::one("the rows", header.header(), Box::new(header)), &Clock::canonical())
+}

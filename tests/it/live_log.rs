@@ -1,0 +1,202 @@
+//! `Live`: rows of a log one at a time; what is final is what the analysis of the whole log says.
+
+use crate::program::{complained, said, teachtree_fed};
+use crate::recordings::SHIPPED;
+use std::collections::BTreeMap;
+use teachtree::base::recording::Recording;
+use teachtree::stream::{OpenRequest, open};
+use teachtree::world::{shipped, teach};
+use teachtree::{Analysis, Calibration, Column, Live, LiveEvent, Log, Rules, Scene, Segment, Task, Who};
+
+fn demonstration(name: &str) -> Recording {
+    teach(&shipped::scene(name).unwrap(), &shipped::operator(name).unwrap(), 1).unwrap()
+}
+
+/// A recording as titles, rows and scene.
+struct Rows {
+    titles: Vec<String>,
+    rows: Vec<Vec<f64>>,
+    scene: Scene,
+}
+
+impl Rows {
+    fn of(recording: &Recording) -> Self {
+        let columns = || recording.columns.values();
+        let row = |at: usize| [recording.time[at]].into_iter().chain(columns().map(|it| it.values[at])).collect();
+        Self {
+            titles: ["time".to_string()].into_iter().chain(recording.columns.keys().cloned()).collect(),
+            rows: (0..recording.time.len()).map(row).collect(),
+            scene: Scene::parse("scene", &serde_json::to_string(&recording.scene).unwrap()).unwrap(),
+        }
+    }
+
+    fn log(&self) -> Log {
+        let column = |at: usize| self.rows.iter().map(|row| row[at]).collect::<Vec<f64>>();
+        let columns = self.titles.iter().enumerate().map(|(at, title)| Column::new(title, "", column(at)));
+        Log::from_columns("log", columns, &self.scene).unwrap()
+    }
+}
+
+/// The events until the log ends, and those at its end.
+fn events(rows: &Rows, rules: &Rules, calibration: &Calibration) -> [Vec<LiveEvent>; 2] {
+    let mut live = Live::new(rules, &rows.titles, &rows.scene, calibration).unwrap();
+    let before = rows.rows.iter().flat_map(|row| live.push(row).unwrap()).collect();
+    [before, live.finish().unwrap()]
+}
+
+fn segment(segment: Segment) -> String {
+    format!("{segment} {:?} {:?}", segment.was(), segment.changed_by())
+}
+
+fn task(task: Task) -> String {
+    let segments: Vec<String> = task.segments().map(segment).collect();
+    format!("{task}\n  {}", segments.join("\n  "))
+}
+
+/// What an analysis says of each track: segments of the trees, segments after relabeling, tasks.
+fn whole(analysis: &Analysis) -> BTreeMap<Who, [Vec<String>; 3]> {
+    let of = |track: teachtree::Track<'_>| {
+        let [raw, relabeled] = [track.raw_segments().map(segment).collect(), track.segments().map(segment).collect()];
+        (track.who(), [raw, relabeled, track.tasks().map(task).collect()])
+    };
+    analysis.tracks().map(of).collect()
+}
+
+/// The same of events.
+fn reported<'a>(events: impl Iterator<Item = &'a LiveEvent>) -> BTreeMap<Who, [Vec<String>; 3]> {
+    let mut tracks: BTreeMap<Who, [Vec<String>; 3]> = BTreeMap::new();
+    for event in events {
+        if let Some(found) = event.segment() {
+            let lists = tracks.entry(found.track()).or_default();
+            lists[usize::from(event.is_final())].push(segment(found));
+        }
+        if let Some(found) = event.task().filter(|_| event.is_final()) {
+            tracks.entry(found.track()).or_default()[2].push(task(found));
+        }
+    }
+    tracks
+}
+
+#[test]
+fn what_is_final_is_the_analysis_of_the_whole_log() {
+    let mut early = 0;
+    for name in
+        ["several_tasks", "paper_box", "turn_screw", "equal_carry", "hand_over_left_to_right", "hold_and_insert"]
+    {
+        let rows = Rows::of(&demonstration(name));
+        let log = rows.log();
+        let rules = Rules::for_log(&log).unwrap();
+        let calibration = Calibration::of(&log, &rules).unwrap();
+        let [before, after] = events(&rows, &rules, &calibration);
+        early += before.iter().filter(|event| event.task().is_some() && event.is_final()).count();
+        let sequence: Vec<u64> = before.iter().chain(&after).map(LiveEvent::sequence).collect();
+        assert!(sequence.iter().copied().eq(0..sequence.len() as u64), "{name}");
+        assert_eq!(reported(before.iter().chain(&after)), whole(&rules.analyze(&log).unwrap()), "{name}");
+    }
+    assert!(early >= 3, "only {early} tasks were final before the end");
+}
+
+/// The label of the newest frame is mostly that which the tree returns of the whole log: in the least share of the frames it flickers, or comes late.
+#[test]
+fn a_label_is_known_at_once() {
+    let rows = Rows::of(&demonstration("pick_and_place"));
+    let log = rows.log();
+    let rules = Rules::for_log(&log).unwrap();
+    let calibration = Calibration::of(&log, &rules).unwrap();
+    let [before, _] = events(&rows, &rules, &calibration);
+    let labels: Vec<(f64, &str)> =
+        before.iter().filter_map(|event| event.label().and_then(|(_, label, at)| Some((at, label?)))).collect();
+    let analysis = rules.analyze(&log).unwrap();
+    let segments: Vec<Segment> = analysis.tracks().next().unwrap().raw_segments().collect();
+    let times: Vec<f64> = (50..200).map(|at| f64::from(at) * 0.02).collect();
+    let agree = times.iter().filter(|at| {
+        let label = labels.iter().rev().find(|(from, _)| from <= at).map(|(_, label)| *label);
+        let segment = segments.iter().find(|segment| segment.start_s() <= **at && segment.end_s() > **at);
+        label == segment.map(|segment| segment.primitive())
+    });
+    let share = agree.count() as f64 / times.len() as f64;
+    assert!(share > 0.85, "{share}");
+}
+
+/// Recordings of real robots, of which contacts are computed from shapes.
+#[test]
+fn contacts_from_shapes_are_those_of_the_whole_log() {
+    let mut tasks = 0;
+    for (log, binding) in SHIPPED {
+        let binding = format!("demos/{binding}.binding.yaml");
+        let bound = Log::options().binding(&binding).open(format!("demos/{log}")).unwrap();
+        let rules = Rules::for_log(&bound).unwrap();
+        let recording =
+            open(&OpenRequest { log: format!("demos/{log}").into(), binding: Some(binding.into()), scene: None });
+        let rows = Rows::of(&recording.unwrap().recording);
+        let whole_log = rows.log();
+        // A log that has to be mended is mended otherwise while it is being made.
+        let analysis = rules.analyze(&whole_log).unwrap();
+        let mended = ["impossible_jump", "stuck_sensor", "not_a_number", "gap", "missing_row", "uneven_step"];
+        if analysis.issues().iter().any(|issue| mended.contains(&issue.kind.name())) {
+            continue;
+        }
+        let calibration = Calibration::of(&whole_log, &rules).unwrap();
+        let [before, after] = events(&rows, &rules, &calibration);
+        assert_eq!(reported(before.iter().chain(&after)), whole(&analysis), "{log}");
+        tasks += analysis.tasks().len();
+    }
+    assert!(tasks >= 5, "only {tasks} tasks were compared");
+}
+
+/// Rows that are missing, late, repeated or not measured: each is an issue, and what follows is labeled.
+#[test]
+fn faults_of_rows_are_reported() {
+    let mut rows = Rows::of(&demonstration("pick_and_place"));
+    let log = rows.log();
+    let rules = Rules::for_log(&log).unwrap();
+    let calibration = Calibration::of(&log, &rules).unwrap();
+    let late = rows.rows[200].clone();
+    rows.rows.insert(210, late);
+    rows.rows[300][3] = f64::NAN;
+    rows.rows.drain(400..402);
+    rows.rows.drain(1000..1300);
+    let [before, after] = events(&rows, &rules, &calibration);
+    let issues: Vec<String> =
+        before.iter().chain(&after).filter_map(|event| event.issue().map(|_| event.to_string())).collect();
+    insta::assert_snapshot!(issues.join("\n"));
+    assert!(after.iter().any(|event| event.task().is_some_and(|task| task.is_cut_at_start())));
+}
+
+#[test]
+fn lines_of_json_and_csv_are_labeled() {
+    let recording = demonstration("pick_and_place");
+    let rows = Rows::of(&recording);
+    let mut csv = format!("{}\n", rows.titles.join(","));
+    let mut json = format!("{}\n", serde_json::json!({ "scene": recording.scene }));
+    for row in &rows.rows {
+        let cells: Vec<String> = row.iter().map(f64::to_string).collect();
+        csv += &format!("{}\n", cells.join(","));
+        let object: serde_json::Map<String, serde_json::Value> =
+            rows.titles.iter().cloned().zip(row.iter().map(|value| serde_json::json!(value))).collect();
+        json += &format!("{}\n", serde_json::Value::Object(object));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let scene = folder.path().join("cell.scene.yaml");
+    std::fs::write(&scene, serde_json::to_string(&recording.scene).unwrap()).unwrap();
+    let scene = scene.display().to_string();
+    let of_csv = said(&teachtree_fed(&["live", "-", "--scene", &scene, "--no-labels"], csv.as_bytes()));
+    let of_json = said(&teachtree_fed(&["live", "-", "--no-labels"], json.as_bytes()));
+    assert_eq!(of_csv, of_json);
+    insta::assert_snapshot!(of_csv);
+    let lines = said(&teachtree_fed(&["live", "-", "--format", "json"], json.as_bytes()));
+    let events: Vec<serde_json::Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(events.iter().all(|event| event["schema"] == "teachtree.live/1"));
+    insta::assert_snapshot!(
+        lines.lines().filter(|line| line.contains("\"final\": true")).collect::<Vec<_>>().join("\n")
+    );
+    // A line that is no row is left out.
+    let damaged = json.replacen("\n{\"time\":4.0,", "\nnonsense\n{\"time\":4.0,", 1);
+    assert_ne!(damaged, json);
+    let refused = teachtree_fed(&["live", "-", "--calibrate", "0"], b"");
+    assert_eq!(refused.status.code(), Some(2), "{}", complained(&refused));
+    assert!(
+        said(&teachtree_fed(&["live", "-", "--no-labels"], damaged.as_bytes()))
+            .contains("task    right pick_and_place")
+    );
+}
