@@ -12,7 +12,7 @@ use "contact.rules"
 
 param hold_time = 300 ms in 100 ms .. 1 s
 
-primitive Hold
+primitive Hold is Translate
 
 extend single_hand before carried {
   not supported and not walled and ((not moving) for hold_time) => Hold

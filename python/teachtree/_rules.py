@@ -142,8 +142,8 @@ def check(
     >>> import teachtree
     >>> teachtree.check("examples/hold.rules")
     []
-    >>> [found] = teachtree.check(text='use "contact.rules"\\nprimitive Tap')
-    >>> found.severity
-    'warning'
+    >>> found = teachtree.check(text='use "contact.rules"\\nprimitive Tap')
+    >>> [(one.severity, one.code) for one in found]
+    [('warning', 'W201'), ('warning', 'W203')]
     """
     return list(map(diagnostic, _options(files, text, params, hand, name).check()))
