@@ -13,19 +13,21 @@
 
 mod compilation;
 mod job;
+mod live;
 mod measure;
 mod shipped;
 mod streaming;
 mod windows;
 
 /// The sections by name.
-const SECTIONS: [(&str, fn()); 8] = [
+const SECTIONS: [(&str, fn()); 9] = [
     ("job", job::section),
     ("one_hand", shipped::one_hand),
     ("two_hands", shipped::two_hands),
     ("windows", windows::section),
     ("streaming", streaming::section),
     ("week", streaming::week),
+    ("live", live::section),
     ("compilation", compilation::section),
     ("ready", compilation::ready),
 ];

@@ -49,13 +49,13 @@ fn resident_kb() -> f64 {
     resident.unwrap_or(f64::NAN)
 }
 
-fn sorted(mut times: Vec<u64>) -> Vec<u64> {
+pub fn sorted(mut times: Vec<u64>) -> Vec<u64> {
     times.sort_unstable();
     times
 }
 
 /// Returns a quantile of the times.
-fn at(sorted: &[u64], share: f64) -> f64 {
+pub fn at(sorted: &[u64], share: f64) -> f64 {
     sorted[((sorted.len() - 1) as f64 * share) as usize] as f64
 }
 

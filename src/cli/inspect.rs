@@ -5,7 +5,7 @@ use super::source::SourceArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::session::files::chosen;
-use crate::session::{Error, Observability, TrackObservability};
+use crate::session::{Calibration, Error, Observability, TrackObservability};
 use crate::stream::bind::BindingFile;
 use crate::stream::bind::template::skeleton;
 use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport, inspect};
@@ -34,6 +34,9 @@ pub struct Args {
     /// Write a binding to fill in
     #[arg(long, value_name = "FILE")]
     skeleton: Option<PathBuf>,
+    /// Write what an analysis learns of the rate and of the sensors, for `live --calibration`
+    #[arg(long, value_name = "FILE.json")]
+    calibrate: Option<PathBuf>,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -73,6 +76,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.skeleton.is_some() && logs.len() > 1 {
         return Err(InputError::new("--skeleton", "a binding is written of one recording, found several").into());
     }
+    if let Some(path) = &args.calibrate {
+        if logs.len() > 1 {
+            return Err(
+                InputError::new("--calibrate", "a calibration is learned from one recording, found several").into()
+            );
+        }
+        if path.extension().is_none_or(|ending| ending != "json") {
+            let message = "expected a name that ends with `.json`";
+            return Err(InputError::new(format!("--calibrate {}", path.display()), message).into());
+        }
+    }
     let alone = logs.len() == 1;
     let (mut done, mut failures) = (0, Vec::new());
     for log in &logs {
@@ -108,6 +122,13 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
         output::refuse_inputs(path, &inputs)?;
         refuse_filled_in(path, &skeleton)?;
         output::write(path, &skeleton, &inputs)?;
+    }
+    if let Some(path) = &args.calibrate {
+        let files = read_by(&args.source, &args.rules);
+        let inputs: Vec<&Path> = files.iter().map(PathBuf::as_path).chain([log]).collect();
+        let opened = args.source.open(log)?;
+        let calibration = Calibration::of(&opened, &args.rules.load(&opened)?)?;
+        output::write(path, &calibration.text()?, &inputs)?;
     }
     let recognition = if binding.is_some() || canonical { recognition(args, log)? } else { Recognition::foreign() };
     if args.format == Format::Text {

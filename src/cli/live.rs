@@ -3,18 +3,27 @@
 use super::rules::RuleArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::session::{Feed, FeedOptions, LiveEvent, Log, Scene};
+use crate::session::{Calibration, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
+use crate::stream::read::text;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::net::UdpSocket;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread;
 
 /// The longest line, bytes.
-const MAX_LINE: u64 = 4 << 20;
+const MAX_LINE: u64 = 1 << 20;
 /// How many lines may wait.
-const WAITING: usize = 4096;
+const WAITING: usize = 256;
+/// The largest calibration file, bytes.
+const MAX_CALIBRATION: u64 = 16 << 20;
+/// While more than so many wait, the newest frames are not labeled …
+const MANY_WAITING: usize = 128;
+/// … until only so many do.
+const FEW_WAITING: usize = 16;
 
 /// Options of `live`.
 #[derive(clap::Args)]
@@ -33,8 +42,8 @@ pub struct Args {
     /// Learn the rate and the sensors from the first seconds of the log
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
     calibrate: f64,
-    /// Learn them from this recording instead, which has the same columns
-    #[arg(long, value_name = "LOG")]
+    /// Take them from a file of `inspect --calibrate`, or from a recording with the same columns
+    #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
     /// How events are printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -61,50 +70,122 @@ fn seconds(text: &str) -> Result<f64, String> {
 /// What a source sends.
 enum Sent {
     Line(Vec<u8>),
+    /// A line that is too long was left out.
+    TooLong,
     /// Lines that nobody waited for.
     Lost(u64),
     Failed(InputError),
     Stop,
 }
 
+/// Where a source sends to.
+#[derive(Clone)]
+struct Outlet {
+    sender: SyncSender<Sent>,
+    waiting: Arc<AtomicUsize>,
+}
+
+impl Outlet {
+    /// Sends when there is room, waiting for it; whether anyone takes it.
+    fn send(&self, sent: Sent) -> bool {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        self.sender.send(sent).is_ok()
+    }
+
+    /// Sends if there is room; returns what was not sent.
+    fn try_send(&self, sent: Sent) -> Result<(), TrySendError<Sent>> {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let tried = self.sender.try_send(sent);
+        if tried.is_err() {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
+        tried
+    }
+}
+
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let scene = match &args.scene {
-        Some(path) => Some(Scene::open(path)?),
-        None => beside(&args.source)?,
-    };
-    let calibration = args.calibration.as_ref().map(Log::open).transpose()?;
+    let scene = args.scene.as_ref().map(Scene::open).transpose()?;
+    let calibration = args.calibration.as_deref().map(known).transpose()?;
     let mut feed = Feed::new(FeedOptions {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
         rules: args.rules.options(),
         scene,
+        beside: beside(&args.source)?,
         calibrate_s: args.calibrate,
         calibration,
     });
     let (sender, lines) = sync_channel(WAITING);
+    let outlet = Outlet { sender, waiting: Arc::default() };
+    let stops = Arc::new(AtomicBool::new(false));
     super::on_interrupt({
-        let sender = sender.clone();
-        move || drop(sender.send(Sent::Stop))
+        let (outlet, stops) = (outlet.clone(), Arc::clone(&stops));
+        move || {
+            stops.store(true, Ordering::Relaxed);
+            // Where there is no room, a line comes next, and the flag is seen.
+            let _ = outlet.try_send(Sent::Stop);
+        }
     });
-    begin(&args.source, sender)?;
-    follow(args, &mut feed, &lines)?;
-    print(args, &feed.finish()?)
-}
-
-fn follow(args: &Args, feed: &mut Feed, lines: &Receiver<Sent>) -> Result<(), Failure> {
-    while let Ok(sent) = lines.recv() {
-        let events = match sent {
-            Sent::Line(line) => feed.line(&line)?,
-            Sent::Lost(lines) => feed.lost(lines),
-            Sent::Failed(error) => return Err(error.into()),
-            Sent::Stop => break,
-        };
-        print(args, &events)?;
+    let waiting = Arc::clone(&outlet.waiting);
+    let is_timed = begin(&args.source, outlet)?;
+    let reader = Reader { args, lines, waiting, stops, is_timed, is_labeling: true };
+    if reader.follow(&mut feed)? {
+        print(args, &feed.finish()?)?;
     }
     Ok(())
 }
 
-fn print(args: &Args, events: &[LiveEvent]) -> Result<(), Failure> {
+/// Reads a calibration, or a recording to calibrate with.
+fn known(path: &Path) -> Result<Known, Failure> {
+    if path.extension().is_none_or(|ending| ending != "json") {
+        return Ok(Known::Recording(Log::open(path)?));
+    }
+    let text = text::read(path, MAX_CALIBRATION)?;
+    Ok(Known::File(Box::new(Calibration::parse(&path.display().to_string(), &text)?)))
+}
+
+/// Takes what a source sends.
+struct Reader<'a> {
+    args: &'a Args,
+    lines: Receiver<Sent>,
+    waiting: Arc<AtomicUsize>,
+    stops: Arc<AtomicBool>,
+    /// Whether the source does not wait for us.
+    is_timed: bool,
+    is_labeling: bool,
+}
+
+impl Reader<'_> {
+    /// Prints events until the source ends; whether anyone still reads them.
+    fn follow(mut self, feed: &mut Feed) -> Result<bool, Failure> {
+        while let Ok(sent) = self.lines.recv() {
+            let waiting = self.waiting.fetch_sub(1, Ordering::Relaxed);
+            if self.stops.load(Ordering::Relaxed) {
+                break;
+            }
+            let keeps_up = if self.is_labeling { waiting <= MANY_WAITING } else { waiting <= FEW_WAITING };
+            let mut events = vec![];
+            if self.is_timed && keeps_up != self.is_labeling {
+                self.is_labeling = keeps_up;
+                events.extend(feed.label(keeps_up));
+            }
+            events.extend(match sent {
+                Sent::Line(line) => feed.line(&line)?,
+                Sent::TooLong => feed.too_long(MAX_LINE),
+                Sent::Lost(lines) => feed.lost(lines),
+                Sent::Failed(error) => return Err(error.into()),
+                Sent::Stop => break,
+            });
+            if !print(self.args, &events)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+}
+
+/// Prints events; whether anyone still reads them.
+fn print(args: &Args, events: &[LiveEvent]) -> Result<bool, Failure> {
     let shown = events.iter().filter(|event| !(args.no_labels && event.name() == "label"));
     let mut text = String::new();
     for event in shown {
@@ -114,7 +195,7 @@ fn print(args: &Args, events: &[LiveEvent]) -> Result<(), Failure> {
         }
         text.push('\n');
     }
-    if text.is_empty() { Ok(()) } else { Ok(output::print_data(&text)?) }
+    if text.is_empty() { Ok(true) } else { Ok(output::print_more(&text)?) }
 }
 
 /// An event as a line for people: what may still change is marked.
@@ -136,13 +217,13 @@ fn beside(source: &str) -> Result<Option<Scene>, Failure> {
     if source != "-" && !source.contains("://") && path.is_file() { Ok(Some(Scene::open(path)?)) } else { Ok(None) }
 }
 
-/// Begins to read a source.
-fn begin(source: &str, sender: SyncSender<Sent>) -> Result<(), InputError> {
+/// Begins to read a source; whether it does not wait for us.
+fn begin(source: &str, outlet: Outlet) -> Result<bool, InputError> {
     if let Some(address) = source.strip_prefix("udp://") {
         let failed = |error: std::io::Error| InputError::new(source, format!("cannot be listened to: {error}"));
         let socket = UdpSocket::bind(address).map_err(failed)?;
-        thread::spawn(move || datagrams(&socket, &sender));
-        return Ok(());
+        thread::spawn(move || datagrams(&socket, &outlet));
+        return Ok(true);
     }
     if source.contains("://") {
         return Err(InputError::new(source, "expected `-`, `udp://ADDRESS:PORT` or a file"));
@@ -154,38 +235,43 @@ fn begin(source: &str, sender: SyncSender<Sent>) -> Result<(), InputError> {
         let open = File::open(source);
         Box::new(open.map_err(|error| InputError::new(source, format!("cannot be opened: {error}")))?)
     };
-    thread::spawn(move || read(BufReader::new(bytes), &name, &sender));
-    Ok(())
+    thread::spawn(move || read(BufReader::new(bytes), &name, &outlet));
+    Ok(false)
 }
 
 /// Sends the lines of a stream to its end, waiting where nobody takes them.
-fn read(mut bytes: impl BufRead, name: &str, sender: &SyncSender<Sent>) {
+fn read(mut bytes: impl BufRead, name: &str, outlet: &Outlet) {
     loop {
         let mut line = vec![];
-        let sent = match bytes.by_ref().take(MAX_LINE).read_until(b'\n', &mut line) {
+        let sent = match bytes.by_ref().take(MAX_LINE + 1).read_until(b'\n', &mut line) {
             Ok(0) => Sent::Stop,
-            Ok(read) if read as u64 == MAX_LINE => {
-                Sent::Failed(InputError::new(name, format!("found a line that is longer than {MAX_LINE} bytes")))
-            }
-            Ok(_) => Sent::Line(line),
-            Err(error) => Sent::Failed(InputError::new(name, format!("cannot be read: {error}"))),
+            Ok(_) if line.len() as u64 <= MAX_LINE || line.ends_with(b"\n") => Sent::Line(line),
+            Ok(_) => match bytes.skip_until(b'\n') {
+                Ok(_) => Sent::TooLong,
+                Err(error) => failed(name, &error),
+            },
+            Err(error) => failed(name, &error),
         };
-        let ends = !matches!(sent, Sent::Line(_));
-        if sender.send(sent).is_err() || ends {
+        let ends = matches!(sent, Sent::Stop | Sent::Failed(_));
+        if !outlet.send(sent) || ends {
             return;
         }
     }
 }
 
-/// Sends datagrams, as long as they are taken; counts the others.
-fn datagrams(socket: &UdpSocket, sender: &SyncSender<Sent>) {
+fn failed(name: &str, error: &std::io::Error) -> Sent {
+    Sent::Failed(InputError::new(name, format!("cannot be read: {error}")))
+}
+
+/// Sends datagrams, as long as there is room for them; counts the others.
+fn datagrams(socket: &UdpSocket, outlet: &Outlet) {
     let mut buffer = vec![0; 1 << 16];
     let mut lost = 0;
     while let Ok(length) = socket.recv(&mut buffer) {
-        if lost > 0 && sender.try_send(Sent::Lost(lost)).is_ok() {
+        if lost > 0 && outlet.try_send(Sent::Lost(lost)).is_ok() {
             lost = 0;
         }
-        match sender.try_send(Sent::Line(buffer[..length].to_vec())) {
+        match outlet.try_send(Sent::Line(buffer[..length].to_vec())) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => lost += 1,
             Err(TrySendError::Disconnected(_)) => return,

@@ -213,13 +213,25 @@ fn shortened(text: &str) -> Cow<'_, str> {
     Cow::Owned(text.split('\n').map(short).collect::<Vec<_>>().join("\n"))
 }
 
+/// Prints what other programs read while it is being made; returns whether anyone still reads.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_more(text: &str) -> Result<bool, InputError> {
+    if std::io::stdout().is_terminal() { put_more(&printable(text, false)) } else { put_more(text) }
+}
+
 fn put(text: &str) -> Result<(), InputError> {
+    put_more(text).map(|_| ())
+}
+
+/// Whether anyone reads it.
+fn put_more(text: &str) -> Result<bool, InputError> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
-            Err(InputError::new("standard output", format!("cannot be written: {error}")))
-        }
-        _ => Ok(()),
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
+        Err(error) => Err(InputError::new("standard output", format!("cannot be written: {error}"))),
     }
 }
 

@@ -28,7 +28,7 @@ pub use files::paths as recordings;
 pub use follow::{ClosedSegment, OnSegment};
 pub use live::{Calibration, Live, LiveEvent};
 #[cfg(feature = "cli")]
-pub(crate) use live::{Feed, FeedOptions};
+pub(crate) use live::{Feed, FeedOptions, Known};
 pub use log::{Column, Log, LogOptions, Scene};
 pub use observability::{Observability, TrackObservability, Undetectable};
 pub use rules::{Rules, RulesOptions};

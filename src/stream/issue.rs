@@ -47,6 +47,7 @@ kinds! {
     NO_CONTACT_LEVEL "no_contact_level" "The forces show no level from which on a finger is in contact.",
     NO_SUPPORT "no_support" "No channel shows what carries an object.",
     NOT_A_NUMBER "not_a_number" "Samples were not measured.",
+    OVERRUN "overrun" "Rows of a live log came faster than they could be analyzed.",
     RELABELING_STOPPED "relabeling_stopped" "Rules were still changing labels after the most rounds there are.",
     STUCK_SENSOR "stuck_sensor" "A sensor repeats its value.",
     TRUNCATED "truncated" "The file ends in the middle of a record.",

@@ -248,9 +248,12 @@ impl FirstPass {
                 let within = core.start - seen.start..core.end - seen.start;
                 let window = Window {
                     core: within.clone(),
+                    averaged: within.clone(),
                     is_first: start == stretch.start,
                     before: &before,
                     after: &after,
+                    averaged_before: &before,
+                    averaged_after: &after,
                     touches: &BTreeMap::new(),
                 };
                 let mut measured = CleanLog {

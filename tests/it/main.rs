@@ -40,7 +40,15 @@ mod language;
 #[cfg(feature = "cli")]
 mod live;
 #[cfg(all(feature = "world", feature = "cli"))]
+mod live_calibration;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod live_faults;
+#[cfg(all(feature = "world", feature = "cli"))]
 mod live_log;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod live_memory;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod live_program;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
 mod many_logs;

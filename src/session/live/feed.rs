@@ -2,7 +2,6 @@
 
 use super::{Calibration, Live, LiveEvent};
 use crate::base::error::{ErrorKind, InputError};
-use crate::base::scene::Scene as Bodies;
 use crate::session::error::Error;
 use crate::session::log::{Log, Scene};
 use crate::session::rules::RulesOptions;
@@ -11,12 +10,19 @@ use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names::split_unit;
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
-use crate::stream::read::table::Source;
+use crate::stream::read::table::{Source, number};
+use std::collections::BTreeSet;
 
 /// The most lines in a row that are no rows: then it is no log.
 const MOST_BAD: usize = 1000;
-/// The most rows that are kept to calibrate with.
-const MOST_ROWS: usize = 1 << 20;
+/// The most bytes of lines, and of cells, that are kept to calibrate with.
+const MOST_BYTES: usize = 128 << 20;
+/// The most issues that wait for the calibration; further ones are counted.
+const MOST_PENDING: usize = 100;
+/// How many rows in order that all come too late show that the clock was set back.
+const SET_BACK_ROWS: usize = 10;
+/// A longer step is a gap, in which nothing is learned, s.
+const LONGEST_STEP_S: f64 = 1.0;
 
 /// What a live log is made of.
 pub struct FeedOptions {
@@ -24,71 +30,167 @@ pub struct FeedOptions {
     pub name: String,
     /// The rules.
     pub rules: RulesOptions,
-    /// The bodies, where no file and no line of the log has them.
+    /// The bodies, whatever the log says.
     pub scene: Option<Scene>,
+    /// The bodies where no line of the log has them.
+    pub beside: Option<Scene>,
     /// For how long rows are kept to calibrate with, s.
     pub calibrate_s: f64,
-    /// A recording to calibrate with instead.
-    pub calibration: Option<Log>,
+    /// What is known instead.
+    pub calibration: Option<Known>,
+}
+
+/// Where a calibration comes from.
+pub enum Known {
+    /// A recording with the same sensors.
+    Recording(Log),
+    /// What was learned from one.
+    File(Box<Calibration>),
 }
 
 /// A live log, line by line.
 pub struct Feed {
     options: FeedOptions,
-    scene: Option<Bodies>,
+    /// The scene of the first line.
+    scene: Option<Scene>,
     line: u64,
     bad: usize,
-    /// The columns, as they are called; those of JSON objects are known with the calibration.
-    header: Option<Vec<String>>,
-    is_csv: bool,
-    /// Rows until the calibration.
+    form: Form,
+    state: State,
+}
+
+/// What lines are.
+enum Form {
+    /// No line was read that says it.
+    Unknown,
+    Json,
+    /// Cells in the order of these columns.
+    Csv(Vec<String>),
+}
+
+enum State {
+    Calibrating(Box<Beginning>),
+    /// The columns of rows, and what takes them.
+    Running(Vec<String>, Box<Live>),
+}
+
+/// The rows until the calibration.
+struct Beginning {
     rows: InMemoryTable,
-    live: Option<Live>,
+    /// Stamp of the last row, and how long the rows last without gaps, s.
+    last_s: f64,
+    lasts_s: f64,
+    /// Bytes of the lines.
+    bytes: usize,
+    /// How many rows in order came too late, one after the other, and the stamp of the last one.
+    late: (usize, f64),
+    issues: Vec<Issue>,
+    /// How many more issues there were.
+    more: usize,
+}
+
+impl Beginning {
+    fn new(name: &str) -> Self {
+        Self {
+            rows: InMemoryTable::new(name),
+            last_s: f64::NEG_INFINITY,
+            lasts_s: 0.0,
+            bytes: 0,
+            late: (0, f64::INFINITY),
+            issues: vec![],
+            more: 0,
+        }
+    }
+
+    fn issue(&mut self, kind: IssueKind, message: String) {
+        let at = if self.last_s.is_finite() { self.last_s } else { 0.0 };
+        if self.issues.len() < MOST_PENDING {
+            self.issues.push(Issue { kind, start_s: at, end_s: at, channel: String::new(), message });
+        } else {
+            self.more += 1;
+        }
+    }
+
+    /// Keeps a row that comes after the others.
+    fn keep(&mut self, row: &InMemoryTable, bytes: usize) -> Result<(), String> {
+        let stamp_s = stamp_s(row).ok_or("the row has no stamp, expected a number as `time`")?;
+        if stamp_s <= self.last_s {
+            let rows = if stamp_s > self.late.1 { self.late.0 + 1 } else { 1 };
+            self.late = (rows, stamp_s);
+            if rows < SET_BACK_ROWS {
+                return Err(format!("the row of {stamp_s} s came after the row of {} s", self.last_s));
+            }
+            let message = format!("the clock was set back from {} s to {stamp_s} s; calibration restarts", self.last_s);
+            self.issue(IssueKind::GAP, message);
+            let (issues, more) = (std::mem::take(&mut self.issues), self.more);
+            *self = Self { issues, more, ..Self::new(&self.rows.place) };
+        }
+        self.late = (0, f64::INFINITY);
+        if stamp_s - self.last_s <= LONGEST_STEP_S {
+            self.lasts_s += stamp_s - self.last_s;
+        }
+        self.last_s = stamp_s;
+        self.bytes += bytes;
+        self.rows.begin_row().map_err(|error| error.message)?;
+        for (name, cells) in row.columns() {
+            if let Some(value) = cell(cells) {
+                self.rows.put(name, value).map_err(|error| error.message)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether there are enough rows, or as many as are kept.
+    fn is_enough(&self, lasts_s: f64) -> bool {
+        let cells = self.rows.rows() * self.rows.columns().len();
+        self.rows.rows() > 1 && (self.lasts_s >= lasts_s || self.bytes.max(cells * size_of::<f64>()) >= MOST_BYTES)
+    }
 }
 
 impl Feed {
     /// Nothing was read yet.
     pub fn new(options: FeedOptions) -> Self {
-        let rows = InMemoryTable::new(&options.name);
-        Self { options, scene: None, line: 0, bad: 0, header: None, is_csv: false, rows, live: None }
+        let state = State::Calibrating(Box::new(Beginning::new(&options.name)));
+        Self { options, scene: None, line: 0, bad: 0, form: Form::Unknown, state }
     }
 
     /// Takes a line. A line that is no row is an issue.
     ///
     /// # Errors
-    /// Too many lines in a row are no rows; the calibration fails; as [`Live::push`].
+    /// Too many lines in a row are no rows; there is no scene; the calibration fails; as [`Live::push`].
     pub fn line(&mut self, line: &[u8]) -> Result<Vec<LiveEvent>, Error> {
         self.line += 1;
+        // A byte order mark.
+        let line = if self.line == 1 { line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) } else { line };
         if line.iter().all(u8::is_ascii_whitespace) {
             return Ok(vec![]);
         }
-        let is_first = self.header.is_none() && self.rows.rows() == 0 && self.scene.is_none();
-        if is_first && !line.trim_ascii_start().starts_with(b"{") {
-            self.is_csv = true;
-            self.header = Some(cells(line).map_err(|message| self.error(message))?);
+        if matches!(self.form, Form::Unknown) && !line.trim_ascii_start().starts_with(b"{") {
+            self.form = Form::Csv(header(line).map_err(|message| self.error(message))?);
             return Ok(vec![]);
         }
-        let before = self.rows.rows();
-        let read = if self.is_csv { self.csv(line) } else { self.json(line) };
-        if let Err(message) = read {
-            self.bad += 1;
-            if self.bad > MOST_BAD {
-                return Err(self.error(format!("more than {MOST_BAD} lines in a row are no rows; {message}")));
+        let read = match self.row(line) {
+            Ok(Some(row)) => {
+                self.find_scene()?;
+                self.take(&row, line.len())
             }
-            return Ok(self.unreadable(message));
-        }
-        self.bad = 0;
-        if self.live.is_some() {
-            let row = self.row();
-            return match &mut self.live {
-                Some(live) if self.rows.rows() > 0 => {
-                    self.rows = InMemoryTable::new(&self.options.name);
-                    live.push(&row)
+            Ok(None) => return Ok(vec![]),
+            Err(message) => Err(Refused::Line(message)),
+        };
+        match read {
+            Ok(events) => {
+                self.bad = 0;
+                Ok(events)
+            }
+            Err(Refused::Log(error)) => Err(error),
+            Err(Refused::Line(message)) => {
+                self.bad += 1;
+                if self.bad > MOST_BAD {
+                    return Err(self.error(format!("more than {MOST_BAD} lines in a row are no rows; {message}")));
                 }
-                _ => Ok(vec![]),
-            };
+                Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("line {} is left out: {message}", self.line)))
+            }
         }
-        if self.rows.rows() > before && self.is_calibrated() { self.calibrate() } else { Ok(vec![]) }
     }
 
     /// The log has ended.
@@ -96,8 +198,8 @@ impl Feed {
     /// # Errors
     /// As [`line`](Self::line).
     pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
-        let mut events = if self.live.is_none() { self.calibrate()? } else { vec![] };
-        if let Some(live) = self.live {
+        let mut events = if matches!(self.state, State::Calibrating(_)) { self.calibrate()? } else { vec![] };
+        if let State::Running(_, live) = self.state {
             events.extend(live.finish()?);
         }
         Ok(events)
@@ -106,7 +208,26 @@ impl Feed {
     /// Reports that lines were lost before they were read.
     pub fn lost(&mut self, lines: u64) -> Vec<LiveEvent> {
         let message = format!("{lines} lines came faster than they could be analyzed, and are left out");
-        self.issue(IssueKind::MISSING_ROW, message)
+        self.issue(IssueKind::OVERRUN, message)
+    }
+
+    /// A line that the source did not take whole.
+    pub fn too_long(&mut self, most: u64) -> Vec<LiveEvent> {
+        self.line += 1;
+        let message = format!("line {} is left out: it is longer than {most} bytes", self.line);
+        self.issue(IssueKind::UNREADABLE_ROW, message)
+    }
+
+    /// Labels the newest frames or, while rows come faster than they can be analyzed, does not.
+    pub fn label(&mut self, is_on: bool) -> Vec<LiveEvent> {
+        let State::Running(_, live) = &mut self.state else { return vec![] };
+        live.label_newest(is_on);
+        let message = if is_on {
+            "labels of the newest frames are reported again"
+        } else {
+            "lines come nearly faster than they can be analyzed; labels of the newest frames are left out"
+        };
+        self.issue(IssueKind::OVERRUN, message.into())
     }
 
     fn error(&self, message: impl Into<String>) -> Error {
@@ -114,105 +235,126 @@ impl Feed {
         Error::new(InputError::new(place, message), ErrorKind::Format)
     }
 
-    fn unreadable(&mut self, message: String) -> Vec<LiveEvent> {
-        let message = format!("line {} is left out: {message}", self.line);
-        self.issue(IssueKind::UNREADABLE_ROW, message)
-    }
-
     fn issue(&mut self, kind: IssueKind, message: String) -> Vec<LiveEvent> {
-        let Some(live) = &mut self.live else { return vec![] };
-        let at = live.newest_s();
-        live.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message })
+        match &mut self.state {
+            State::Calibrating(beginning) => {
+                beginning.issue(kind, message);
+                vec![]
+            }
+            State::Running(_, live) => {
+                let at = live.newest_s();
+                live.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message })
+            }
+        }
     }
 
-    /// Puts an object into the table.
-    fn json(&mut self, line: &[u8]) -> Result<(), String> {
+    /// A line as a table of one row; `None` where it is the scene.
+    fn row(&mut self, line: &[u8]) -> Result<Option<InMemoryTable>, String> {
+        let mut row = InMemoryTable::new(&self.options.name);
+        if let Form::Csv(header) = &self.form {
+            let cells = cells(line)?;
+            if cells.len() != header.len() {
+                return Err(format!("found {} cells, expected {}", cells.len(), header.len()));
+            }
+            row.begin_row().map_err(|error| error.message)?;
+            for (name, cell) in header.iter().zip(cells) {
+                row.put_text(name, &cell).map_err(|error| error.message)?;
+            }
+            return Ok(Some(row));
+        }
+        let is_first = matches!(std::mem::replace(&mut self.form, Form::Json), Form::Unknown);
         // The line has no end when it is the last one, or came alone.
         let mut whole = line.to_vec();
         whole.push(b'\n');
         let mut lines = Lines::new(whole.as_slice(), self.options.name.clone());
         match lines.line().map_err(|error| error.message)? {
-            Some(Line::Row(row)) => push(&row, &mut self.rows),
-            Some(Line::Scene(scene)) if self.live.is_none() && self.rows.rows() == 0 => {
-                self.scene = Some(*scene);
-                Ok(())
+            Some(Line::Row(object)) => push(&object, &mut row).map(|()| Some(row)),
+            Some(Line::Scene(scene)) if is_first => {
+                self.scene = Some(Scene::of(*scene));
+                Ok(None)
             }
             Some(Line::Scene(_)) => Err("found a `scene`, expected it in the first line only".into()),
             Some(Line::Cut(message)) => Err(message),
-            None => Ok(()),
+            None => Ok(None),
         }
     }
 
-    /// Puts a line of a table into the table.
-    fn csv(&mut self, line: &[u8]) -> Result<(), String> {
-        let cells = cells(line)?;
-        let header = self.header.as_deref().unwrap_or_default();
-        if cells.len() != header.len() {
-            return Err(format!("found {} cells, expected {}", cells.len(), header.len()));
-        }
-        // What is no number was not measured; the columns of labels are text.
-        let values = cells.iter().map(|cell| cell.trim().parse().unwrap_or(f64::NAN));
-        self.rows.begin_row().map_err(|error| error.message)?;
-        for (name, value) in header.iter().zip(values) {
-            self.rows.put(name, value).map_err(|error| error.message)?;
-        }
-        Ok(())
+    /// The scene that was named, else that of the first line, else the one beside the log.
+    fn find_scene(&self) -> Result<&Scene, Error> {
+        let Self { options, scene, .. } = self;
+        options.scene.as_ref().or(scene.as_ref()).or(options.beside.as_ref()).ok_or_else(|| {
+            let help = "name the scene with --scene, or send it in the first line: {\"scene\": {…}}";
+            Error::new(InputError::new(&options.name, "carries no scene").help(help), ErrorKind::Scene)
+        })
     }
 
-    /// The values of the newest row in the order of the header.
-    fn row(&self) -> Vec<f64> {
-        let header = self.header.as_deref().unwrap_or_default();
-        header.iter().map(|name| newest(&self.rows, name)).collect()
-    }
-
-    /// Whether enough rows are there.
-    fn is_calibrated(&self) -> bool {
-        let time = self.rows.columns().iter().find(|(title, _)| split_unit(title).0 == "time");
-        let Some((title, Cells::Numbers(stamps))) = time else { return self.rows.rows() > 1 };
-        let per_unit = match split_unit(title).1 {
-            Some("ms") => 1e-3,
-            Some("us") => 1e-6,
-            Some("ns") => 1e-9,
-            _ => 1.0,
-        };
-        let long = stamps
-            .last()
-            .zip(stamps.first())
-            .is_some_and(|(last, first)| (last - first) * per_unit >= self.options.calibrate_s);
-        let known = self.options.calibration.is_some() && self.rows.rows() > 1;
-        known || long || self.rows.rows() >= MOST_ROWS
+    fn take(&mut self, row: &InMemoryTable, bytes: usize) -> Result<Vec<LiveEvent>, Refused> {
+        match &mut self.state {
+            State::Calibrating(beginning) => {
+                beginning.keep(row, bytes).map_err(Refused::Line)?;
+                let lasts_s = if self.options.calibration.is_some() { 0.0 } else { self.options.calibrate_s };
+                if beginning.is_enough(lasts_s) { self.calibrate().map_err(Refused::Log) } else { Ok(vec![]) }
+            }
+            State::Running(header, live) => {
+                let value = |name: &String| row.columns().get(name).and_then(cell).unwrap_or(f64::NAN);
+                let values: Vec<f64> = header.iter().map(value).collect();
+                live.push(&values).map_err(Refused::Log)
+            }
+        }
     }
 
     /// Learns from the rows so far, and takes them.
     fn calibrate(&mut self) -> Result<Vec<LiveEvent>, Error> {
-        let rows = std::mem::replace(&mut self.rows, InMemoryTable::new(&self.options.name));
+        let State::Calibrating(beginning) = &mut self.state else { return Ok(vec![]) };
+        let beginning = std::mem::replace(&mut **beginning, Beginning::new(&self.options.name));
+        if beginning.rows.rows() == 0 {
+            let first = beginning.issues.first().map_or(String::new(), |issue| format!("; {}", issue.message));
+            let error = InputError::new(&self.options.name, format!("found no rows{first}"));
+            return Err(Error::new(error, ErrorKind::Format));
+        }
+        let (rows, scene) = (beginning.rows, self.find_scene()?.clone());
         let header = rows.header();
-        let scene = self.scene.clone().or_else(|| self.options.scene.as_ref().map(|scene| scene.inner().clone()));
-        let of = |table: InMemoryTable| Source {
-            scene: Some(scene.clone().unwrap_or_default()),
-            ..Source::one(&self.options.name, table.header(), Box::new(table))
+        let source = Source {
+            scene: Some(scene.inner().clone()),
+            ..Source::one(&self.options.name, rows.header(), Box::new(rows.clone()))
         };
         let request = OpenRequest { log: self.options.name.clone().into(), ..OpenRequest::default() };
-        let log = Log::open_source(of(rows.clone()), &request)?;
+        let log = Log::open_source(source, &request)?;
         let rules = self.options.rules.clone().for_log(&log)?;
         let calibration = match &self.options.calibration {
-            Some(recording) => Calibration::of(recording, &rules)?,
-            None => Calibration::of_part(&log, &rules, false)?,
+            Some(Known::File(calibration)) => (**calibration).clone(),
+            Some(Known::Recording(recording)) => Calibration::of(recording, &rules)?,
+            None => Calibration::of(&log, &rules)?,
         };
-        let scene = Scene::of(scene.unwrap_or_default());
         let mut live = Live::new(&rules, &header, &scene, &calibration)?;
         let mut events = vec![];
-        for issue in calibration.issues() {
+        // What is wrong with a recording that was named is no news of this log.
+        let learned = calibration.issues().iter().filter(|_| self.options.calibration.is_none());
+        for issue in learned.chain(&beginning.issues) {
             events.extend(live.report(issue.clone()));
+        }
+        if beginning.more > 0 {
+            let (start_s, message) = (beginning.last_s, format!("{} more lines are left out", beginning.more));
+            let channel = String::new();
+            let issue = Issue { kind: IssueKind::UNREADABLE_ROW, start_s, end_s: start_s, channel, message };
+            events.extend(live.report(issue));
         }
         let columns: Vec<&Cells> = rows.columns().values().collect();
         for row in 0..rows.rows() {
             let values: Vec<f64> = columns.iter().map(|cells| at(cells, row)).collect();
             events.extend(live.push(&values)?);
         }
-        (self.header, self.live) = (Some(header), Some(live));
+        self.state = State::Running(header, Box::new(live));
         Ok(events)
     }
+}
+
+/// Why a line was not taken.
+enum Refused {
+    /// It is no row.
+    Line(String),
+    /// The log cannot be analyzed.
+    Log(Error),
 }
 
 fn at(cells: &Cells, row: usize) -> f64 {
@@ -222,11 +364,37 @@ fn at(cells: &Cells, row: usize) -> f64 {
     }
 }
 
-fn newest(rows: &InMemoryTable, name: &str) -> f64 {
-    match (rows.columns().get(name), rows.rows().checked_sub(1)) {
-        (Some(cells), Some(row)) => at(cells, row),
-        _ => f64::NAN,
+/// The number in the only row of a column; `None` where it is text.
+fn cell(cells: &Cells) -> Option<f64> {
+    match cells {
+        Cells::Numbers(values) => values.first().copied(),
+        Cells::Texts(texts) => number(texts.first()?),
     }
+}
+
+/// The stamp of the only row, s.
+fn stamp_s(row: &InMemoryTable) -> Option<f64> {
+    let (title, cells) = row.columns().iter().find(|(title, _)| split_unit(title).0 == "time")?;
+    let per_unit = match split_unit(title).1 {
+        Some("ms") => 1e-3,
+        Some("us") => 1e-6,
+        Some("ns") => 1e-9,
+        _ => 1.0,
+    };
+    cell(cells).map(|stamp| stamp * per_unit).filter(|stamp| stamp.is_finite())
+}
+
+/// The titles of a table.
+fn header(line: &[u8]) -> Result<Vec<String>, String> {
+    let header = cells(line)?;
+    let mut seen = BTreeSet::new();
+    if let Some(title) = header.iter().find(|title| !seen.insert(title.as_str())) {
+        return Err(format!("the column `{title}` is there twice"));
+    }
+    if !header.iter().any(|title| split_unit(title).0 == "time") {
+        return Err("expected a JSON object, or titles of columns with `time` among them".into());
+    }
+    Ok(header)
 }
 
 /// The cells of a line.

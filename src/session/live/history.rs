@@ -2,6 +2,7 @@
 //! frame changes anything.
 
 use crate::analysis::{self, Analysis};
+use crate::base::channels::TARGET_TOUCHED;
 use crate::base::hands::Side;
 use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::{Leaves, Run, append};
@@ -91,28 +92,59 @@ impl History {
         analysis::analyze_series(rules, &self.frames, self, &[leaves])
     }
 
-    /// The frame from `from` on at which the leaf of every hand is its `rest`, and both hands together have none.
-    pub fn at_rest(&self, rests: &BTreeMap<Side, Label>, mut from: usize) -> Option<usize> {
-        loop {
-            let at = |runs: &[Run], open: &[Run]| runs.iter().chain(open).find(|run| run.end > from).copied();
-            let mut next = from;
-            for (side, rest) in rests {
-                let run = at(own(&self.leaves, *side), own(&self.open, *side))?;
-                if run.label != Some(*rest) {
-                    next = next.max(run.end);
-                }
+    /// The first of some frames at which the leaf of every hand is its `rest`, and both hands together have none.
+    pub fn first_at_rest(&self, rests: &BTreeMap<Side, Label>, frames: Range<usize>) -> Option<usize> {
+        let mut at = frames.start;
+        while at < frames.end {
+            match self.not_at_rest(rests, at)? {
+                Some(run) => at = run.end,
+                None => return Some(at),
             }
-            if !(self.leaves.both.is_empty() && self.open.both.is_empty()) {
-                let run = at(&self.leaves.both, &self.open.both)?;
-                if run.label.is_some() {
-                    next = next.max(run.end);
-                }
-            }
-            if next == from {
-                return Some(from);
-            }
-            from = next;
         }
+        None
+    }
+
+    /// The last such frame.
+    pub fn last_at_rest(&self, rests: &BTreeMap<Side, Label>, frames: Range<usize>) -> Option<usize> {
+        let mut at = frames.end.checked_sub(1)?;
+        while at >= frames.start {
+            match self.not_at_rest(rests, at)? {
+                Some(run) => at = run.start.checked_sub(1)?,
+                None => return Some(at),
+            }
+        }
+        None
+    }
+
+    /// A leaf at a frame that is no rest, if there is one; `None` where the leaves are not known.
+    fn not_at_rest(&self, rests: &BTreeMap<Side, Label>, frame: usize) -> Option<Option<Run>> {
+        let at = |runs: &[Run], open: &[Run]| {
+            let known = runs
+                .get(runs.partition_point(|run| run.end <= frame))
+                .or_else(|| open.iter().find(|run| run.end > frame));
+            known.filter(|run| run.start <= frame).copied()
+        };
+        for (side, rest) in rests {
+            let run = at(own(&self.leaves, *side), own(&self.open, *side))?;
+            if run.label != Some(*rest) {
+                return Some(Some(run));
+            }
+        }
+        if !(self.leaves.both.is_empty() && self.open.both.is_empty()) {
+            let run = at(&self.leaves.both, &self.open.both)?;
+            if run.label.is_some() {
+                return Some(Some(run));
+            }
+        }
+        Some(None)
+    }
+
+    /// The first of some frames at which a hand touches its target.
+    pub fn first_touched(&self, side: Side, frames: Range<usize>) -> Option<usize> {
+        let channel = self.frames.channel(TARGET_TOUCHED)?;
+        let key = ColumnKey { channel, side: Some(side), slot: 0, component: 0 };
+        let touched = self.columns.get(&key)?.get(frames.clone())?;
+        touched.iter().position(|flag| *flag > 0.5).map(|at| frames.start + at)
     }
 
     /// Forgets the frames before this one.

@@ -27,7 +27,7 @@ use crate::stream::read::table::Want;
 use event::Inner;
 pub use event::LiveEvent;
 #[cfg(feature = "cli")]
-pub(crate) use feed::{Feed, FeedOptions};
+pub(crate) use feed::{Feed, FeedOptions, Known};
 use history::History;
 use rest::Rest;
 use std::collections::BTreeMap;
@@ -39,24 +39,48 @@ const FIND_SECS: f64 = 0.1;
 /// The longest time that is kept where nothing comes to rest, s.
 const KEPT_SECS: f64 = 600.0;
 
-/// What an analysis learns of a whole log before it looks at a frame: the rate, and bias, noise and contact level of the force sensors. Learned of a
-/// recording of some seconds in which the hands are far from the objects at least once.
+/// What an analysis learns of a whole log before it looks at a frame: the rate, and bias, noise and contact level of the force sensors. It is learned from
+/// some seconds in which the hands are far from the objects at least once.
 #[derive(Clone, Debug)]
 pub struct Calibration(Learned, Vec<Issue>);
 
 impl Calibration {
-    /// Learns from a log.
+    /// Learns from the beginning of a log. Bodies that did not touch in it may touch later.
     ///
     /// # Errors
     /// What is wrong with the log, as for [`Rules::analyze`].
     pub fn of(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
+        Self::of_part(log, rules, false)
+    }
+
+    /// Learns from the whole of the log that will be pushed, as [`Rules::analyze`] does: bodies of which it shows no contact never touch.
+    ///
+    /// # Errors
+    /// What is wrong with the log, as for [`Rules::analyze`].
+    pub fn of_whole(log: &super::Log, rules: &Rules) -> Result<Self, Error> {
         Self::of_part(log, rules, true)
     }
 
-    /// The same; what follows may touch what nothing touched in the log, unless it is whole.
-    pub(crate) fn of_part(log: &super::Log, rules: &Rules, is_whole: bool) -> Result<Self, Error> {
+    fn of_part(log: &super::Log, rules: &Rules, is_whole: bool) -> Result<Self, Error> {
         let learned = Learned::of(&log.opened()?.recording, &channels(rules.set()), is_whole);
         learned.map(|(learned, issues)| Self(learned, issues)).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+    }
+
+    /// Reads the text of a calibration file, as `inspect --calibrate` and [`text`](Self::text) write it; `name` stands in messages.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: it is none.
+    pub fn parse(name: &str, text: &str) -> Result<Self, Error> {
+        let learned = Learned::parse(text, name).map_err(|error| Error::new(error, ErrorKind::Format))?;
+        Ok(Self(learned, vec![]))
+    }
+
+    /// The text of a calibration file, schema `teachtree.calibration/1` (docs/formats.md).
+    ///
+    /// # Errors
+    /// [`ErrorKind::Format`]: a number is not finite.
+    pub fn text(&self) -> Result<String, Error> {
+        self.0.text().map_err(|error| Error::new(error, ErrorKind::Format))
     }
 
     /// Frames per second.
@@ -92,6 +116,10 @@ pub struct Live {
     /// The channels that tasks read later.
     kept: Vec<bool>,
     labels: BTreeMap<Who, Option<String>>,
+    /// Whether the newest frames are labeled.
+    labels_newest: bool,
+    /// The memory of the values of a row.
+    values: Vec<f64>,
     events: Vec<LiveEvent>,
     sequence: u64,
     newest_s: f64,
@@ -102,7 +130,7 @@ impl Live {
     ///
     /// # Errors
     /// [`ErrorKind::Format`]: a column that cannot be read. [`ErrorKind::Mismatch`]: a channel that the rules need is missing, the rate cannot honor a
-    /// duration of the rules.
+    /// duration of the rules, or contacts from shapes were calibrated with other bodies than those of the scene.
     pub fn new<S: AsRef<str>>(
         rules: &Rules,
         columns: &[S],
@@ -132,6 +160,7 @@ impl Live {
             }
         }
         let mismatch = |error| Error::new(error, ErrorKind::Mismatch);
+        learned.check_bodies(scene.inner()).map_err(mismatch)?;
         let rate_hz = learned.rate_hz;
         analysis::check_rate(rules.set(), rate_hz).map_err(mismatch)?;
         let reads_later = |name: &str| analysis::reads_later(rules.set(), name);
@@ -155,6 +184,8 @@ impl Live {
             found: 0,
             kept,
             labels: BTreeMap::new(),
+            labels_newest: true,
+            values: vec![],
             events: vec![],
             sequence: 0,
             newest_s: 0.0,
@@ -180,22 +211,33 @@ impl Live {
         let value =
             |at: usize| row.get(at).copied().unwrap_or(f64::NAN) * self.wants.get(at).copied().flatten().unwrap_or(1.0);
         let time_s = value(self.time_at);
-        let values: Vec<f64> = self.columns.iter().map(|at| value(*at)).collect();
-        match self.admission.take(time_s, values) {
-            Admitted::Dropped(issue) => self.issue(issue),
-            Admitted::Frames { frames, restarts, issue } => {
-                self.issue(issue);
-                if restarts {
-                    self.end_stretch()?;
-                }
-                for (time_s, values) in frames {
-                    self.derivation.push(time_s, &values);
-                }
-                self.newest_s = time_s;
-                self.look(time_s)?;
-            }
-        }
+        let mut values = std::mem::take(&mut self.values);
+        values.clear();
+        values.extend(self.columns.iter().map(|at| value(*at)));
+        let taken = self.take(time_s, &values);
+        self.values = values;
+        taken?;
         Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Takes a row in SI.
+    fn take(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
+        let Admitted { issues, ends, bridged, is_frame } = self.admission.take(time_s, values);
+        for issue in issues {
+            self.event(Inner::Issue(issue));
+        }
+        if ends {
+            self.end_stretch()?;
+        }
+        for (time_s, values) in &bridged {
+            self.derivation.push(*time_s, values);
+        }
+        if is_frame {
+            self.derivation.push(time_s, values);
+            self.newest_s = time_s;
+            self.look(time_s)?;
+        }
+        Ok(())
     }
 
     /// Ends the log: all segments and tasks that are left.
@@ -212,6 +254,12 @@ impl Live {
         &self.rules
     }
 
+    /// Labels the newest frames from now on, or not, which saves most of the time.
+    #[cfg(feature = "cli")]
+    pub(crate) const fn label_newest(&mut self, is_on: bool) {
+        self.labels_newest = is_on;
+    }
+
     /// The stamp of the newest frame, s.
     pub(crate) fn newest_s(&self) -> f64 {
         self.newest_s
@@ -219,19 +267,13 @@ impl Live {
 
     /// Reports an issue of the source.
     pub(crate) fn report(&mut self, issue: Issue) -> Vec<LiveEvent> {
-        self.issue(Some(issue));
+        self.event(Inner::Issue(issue));
         std::mem::take(&mut self.events)
     }
 
     fn event(&mut self, inner: Inner) {
         self.events.push(LiveEvent::new(self.sequence, inner));
         self.sequence += 1;
-    }
-
-    fn issue(&mut self, issue: Option<Issue>) {
-        if let Some(issue) = issue {
-            self.event(Inner::Issue(issue));
-        }
     }
 
     /// Derives and evaluates the frames that no later one can change.
@@ -259,7 +301,9 @@ impl Live {
         }
         self.looked = taken;
         self.evaluate(false)?;
-        self.label(time_s)?;
+        if self.labels_newest {
+            self.label(time_s)?;
+        }
         if taken - self.found >= frames(FIND_SECS, self.rate_hz) {
             self.found = taken;
             self.find(false);
@@ -305,21 +349,25 @@ impl Live {
         if len == 0 {
             return;
         }
+        let first = self.history.first;
         let found = self.history.analysis(self.rules.set(), evaluator, self.stretch, len);
         let news = self.rest.news(&found, &mut self.history, ends);
         for inner in news {
             self.event(inner);
         }
         let most = frames(KEPT_SECS, self.rate_hz);
-        if self.history.len() > most {
+        // Where the history was cut, frames are no longer where they were found.
+        if !ends && self.history.first == first && self.history.len() > most {
             let before = self.history.len() - most / 2;
             let [start_s, end_s] = [0, before].map(|frame| self.history.time_s(frame).unwrap_or_default());
             let message = format!(
                 "for {KEPT_SECS} s no task has ended with every hand at rest; what was before {end_s:.3} s is forgotten, and a task that began there begins there"
             );
             let issue = Issue { kind: IssueKind::RELABELING_STOPPED, start_s, end_s, channel: String::new(), message };
-            self.history.forget(before);
             self.event(Inner::Issue(issue));
+            for inner in self.rest.forget(&found, &mut self.history, before) {
+                self.event(inner);
+            }
         }
     }
 

@@ -11,6 +11,13 @@ use crate::language::rules::{Label, Labels, RelabelKind, Rules};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+/// How long before the end of a rest, as it is known, the history is cut, s.
+const BEFORE_END_SECS: f64 = 1.0;
+/// For how long frames on which a resting hand touches something are kept, s.
+const TOUCHED_SECS: f64 = 60.0;
+/// Less is not forgotten, s.
+const LEAST_SECS: f64 = 0.5;
+
 /// What was reported of each track.
 pub struct Rest {
     /// `None` where tasks begin or end with different primitives, or rules rewrite the first one.
@@ -64,37 +71,59 @@ impl Rest {
                 }
             }
         }
-        let rests = if ends { Some((len, BTreeMap::new())) } else { self.rests(found) };
-        let Some((at, rests)) = rests else { return in_order(news) };
+        let rests = if ends { Some((len..len, BTreeMap::new())) } else { self.rests(found) };
+        let Some((resting, rests)) = rests else { return in_order(news) };
         for track in &found.tracks {
-            let reported = self.tracks.entry(track.who).or_default();
-            let until = rests.get(&track.who).copied().unwrap_or(at);
-            let is_new = |frames: &Range<usize>| frames.end <= until && first + frames.end > reported.last;
-            for segment in track.relabeled.iter().filter(|segment| is_new(&segment.frames)) {
-                let segment = reported.whole(segment, 1);
-                news.push((first + segment.frames.end, Inner::Segment { who: track.who, segment, is_final: true }));
-            }
-            for task in track.tasks.iter().filter(|task| is_new(&task.frames)) {
-                let task = reported.whole_task(task);
-                news.push((first + task.frames.end, Inner::Task { who: track.who, task, is_final: true }));
-            }
-            reported.last = reported.last.max(first + until);
+            let until = rests.get(&track.who).copied().unwrap_or(resting.start);
+            self.finals(track, first, until, &mut news);
         }
-        if !ends && let Some(Ends { first: rest, .. }) = &self.ends {
-            let hands = found.tracks.iter().filter_map(|track| match track.who {
-                Who::Hand(side) => Some((side, *rest)),
-                Who::Both => None,
-            });
-            let hands: BTreeMap<Side, Label> = hands.collect();
-            if let Some(cut) = history.at_rest(&hands, at).filter(|cut| *cut < len) {
-                self.cut(found, history, cut);
+        if let Some(cut) = self.cut_in(&resting, found, history) {
+            for track in &found.tracks {
+                self.tracks.entry(track.who).or_default().keep(track, cut);
             }
+            history.forget(cut);
         }
         in_order(news)
     }
 
-    /// The newest frame at which every hand rests, and since when each does.
-    fn rests(&self, found: &Analysis) -> Option<(usize, BTreeMap<Who, usize>)> {
+    /// What is final because the frames before this one are forgotten, although no hand rests: what goes on there is cut in two.
+    pub fn forget(&mut self, found: &Analysis, history: &mut History, before: usize) -> Vec<Inner> {
+        let mut news = Vec::new();
+        let end_s = history.time_s(before).unwrap_or(found.end_s);
+        let first = history.first;
+        for track in &found.tracks {
+            self.finals(track, first, before, &mut news);
+            let reported = self.tracks.entry(track.who).or_default();
+            let goes_on = |segment: &&Segment| segment.frames.start < before && before < segment.frames.end;
+            for (which, lane) in [&track.segments, &track.relabeled].into_iter().enumerate() {
+                let Some(segment) = lane.iter().find(goes_on) else { continue };
+                let segment = Segment { end_s, ..reported.whole(segment, which) };
+                news.push((first + before, Inner::Segment { who: track.who, segment, is_final: which == 1 }));
+            }
+            (reported.raw, reported.closed) = (reported.raw.max(first + before), reported.closed.max(first + before));
+            reported.cut = None;
+        }
+        history.forget(before);
+        in_order(news)
+    }
+
+    /// The segments and tasks of a track that are over at a frame before which nothing changes any more.
+    fn finals(&mut self, track: &Track, first: usize, until: usize, news: &mut Vec<(usize, Inner)>) {
+        let reported = self.tracks.entry(track.who).or_default();
+        let is_new = |frames: &Range<usize>| frames.end <= until && first + frames.end > reported.last;
+        for segment in track.relabeled.iter().filter(|segment| is_new(&segment.frames)) {
+            let segment = reported.whole(segment, 1);
+            news.push((first + segment.frames.end, Inner::Segment { who: track.who, segment, is_final: true }));
+        }
+        for task in track.tasks.iter().filter(|task| is_new(&task.frames)) {
+            let task = reported.whole_task(task);
+            news.push((first + task.frames.end, Inner::Task { who: track.who, task, is_final: true }));
+        }
+        reported.last = reported.last.max(first + until);
+    }
+
+    /// The newest frames on which every hand rests, and since when each does.
+    fn rests(&self, found: &Analysis) -> Option<(Range<usize>, BTreeMap<Who, usize>)> {
         let hands: Vec<&Track> = found.tracks.iter().filter(|track| track.who != Who::Both).collect();
         let ends = self.ends.as_ref()?;
         let mut resting: Vec<Range<usize>> = std::iter::once(0..found.frames).collect();
@@ -105,45 +134,70 @@ impl Rest {
             };
             resting = resting.iter().flat_map(common).filter(|frames| !frames.is_empty()).collect();
         }
-        let coordinated = found.track(Who::Both).map_or(&[][..], |track| &track.segments);
-        let at = resting
-            .iter()
-            .rev()
-            .map(|frames| frames.start)
-            .find(|frame| !coordinated.iter().any(|segment| segment.frames.contains(frame)))?;
+        for segment in found.track(Who::Both).map_or(&[][..], |track| &track.segments) {
+            let apart = |rest: &Range<usize>| {
+                let (before, after) =
+                    (rest.start..rest.end.min(segment.frames.start), rest.start.max(segment.frames.end)..rest.end);
+                [before, after]
+            };
+            resting = resting.iter().flat_map(apart).filter(|frames| !frames.is_empty()).collect();
+        }
+        let newest = resting.last()?.clone();
         let since = |hand: &&Track| {
-            let own = intervals(hand, ends).into_iter().find(|frames| frames.contains(&at))?;
+            let own = intervals(hand, ends).into_iter().find(|frames| frames.contains(&newest.start))?;
             Some((hand.who, own.start))
         };
-        Some((at, hands.iter().filter_map(since).collect()))
+        let since = hands.iter().filter_map(since).collect();
+        Some((newest, since))
     }
 
-    /// Forgets what is before a frame at which every hand rests.
-    fn cut(&mut self, found: &Analysis, history: &mut History, at: usize) {
-        for track in &found.tracks {
-            let reported = self.tracks.entry(track.who).or_default();
-            let piece = |segments: &[Segment], which: usize| {
-                let piece = segments.iter().find(|segment| segment.frames.contains(&at))?;
-                Some(reported.whole(piece, which))
-            };
-            let pieces = piece(&track.segments, 0).zip(piece(&track.relabeled, 1));
-            reported.cut = pieces.map(|(raw, relabeled)| [raw, relabeled]);
-        }
-        history.forget(at);
+    /// The frame before which a history is cut while the hands rest: shortly before the end of the rest as it is known, or at its beginning. What hands
+    /// touch at rest is kept for a while, since segments are named after it.
+    fn cut_in(&self, resting: &Range<usize>, found: &Analysis, history: &History) -> Option<usize> {
+        let ends = self.ends.as_ref()?;
+        let rests: BTreeMap<Side, Label> =
+            found.tracks.iter().filter_map(|track| Some((track.who.side()?, ends.first))).collect();
+        let frames = |secs: f64| (secs * found.rate_hz).round() as usize;
+        let last = resting.end.saturating_sub(frames(BEFORE_END_SECS)).max(resting.start);
+        let kept = resting.end.saturating_sub(frames(TOUCHED_SECS)).max(resting.start);
+        let touched = rests.keys().filter_map(|side| history.first_touched(*side, kept..last)).min();
+        let last = touched.unwrap_or(last);
+        let latest = history.last_at_rest(&rests, resting.start..last + 1);
+        let cut = latest.or_else(|| history.first_at_rest(&rests, last..resting.end))?;
+        // Forgetting takes as long as what is kept.
+        (cut >= frames(LEAST_SECS)).then_some(cut)
     }
 }
 
 impl Reported {
+    /// Keeps the beginnings of the segments of a track that are cut.
+    fn keep(&mut self, track: &Track, at: usize) {
+        let piece = |segments: &[Segment], which: usize| {
+            let segment = segments.iter().find(|segment| segment.frames.contains(&at))?;
+            let mut piece = self.whole(segment, which);
+            if !segment.by.is_empty() {
+                // What the segment was behind the cut, it is again.
+                let known = segment.was.len();
+                let is_before = |raw: &&Segment| raw.frames.start <= at && raw.frames.end > segment.frames.start;
+                let before = track.segments.iter().filter(is_before).count();
+                piece.was.truncate((piece.was.len() + before).saturating_sub(known));
+            }
+            Some(piece)
+        };
+        let pieces = piece(&track.segments, 0).zip(piece(&track.relabeled, 1));
+        self.cut = pieces.map(|(raw, relabeled)| [raw, relabeled]);
+    }
+
     /// A segment with the part of it that was forgotten.
     fn whole(&self, segment: &Segment, which: usize) -> Segment {
         let mut segment = segment.clone();
         if let Some(cut) = self.cut.as_ref().map(|cut| &cut[which]).filter(|_| segment.frames.start == 0) {
             segment.start_s = cut.start_s;
             if !cut.by.is_empty() {
-                segment.was = cut.was.iter().chain(&segment.was).cloned().collect();
-                segment.was.dedup();
-                segment.by = cut.by.iter().chain(&segment.by).cloned().collect();
-                segment.by.dedup();
+                // The piece at the cut is in both.
+                segment.was = cut.was.iter().chain(segment.was.iter().skip(1)).cloned().collect();
+                let new = segment.by.iter().filter(|rule| !cut.by.contains(rule));
+                segment.by = cut.by.iter().chain(new).cloned().collect();
             }
         }
         segment

@@ -8,6 +8,7 @@
 
 use crate::stream::groups::{self, Split};
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 /// The fewest samples of a group.
 const FEWEST: usize = 20;
@@ -25,9 +26,11 @@ const ENDS_AT: f64 = 0.6;
 const ENDS_AT_FAR: f64 = 0.8;
 
 /// From which force on a sensor is in contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Level {
     /// What the sensor reads without contact, N.
+    #[serde(with = "vector_as_list")]
     pub rest: Vector3<f64>,
     /// How far from that most readings without contact are, N.
     pub scatter: f64,
@@ -40,7 +43,8 @@ pub struct Level {
 }
 
 /// The contact level that the readings of a sensor show.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Learned {
     /// They are with contact or without.
     Level(Level),
@@ -122,4 +126,20 @@ fn median_vector<'a>(forces: impl Iterator<Item = &'a Vector3<f64>> + Clone) -> 
         parts.get(parts.len() / 2).copied()
     };
     Some(Vector3::new(median(0)?, median(1)?, median(2)?))
+}
+
+/// Vectors as lists of three numbers in files.
+pub mod vector_as_list {
+    use nalgebra::Vector3;
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    /// Writes a vector.
+    pub fn serialize<S: Serializer>(vector: &Vector3<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+        [vector.x, vector.y, vector.z].serialize(serializer)
+    }
+
+    /// Reads a vector.
+    pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vector3<f64>, D::Error> {
+        <[f64; 3]>::deserialize(deserializer).map(Vector3::from)
+    }
 }

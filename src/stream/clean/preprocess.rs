@@ -15,6 +15,7 @@ use crate::stream::clean::timebase::{Timebase, timebase};
 use crate::stream::clean::unknown_columns::{self, UnknownColumn};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
+use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -52,18 +53,25 @@ pub struct CleanLog<'a> {
 pub struct Window<'a> {
     /// The frames that count.
     pub core: Range<usize>,
+    /// Those of them around which everything that is followed is known, so that it can be averaged.
+    pub averaged: Range<usize>,
     /// Whether the stretch begins here.
     pub is_first: bool,
     /// What was so at the last frame of the window before, by what is followed.
     pub before: &'a BTreeMap<String, State>,
     /// The same of this window.
     pub after: &'a RefCell<BTreeMap<String, State>>,
+    /// What was so at the last of the averaged frames of the window before.
+    pub averaged_before: &'a BTreeMap<String, State>,
+    /// The same of this window.
+    pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
     /// What is known of contacts that are computed from shapes, by object.
     pub touches: &'a BTreeMap<usize, Touches>,
 }
 
 /// What the whole log shows of the contacts of an object that are computed from shapes.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Touches {
     /// The bodies that it may touch.
     pub pairs: Vec<TouchPair>,
@@ -72,7 +80,8 @@ pub struct Touches {
 }
 
 /// An object and a body that it may touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct TouchPair {
     /// The body, as its index in the scene.
     pub other: usize,
@@ -147,7 +156,29 @@ impl<'a> CleanLog<'a> {
 
     /// Goes through each stretch frame by frame with what was so at the frame before; at the beginning of a stretch nothing is. The key says
     /// what is followed.
-    pub fn follow(&self, key: &str, mut step: impl FnMut(usize, State) -> State) {
+    pub fn follow(&self, key: &str, step: impl FnMut(usize, State) -> State) {
+        let part = |window: &Window<'a>| {
+            let before = window.before.get(key).copied().filter(|_| !window.is_first);
+            (window.core.clone(), before.unwrap_or_default(), window.after)
+        };
+        self.follow_part(key, part, step);
+    }
+
+    /// The same of what depends on averages of what is followed.
+    pub fn follow_averaged(&self, key: &str, step: impl FnMut(usize, State) -> State) {
+        let part = |window: &Window<'a>| {
+            let before = window.averaged_before.get(key).copied();
+            (window.averaged.clone(), before.unwrap_or_default(), window.averaged_after)
+        };
+        self.follow_part(key, part, step);
+    }
+
+    fn follow_part(
+        &self,
+        key: &str,
+        part: impl Fn(&Window<'a>) -> (Range<usize>, State, &'a RefCell<BTreeMap<String, State>>),
+        mut step: impl FnMut(usize, State) -> State,
+    ) {
         match &self.window {
             None => {
                 for stretch in &self.stretches {
@@ -155,9 +186,9 @@ impl<'a> CleanLog<'a> {
                 }
             }
             Some(window) => {
-                let before = window.before.get(key).copied().filter(|_| !window.is_first);
-                let state = window.core.clone().fold(before.unwrap_or_default(), |state, frame| step(frame, state));
-                window.after.borrow_mut().insert(key.to_string(), state);
+                let (frames, before, after) = part(window);
+                let state = frames.fold(before, |state, frame| step(frame, state));
+                after.borrow_mut().insert(key.to_string(), state);
             }
         }
     }

@@ -5,11 +5,14 @@ use super::motion::{Motion, vector};
 use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Role, Scene};
+use crate::stream::clean::level::vector_as_list;
 use crate::stream::clean::level::{Learned, learned};
 use crate::stream::clean::preprocess::{CleanLog, Noise};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
+use indexmap::IndexMap;
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 /// A fingertip this far from every object feels nothing, m.
 const FAR: f64 = 0.030;
@@ -44,12 +47,13 @@ pub fn asks(scene: &Scene, column: &str) -> bool {
 }
 
 /// What is known of the force sensors of the fingertips, by channel.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Sensors {
     /// What they read far from every object.
-    rests: Vec<(String, SensorBias)>,
+    rests: IndexMap<String, SensorBias>,
     /// From which force on they are in contact, that bias subtracted.
-    levels: Vec<(String, Learned)>,
+    levels: IndexMap<String, Learned>,
 }
 
 /// Returns bias and contact level of the force sensors of the fingertips, from samples.
@@ -71,7 +75,7 @@ pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
             let is_tip = !handled.is_empty() && !finger.ends_with(Finger::Palm.name());
             let tip = measured.vec3(&format!("{finger}.position")).filter(|_| is_tip);
             let far = tip.map(|tip| readings(&far(measured, samples, &handled, &tip)));
-            sensors.levels.push((channel.clone(), learned(&readings(samples), far.as_deref())));
+            sensors.levels.insert(channel.clone(), learned(&readings(samples), far.as_deref()));
             sensors.rests.extend(rest.map(|rest| (channel, rest)));
         }
     }
@@ -101,7 +105,7 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     for (channel, learned) in &found.levels {
         measured.levels.insert(channel.clone(), *learned);
         let Learned::Level(level) = learned else { continue };
-        if found.rests.iter().any(|(rested, _)| rested == channel) || level.rest == Vector3::zeros() {
+        if found.rests.contains_key(channel) || level.rest == Vector3::zeros() {
             continue;
         }
         measured.subtract(channel, level.rest.into());
@@ -118,8 +122,11 @@ pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
 }
 
 /// What a sensor reads at rest.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct SensorBias {
+    /// N.
+    #[serde(with = "vector_as_list")]
     bias: Vector3<f64>,
     /// Of the vector's components together, N².
     variance: f64,

@@ -83,7 +83,7 @@ pub fn contacts<'a>(
             pairs.iter().zip(&touching).filter(same).count().max(1) as f64
         };
         let mut forces = vec![Vector3::zeros(); measured.len()];
-        measured.follow(&format!("load {object} {}", pair.other), |frame, before| {
+        measured.follow_averaged(&format!("load {object} {}", pair.other), |frame, before| {
             let touches = touches.get(frame) == Some(&true);
             let load = match &balance {
                 Some(balance) if touches => balance.force(frame).dot(&pair.normal(frame)) / sharing(frame),

@@ -1,14 +1,20 @@
 //! Which rows become frames: an even sequence of measured rows, with the same bounds as of a log that was recorded ([`crate::stream::clean`]).
 //!
 //! A row that does not come after the one before, or in which a value was not measured, is left out. Where one row is missing, or up to 20 ms, rows
-//! are put back as soon as the next one comes; where more is missing, the stretch ends.
+//! are put back as soon as the next one comes; where more is missing, the stretch ends. It also ends where the clock was set back.
 
+use crate::base::shown::Shown;
 use crate::base::units::Dimension;
 use crate::stream::clean::dropouts::{self, BRIDGED_SECS, fill, moves};
 use crate::stream::clean::preprocess::channel_of;
-use crate::stream::clean::timebase::{EVEN_WITHIN, GAP_STEPS};
+use crate::stream::clean::timebase::{EVEN_WITHIN, GAP_STEPS, ODD_SHARE};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
+
+/// How many rows in order that all come too late show that the clock was set back.
+const SET_BACK_ROWS: usize = 10;
+/// The steps of so many frames are compared with that of the calibration.
+const PACED_FRAMES: usize = 1000;
 
 /// The columns of one channel.
 #[derive(Clone, Debug)]
@@ -34,22 +40,42 @@ pub struct Admission {
     last_stamp: f64,
     /// The channel that lacked a value in a row that was left out, since the last frame.
     lacking: Option<usize>,
+    /// How many rows in order came too late, one after the other, and the stamp of the last one.
+    late: Option<(usize, f64)>,
+    pace: Pace,
+    /// Since when steps are counted, s.
+    paced_from_s: f64,
 }
 
 /// What becomes of a row.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Admitted {
-    /// It is a frame, after frames that were put back.
-    Frames {
-        /// The frames: stamp and values.
-        frames: Vec<(f64, Vec<f64>)>,
-        /// Whether a stretch begins with them, and the one before ends.
-        restarts: bool,
-        /// What was wrong.
-        issue: Option<Issue>,
-    },
-    /// It is left out.
-    Dropped(Option<Issue>),
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Admitted {
+    /// What was wrong.
+    pub issues: Vec<Issue>,
+    /// Whether the stretch ends before this row.
+    pub ends: bool,
+    /// The frames that are put back before this row: stamp and values.
+    pub bridged: Vec<(f64, Vec<f64>)>,
+    /// Whether this row is a frame.
+    pub is_frame: bool,
+}
+
+/// A measured row after the one before.
+struct Step<'a> {
+    before_s: f64,
+    before: &'a [f64],
+    time_s: f64,
+    values: &'a [f64],
+    /// The channel that lacked a value in between.
+    lacking: Option<usize>,
+}
+
+/// How many steps were counted, and how many of them are not those of the calibration.
+#[derive(Clone, Debug, Default)]
+struct Pace {
+    counted: usize,
+    odd: usize,
+    is_reported: bool,
 }
 
 impl Admission {
@@ -75,52 +101,131 @@ impl Admission {
             last: None,
             last_stamp: f64::NEG_INFINITY,
             lacking: None,
+            late: None,
+            pace: Pace::default(),
+            paced_from_s: 0.0,
         }
     }
 
     /// Takes a row: its stamp, s, and a value for each column, SI; NaN was not measured.
-    pub fn take(&mut self, time_s: f64, values: Vec<f64>) -> Admitted {
-        if !time_s.is_finite() {
-            return Admitted::Dropped(None);
+    pub fn take(&mut self, time_s: f64, values: &[f64]) -> Admitted {
+        let mut admitted = Admitted::default();
+        if !time_s.is_finite() || (time_s <= self.last_stamp && self.is_late(time_s, &mut admitted)) {
+            return admitted;
         }
-        if time_s <= self.last_stamp {
-            let message = format!("a row of {time_s} s came after the row of {} s; it is left out", self.last_stamp);
-            return Admitted::Dropped(Some(issue(IssueKind::DUPLICATE_STAMP, time_s, self.last_stamp, "", message)));
-        }
+        self.late = None;
         self.last_stamp = time_s;
-        if let Some(column) = self.unmeasured(&values) {
-            self.lacking = Some(column);
-            return Admitted::Dropped(None);
+        if let Some(column) = self.unmeasured(values) {
+            self.left_out(time_s, column, &mut admitted);
+            return admitted;
         }
+        admitted.is_frame = true;
         let lacking = self.lacking.take();
-        let Some((before_s, before)) = self.last.replace((time_s, values.clone())) else {
-            return Admitted::Frames { frames: vec![(time_s, values)], restarts: false, issue: None };
-        };
+        if let Some((before_s, before)) = self.last.take() {
+            self.step(Step { before_s, before: &before, time_s, values, lacking }, &mut admitted);
+            // The memory of the row before is that of this one.
+            let mut kept = before;
+            kept.clear();
+            kept.extend_from_slice(values);
+            self.last = Some((time_s, kept));
+        } else {
+            self.last = Some((time_s, values.to_vec()));
+        }
+        admitted
+    }
+
+    /// Whether a row that is not later than the one before is left out. Where many of them follow each other in order, the clock was set back.
+    fn is_late(&mut self, time_s: f64, admitted: &mut Admitted) -> bool {
+        let (rows, before_s) = self.late.unwrap_or((0, f64::NEG_INFINITY));
+        let rows = if time_s > before_s { rows + 1 } else { 1 };
+        let is_first = self.late.replace((rows, time_s)).is_none();
+        let last_s = self.last_stamp;
+        if rows >= SET_BACK_ROWS {
+            let message =
+                format!("the clock was set back from {} s to {} s; everything restarts", Shown(last_s), Shown(time_s));
+            admitted.issues.push(issue(IssueKind::GAP, time_s, last_s, "", message));
+            admitted.ends = true;
+            (self.last, self.lacking) = (None, None);
+            return false;
+        }
+        if is_first {
+            let message = format!(
+                "a row of {} s came after the row of {} s; rows are left out until a later one comes",
+                Shown(time_s),
+                Shown(last_s)
+            );
+            admitted.issues.push(issue(IssueKind::DUPLICATE_STAMP, time_s, last_s, "", message));
+        }
+        true
+    }
+
+    /// Leaves a row out in which a column was not measured. The stretch ends as soon as the rows that are missing cannot be bridged.
+    fn left_out(&mut self, time_s: f64, column: usize, admitted: &mut Admitted) {
+        self.lacking = Some(column);
+        let Some((before_s, _)) = &self.last else { return };
+        if ((time_s - before_s) / self.step_s).round() > self.longest {
+            let message = format!(
+                "no complete rows since {} s, longer than can be bridged; everything restarts with the next one",
+                Shown(*before_s)
+            );
+            admitted.issues.push(issue(IssueKind::NOT_A_NUMBER, *before_s, time_s, self.channel(column), message));
+            admitted.ends = true;
+            (self.last, self.lacking) = (None, None);
+        }
+    }
+
+    /// Bridges what is missing before a frame, or ends the stretch before it.
+    fn step(&mut self, step: Step, admitted: &mut Admitted) {
+        let Step { before_s, before, time_s, values, lacking } = step;
         let steps = (time_s - before_s) / self.step_s;
         if steps <= GAP_STEPS {
-            return Admitted::Frames { frames: vec![(time_s, values)], restarts: false, issue: None };
+            self.pace(steps, time_s, admitted);
+            return;
         }
         let whole = steps.round();
         let channel = lacking.map_or("", |column| self.channel(column));
         if whole - 1.0 <= self.longest && (steps - whole).abs() <= EVEN_WITHIN {
             // At most `longest`, which is a few.
-            let mut frames = self.between((before_s, &before), (time_s, &values), whole as usize - 1);
-            let rows = frames.len();
-            frames.push((time_s, values));
+            admitted.bridged = self.between((before_s, before), (time_s, values), whole as usize - 1);
+            let rows = admitted.bridged.len();
             let rows = if rows == 1 { "1 row".to_string() } else { format!("{rows} rows") };
             let (kind, message) = if lacking.is_some() {
                 (IssueKind::NOT_A_NUMBER, format!("{rows} in which a value was not measured: bridged"))
             } else {
                 (IssueKind::MISSING_ROW, format!("{rows} missing by the stamps: bridged"))
             };
-            let issue = issue(kind, before_s, time_s, channel, message);
-            return Admitted::Frames { frames, restarts: false, issue: Some(issue) };
+            admitted.issues.push(issue(kind, before_s, time_s, channel, message));
+            return;
         }
         let (kind, what) =
             if lacking.is_some() { (IssueKind::NOT_A_NUMBER, "complete rows") } else { (IssueKind::GAP, "rows") };
         let message = format!("no {what} for {:.0} ms; everything restarts after the gap", (time_s - before_s) * 1e3);
-        let issue = issue(kind, before_s, time_s, channel, message);
-        Admitted::Frames { frames: vec![(time_s, values)], restarts: true, issue: Some(issue) }
+        admitted.issues.push(issue(kind, before_s, time_s, channel, message));
+        admitted.ends = true;
+    }
+
+    /// Counts the steps that are not those of the calibration.
+    fn pace(&mut self, steps: f64, time_s: f64, admitted: &mut Admitted) {
+        let Pace { counted, odd, is_reported } = &mut self.pace;
+        if *counted == 0 {
+            self.paced_from_s = time_s;
+        }
+        *counted += 1;
+        *odd += usize::from((steps - 1.0).abs() > EVEN_WITHIN);
+        let is_uneven = *odd as f64 > ODD_SHARE * PACED_FRAMES as f64;
+        if is_uneven && !*is_reported {
+            *is_reported = true;
+            let message = format!(
+                "{odd} of {counted} steps differ by more than {:.0} % from {:.3} ms, the step of the calibration; durations of rules are counted in frames",
+                EVEN_WITHIN * 100.0,
+                self.step_s * 1e3
+            );
+            admitted.issues.push(issue(IssueKind::UNEVEN_STEP, self.paced_from_s, time_s, "", message));
+        }
+        if *counted >= PACED_FRAMES {
+            // Uneven steps are reported again after they were even.
+            (*counted, *odd, *is_reported) = (0, 0, is_uneven);
+        }
     }
 
     fn channel(&self, column: usize) -> &str {

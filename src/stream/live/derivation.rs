@@ -35,6 +35,18 @@ pub struct Derivation {
     margin: usize,
     /// What was so before some frames, for what depends on the frame before: the oldest is needed next.
     states: VecDeque<(usize, BTreeMap<String, State>)>,
+    /// What was so at the last frame that was given out, for what depends on averages of that.
+    averaged: BTreeMap<String, State>,
+}
+
+/// What was followed from frame to frame.
+struct Followed {
+    /// Up to this frame.
+    until: usize,
+    /// What was so there.
+    states: BTreeMap<String, State>,
+    /// What was so at the last frame that was given out, of averages.
+    averaged: BTreeMap<String, State>,
 }
 
 /// Frames with their channels.
@@ -58,7 +70,7 @@ impl Derivation {
         let (ahead, behind) = (derive::ahead(calibration.rate_hz), derive::looked_at(calibration.rate_hz));
         let margin = if calibration.touches.is_empty() { 0 } else { derive::balanced(calibration.rate_hz) };
         let values = vec![vec![]; columns.len()];
-        let (time, states) = (vec![], VecDeque::new());
+        let (time, states, averaged) = (vec![], VecDeque::new(), BTreeMap::new());
         Self {
             scene,
             channels,
@@ -73,6 +85,7 @@ impl Derivation {
             next: 0,
             margin,
             states,
+            averaged,
         }
     }
 
@@ -104,9 +117,10 @@ impl Derivation {
         let taken = self.taken();
         let end = if ends { taken } else { taken.saturating_sub(self.ahead + self.margin) };
         if end > self.next {
-            let after = self.derive(self.next..end, end + self.margin, each)?;
+            let Followed { until, states, averaged } = self.derive(self.next..end, end + self.margin, each)?;
             self.next = end;
-            self.states.push_back(after);
+            self.states.push_back((until, states));
+            self.averaged = averaged;
             while self.states.get(1).is_some_and(|(frame, _)| frame + self.margin <= self.next) {
                 self.states.pop_front();
             }
@@ -116,6 +130,7 @@ impl Derivation {
             self.time.clear();
             self.values.iter_mut().for_each(Vec::clear);
             self.states.clear();
+            self.averaged.clear();
         } else {
             let needed = self.states.front().map_or(self.stretch, |(frame, _)| *frame);
             let forgotten = self.seen_from(needed) - self.first;
@@ -147,13 +162,13 @@ impl Derivation {
         (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
     }
 
-    /// Derives frames, and follows what depends on the frame before up to `until`; where it was followed to, and what was so there.
+    /// Derives frames, and follows what depends on the frame before up to `until`.
     fn derive(
         &self,
         core: Range<usize>,
         until: usize,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
-    ) -> Result<(usize, BTreeMap<String, State>), InputError> {
+    ) -> Result<Followed, InputError> {
         let nothing = (self.stretch, BTreeMap::new());
         let (from, before) = match self.states.front() {
             Some(state) if state.0 + self.margin <= core.start => state,
@@ -163,12 +178,15 @@ impl Derivation {
         let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
         let held = seen.start - self.first..seen.end - self.first;
         let within = core.start - seen.start..core.end - seen.start;
-        let after = RefCell::new(BTreeMap::new());
+        let (after, averaged_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
         let window = Window {
             core: from - seen.start..until - seen.start,
+            averaged: within.clone(),
             is_first: *from == self.stretch,
             before,
             after: &after,
+            averaged_before: &self.averaged,
+            averaged_after: &averaged_after,
             touches: &self.calibration.touches,
         };
         let columns = self.columns.iter().zip(&self.values).map(|((name, dimension), values)| {
@@ -191,6 +209,6 @@ impl Derivation {
         let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::default())?;
         each(LiveChunk { frames: &frames, time: time.get(within.clone()).unwrap_or_default(), core: within })?;
         drop(measured);
-        Ok((until, after.into_inner()))
+        Ok(Followed { until, states: after.into_inner(), averaged: averaged_after.into_inner() })
     }
 }

@@ -427,7 +427,7 @@ pub(in crate::stream) fn column_place(place: &str, title: &str) -> String {
 }
 
 /// The number that a text says: NaN for an empty one, for `nan` and its like, and for an infinity; true is 1 and false 0.
-pub(in crate::stream) fn number(text: &str) -> Option<f64> {
+pub fn number(text: &str) -> Option<f64> {
     match text.trim() {
         "" | "-" | "--" | "NA" | "N/A" | "n/a" | "#N/A" | "null" | "None" | "-nan(ind)" | "nan(ind)" => Some(f64::NAN),
         "true" | "True" | "TRUE" => Some(1.0),

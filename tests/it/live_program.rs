@@ -1,0 +1,155 @@
+//! `teachtree live` as a program: lines on standard input, and how it ends.
+
+use crate::live_log::{Rows, demonstration};
+use crate::program::{complained, program, said, teachtree_fed};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use teachtree::base::recording::Recording;
+
+fn object(rows: &Rows, row: &[f64]) -> String {
+    let values = row.iter().map(|value| serde_json::json!(value));
+    let object: serde_json::Map<String, serde_json::Value> = rows.titles.iter().cloned().zip(values).collect();
+    format!("{}\n", serde_json::Value::Object(object))
+}
+
+/// A demonstration as its scene and lines of JSON.
+fn json(recording: &Recording) -> (String, Vec<String>) {
+    let rows = Rows::of(recording);
+    let scene = format!("{}\n", serde_json::json!({ "scene": recording.scene }));
+    (scene, rows.rows.iter().map(|row| object(&rows, row)).collect())
+}
+
+fn live(args: &[&str], input: &str) -> String {
+    let args: Vec<&str> = ["live", "-", "--no-labels"].iter().chain(args).copied().collect();
+    let output = teachtree_fed(&args, input.as_bytes());
+    assert!(output.status.success(), "{}", complained(&output));
+    said(&output)
+}
+
+fn refused(args: &[&str], input: &str) -> String {
+    let args: Vec<&str> = ["live", "-"].iter().chain(args).copied().collect();
+    let output = teachtree_fed(&args, input.as_bytes());
+    assert_eq!(output.status.code(), Some(2));
+    complained(&output)
+}
+
+const TASK: &str = "task    right pick_and_place";
+
+#[test]
+fn lines_that_are_no_rows_are_left_out() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let (early, rest) = lines.split_at(1000);
+    let (middle, late) = rest.split_at(3000);
+    // Within the calibration: no object, no stamp, a stamp that comes too late; after it: no object, a line that is too long.
+    let calibrating = format!("nonsense\n{{\"right.thumb.force.x\": 1}}\n{}", early[10]);
+    let long = format!("{{\"time\": \"{}\"}}\n", " ".repeat(2 << 20));
+    let input = [&scene, &early.concat(), &calibrating, &middle.concat(), "nonsense\n", &long, &late.concat()].concat();
+    let said = live(&[], &input);
+    assert!(said.contains(TASK), "{said}");
+    let issues: Vec<&str> = said.lines().filter(|line| line.starts_with("issue")).collect();
+    insta::assert_snapshot!(issues.join("\n"));
+}
+
+/// A byte order mark, numbers as text.
+#[test]
+fn texts_that_are_numbers_are_read() {
+    let recording = demonstration("pick_and_place");
+    let (scene, lines) = json(&recording);
+    let expected = live(&[], &[&scene, &lines.concat()[..]].concat());
+    assert!(expected.contains(TASK));
+    let quoted: String = lines
+        .iter()
+        .map(|line| {
+            let mut object: serde_json::Value = serde_json::from_str(line).unwrap();
+            object.as_object_mut().unwrap().values_mut().for_each(|value| *value = value.to_string().into());
+            format!("{object}\n")
+        })
+        .collect();
+    assert_eq!(live(&[], &format!("\u{feff}{scene}{quoted}")), expected);
+    let rows = Rows::of(&recording);
+    let csv: String = rows
+        .rows
+        .iter()
+        .map(|row| format!("{}\n", row.iter().map(f64::to_string).collect::<Vec<_>>().join(",")))
+        .collect();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cell.scene.yaml");
+    std::fs::write(&file, serde_json::to_string(&recording.scene).unwrap()).unwrap();
+    let file = file.display().to_string();
+    let titles = rows.titles.join(",");
+    assert_eq!(live(&["--scene", &file], &format!("\u{feff}{titles}\n{csv}")), expected);
+    // The scene that was named counts, not that of the first line.
+    let other = serde_json::json!({ "scene": demonstration("several_tasks").scene });
+    assert_eq!(live(&["--scene", &file], &format!("{other}\n{}", lines.concat())), expected);
+}
+
+#[test]
+fn what_is_no_log_is_refused() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let said = [
+        refused(&[], "time,right.thumb.force.x,right.thumb.force.x\n"),
+        refused(&[], "nonsense\n"),
+        refused(&[], &lines[0]),
+        refused(&[], &scene),
+        refused(&["--calibrate", "0"], ""),
+    ];
+    insta::assert_snapshot!(said.join("\n"));
+}
+
+/// What is wrong with the recording that sensors are calibrated with is not wrong with the log.
+#[test]
+fn issues_of_the_calibration_are_not_those_of_the_log() {
+    let recording = demonstration("pick_and_place");
+    let folder = tempfile::tempdir().unwrap();
+    let (scene, lines) = json(&recording);
+    let file = folder.path().join("before.jsonl");
+    // Rows are missing.
+    let before = [&lines[..1000], &lines[1400..]].concat().concat();
+    std::fs::write(&file, format!("{scene}{before}")).unwrap();
+    let said = live(&["--calibration", &file.display().to_string()], &format!("{scene}{}", lines.concat()));
+    assert!(said.contains(TASK) && !said.contains("issue"), "{said}");
+}
+
+fn started(args: &[&str]) -> Child {
+    let mut command = program(Path::new(env!("CARGO_MANIFEST_DIR")), args);
+    command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Ctrl-C while the program waits for a row: what is left is printed.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_ends_the_log() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let mut child = started(&["live", "-"]);
+    let mut stdin = child.stdin.take().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let lines = lines[..4000].concat();
+    let writing = std::thread::spawn(move || {
+        stdin.write_all(format!("{scene}{lines}").as_bytes()).unwrap();
+        stdin
+    });
+    let mut first = String::new();
+    stdout.read_line(&mut first).unwrap();
+    let _open = writing.join().unwrap();
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let mut rest = String::new();
+    stdout.read_to_string(&mut rest).unwrap();
+    assert!(child.wait().unwrap().success());
+    assert!(rest.lines().any(|line| line.starts_with("segment right")), "{rest}");
+}
+
+/// A reader that has gone ends the program, although the log goes on.
+#[test]
+fn a_reader_that_has_gone_ends_the_program() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let mut child = started(&["live", "-"]);
+    let mut stdin = child.stdin.take().unwrap();
+    drop(child.stdout.take());
+    // The program ends before it has read everything, or at once after it; the pipe is kept open.
+    let _ = stdin.write_all(format!("{scene}{}", lines.concat()).as_bytes());
+    assert!(child.wait().unwrap().success());
+    let mut said = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+    assert_eq!(said, "");
+}
