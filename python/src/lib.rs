@@ -6,6 +6,7 @@
 mod analysis;
 mod arrow;
 mod error;
+mod live;
 mod log;
 mod rules;
 mod tables;
@@ -37,6 +38,8 @@ fn _teachtree(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<rules::RulesOptions>()?;
     module.add_class::<rules::Rules>()?;
     module.add_class::<analysis::Analysis>()?;
+    module.add_class::<live::Calibration>()?;
+    module.add_class::<live::Live>()?;
     module.add_class::<arrow::Table>()?;
     module.add_function(wrap_pyfunction!(recordings, module)?)?;
     module.add_function(wrap_pyfunction!(command_line, module)?)?;

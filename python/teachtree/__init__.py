@@ -6,11 +6,12 @@
 ['Move', 'Approach', 'Grasp']
 
 :class:`Log` opens recordings, :class:`Rules` loads rules, :class:`Analysis` has tables, reasons and reports, :func:`analyze_many` works on many
-recordings, ``teachtree.fleet`` on more than one machine holds. docs/python.md goes through all of it.
+recordings, :class:`Live` on a log while it is being made, ``teachtree.fleet`` on more than one machine holds. docs/python.md goes through all of it.
 """
 
 from ._analysis import Analysis, Explanation, Score
 from ._errors import ArgumentError, Diagnostic, Error, LogError, NotFound, RulesError
+from ._live import Calibration, Event, Live
 from ._log import Binding, Log, Scene, recordings
 from ._many import Outcome, analyze, analyze_many
 from ._rules import Detectable, Rules, check
@@ -21,10 +22,13 @@ __all__ = [
     "Analysis",
     "ArgumentError",
     "Binding",
+    "Calibration",
     "Detectable",
     "Diagnostic",
     "Error",
+    "Event",
     "Explanation",
+    "Live",
     "Log",
     "LogError",
     "NotFound",

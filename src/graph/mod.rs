@@ -41,9 +41,9 @@ impl ValueId {
 pub struct FloatBits(u64);
 
 impl FloatBits {
-    /// The number as a key; both zeros are one.
-    pub fn new(number: f64) -> Self {
-        Self((number + 0.0).to_bits())
+    /// The number as a key; both zeros differ, since a quotient by them does.
+    pub const fn new(number: f64) -> Self {
+        Self(number.to_bits())
     }
 
     /// The number.

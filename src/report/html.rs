@@ -9,7 +9,7 @@ use super::{page, palette, remarks};
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Segment, Subject, Track, Who};
+use crate::analysis::{Analysis, Confidence, Segment, Subject, Track, Who};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::frames::Frames;
@@ -71,22 +71,42 @@ fn tasks(analysis: &Analysis) -> String {
         .map(|(track, task)| {
             let chips: String = task.segments.iter().map(chip).collect();
             format!(
-                "<tr><td><strong>{}</strong></td><td>{}</td>{}{}<td>{chips}</td><td>{}</td></tr>\n",
+                "<tr><td><strong>{}</strong></td><td>{}</td>{}{}<td>{chips}</td>{}<td>{}</td></tr>\n",
                 escape(&task.task),
                 track.who,
                 subject_cells(&task.subject),
                 time_cells(task.start_s, task.end_s),
+                share_cell(task.confidence),
                 escape(&remarks(task))
             )
         })
         .collect();
+    let sure = share_title(analysis.tracks.iter().flat_map(|track| &track.tasks).any(|task| task.confidence.is_some()));
     if rows.is_empty() {
         return "<h2>Tasks</h2>\n<p>No task was found.</p>\n".into();
     }
     format!(
-        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th><th></th></tr>\n{}</table></div>\n",
+        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th>{sure}<th></th></tr>\n{}</table></div>\n",
         rows.concat()
     )
+}
+
+/// The title of the column of confidences, where there is one.
+fn share_title(is_known: bool) -> &'static str {
+    if is_known { "<th>confidence</th>" } else { "" }
+}
+
+/// How sure something is, in percent; nothing where that was not asked for.
+fn share_cell(share: Option<f64>) -> String {
+    share.map_or_else(String::new, |share| format!("<td class=\"number\">{:.0} %</td>", share * 100.0))
+}
+
+/// How sure the start of a segment is, and where it stands when the params vary.
+fn confidence_cells(confidence: Option<Confidence>) -> String {
+    confidence.map_or_else(String::new, |it| {
+        let cell = share_cell(Some(it.share));
+        format!("{cell}<td class=\"number\">{:.3} – {:.3}</td>", it.earliest_s, it.latest_s)
+    })
 }
 
 fn subject_cells(subject: &Subject) -> String {
@@ -126,10 +146,11 @@ fn segments(track: &Track) -> String {
     let rows: String = (track.relabeled.iter())
         .map(|segment| {
             format!(
-                "<tr><td>{}</td>{}{}<td>{}</td><td>{}</td></tr>\n",
+                "<tr><td>{}</td>{}{}{}<td>{}</td><td>{}</td></tr>\n",
                 chip(segment),
                 subject_cells(&segment.subject),
                 time_cells(segment.start_s, segment.end_s),
+                confidence_cells(segment.confidence),
                 escape(&segment.was.join(", ")),
                 escape(&segment.by.join("; "))
             )
@@ -138,9 +159,11 @@ fn segments(track: &Track) -> String {
     if rows.is_empty() {
         return "<p class=\"quiet\">No segments.</p>\n".into();
     }
+    let is_sure = track.relabeled.iter().any(|segment| segment.confidence.is_some());
+    let sure = if is_sure { "<th>confidence</th><th>starts between, s</th>" } else { "" };
     format!(
         "<details><summary>Segments after relabeling: {}</summary><div class=\"scroll\"><table>\n\
-         <tr><th>primitive</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
+         <tr><th>primitive</th><th>object</th><th>partner</th><th>start s</th><th>end s</th>{sure}<th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
         track.relabeled.len()
     )
 }

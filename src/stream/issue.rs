@@ -52,6 +52,8 @@ kinds! {
     STUCK_SENSOR "stuck_sensor" "A sensor repeats its value.",
     TRUNCATED "truncated" "The file ends in the middle of a record.",
     UNDETECTABLE "undetectable" "The log lacks what a primitive is detected by.",
+    UNKNOWN_PLACE "unknown_place" "The log does not show where a body stands.",
+    UNKNOWN_WEIGHT "unknown_weight" "The log does not show what a tool weighs.",
     UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
     UNREADABLE_ROW "unreadable_row" "A line of a live log is no row.",
     UNKNOWN_CHANNEL "unknown_channel" "A column has a name that no rule knows.",

@@ -47,6 +47,11 @@ fn a_boundary_is_where_its_variations_are() {
     assert!(segments.iter().filter_map(|it| it["margin"].as_f64()).any(|margin| margin > 3.0), "{segments:#?}");
     let text = run(folder.path(), &["analyze", "log.csv", "--confidence"]);
     assert!(text.contains(" %, starts "), "{text}");
+    run(folder.path(), &["analyze", "log.csv", "--confidence", "--report", "sure.html", "-q"]);
+    let page = std::fs::read_to_string(folder.path().join("sure.html")).unwrap();
+    assert!(page.contains("<th>confidence</th><th>starts between, s</th>"));
+    run(folder.path(), &["analyze", "log.csv", "--report", "plain.html", "-q"]);
+    assert!(!std::fs::read_to_string(folder.path().join("plain.html")).unwrap().contains("<th>confidence</th>"));
     let table = run(folder.path(), &["analyze", "log.csv", "--confidence", "--format", "csv"]);
     assert!(table.lines().next().unwrap().ends_with(",version,confidence,earliest_s,latest_s,margin"), "{table}");
 }

@@ -48,6 +48,14 @@ proptest! {
     }
 }
 
+/// A quotient by a negative zero has another sign than one by zero: constants that differ in it are not shared.
+#[test]
+fn zeros_of_both_signs_differ() {
+    let (rules, frames) = random::case_of_rough_numbers(15_073_927_809_592_403_377, 4);
+    let compiled = evaluate(&lower(&rules), &frames).unwrap();
+    assert_eq!(compiled, reference::evaluate(&rules, &frames).unwrap());
+}
+
 /// Where the columns' blocks join, rates look back into the block before, or into what was kept of it: a log of several blocks has the same
 /// leaves in one piece, in pieces that have no block before them, and frame by frame.
 #[test]

@@ -9,6 +9,7 @@ mod derived;
 mod formats;
 mod implausible;
 mod jumps;
+mod learned;
 mod levels;
 mod never_panics;
 mod robosuite;

@@ -91,7 +91,18 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
             false => (json!(segment.was), json!(segment.by)),
         };
         let subject = segment.subject.suffix();
-        json!([segment.primitive, rounded(segment.start_s), rounded(segment.end_s), was, by, subject.trim_start()])
+        // How sure the start is, with `analyze --confidence`.
+        let sure =
+            segment.confidence.map(|it| json!([rounded(it.share), rounded(it.earliest_s), rounded(it.latest_s)]));
+        json!([
+            segment.primitive,
+            rounded(segment.start_s),
+            rounded(segment.end_s),
+            was,
+            by,
+            subject.trim_start(),
+            sure
+        ])
     };
     let tasks = track.tasks.iter().zip(tried).zip(TASKS.iter().cycle()).map(|((task, tried), color)| {
         json!({
@@ -101,6 +112,7 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
             "end": rounded(task.end_s),
             "open": [task.open_start, task.open_end],
             "remarks": remarks(task),
+            "confidence": task.confidence.map(rounded),
             "color": color.hex(),
             "tried": tried,
         })

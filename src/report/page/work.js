@@ -127,11 +127,11 @@ function drawLanes() {
     return `<g class="bar${classes}" data-pick="${pick}"><title>${escaped(title)}</title><rect x="${left}" y="${top}" width="${right - left}" height="${BAR}" fill="${color}"/>${extra}${text}</g>`;
   }
 
-  function segment(track, lane, [name, start, end, was, by, subject], number, at, top) {
+  function segment(track, lane, [name, start, end, was, by, subject, sure], number, at, top) {
     if (!seen(start, end)) return "";
     const changed = by !== null;
     const gone = lane === "raw" && track.gone[at];
-    const title = `${name}${subject ? ` ${subject}` : ""}\n${seconds(start)} – ${seconds(end)}${changed ? `\nwas ${was.join(", ")}\nby ${by.join("; ")}` : ""}`;
+    const title = `${name}${subject ? ` ${subject}` : ""}\n${seconds(start)} – ${seconds(end)}${changed ? `\nwas ${was.join(", ")}\nby ${by.join("; ")}` : ""}${sure ? `\n${certainty(sure)}` : ""}`;
     const picked = is("segment", number, lane, at) ? " picked" : "";
     const mark = changed ? `<rect class="made" x="${x(start)}" y="${top + BAR - 3}" width="${Math.max(1, x(end) - x(start))}" height="3"/>` : "";
     return bar(start, end, top, data.colors[name], name, `segment ${number} ${lane} ${at}`, `${gone ? " gone" : ""}${picked}`, title, mark);
@@ -139,7 +139,7 @@ function drawLanes() {
 
   function task(one, number, at, top) {
     if (!seen(one.start, one.end)) return "";
-    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}`;
+    const title = `${one.task}${one.subject ? ` ${one.subject}` : ""}\n${seconds(one.start)} – ${seconds(one.end)}${one.remarks ? `\n${one.remarks}` : ""}${one.confidence === null ? "" : `\nconfidence ${percent(one.confidence)}`}`;
     const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }
@@ -148,12 +148,17 @@ function drawLanes() {
   for (const { y: top, number, lane } of rows) {
     if (lane === "tasks") continue;
     const items = data.tracks[number][lane];
-    items.forEach(([name, start], at) => {
+    items.forEach(([name, start, , , , , sure], at) => {
       if (at === 0 && start <= data.start + 1e-9 || start < state.from || start > state.to) return;
       const before = items[at - 1], from = before && Math.abs(before[2] - start) < 1e-6 ? before[0] : "nothing";
       const left = before ? x(start) - x(before[1]) : 20, right = x(items[at][2]) - x(start);
       const half = Math.max(1.5, Math.min(6, Math.min(left, right) / 2));
-      const title = `${from} → ${name} at ${seconds(start)}`;
+      const title = `${from} → ${name} at ${seconds(start)}${sure ? `\n${certainty(sure)}` : ""}`;
+      // Where the boundary stands when the params vary, as a bar with ends.
+      if (sure && sure[2] - sure[1] > 1e-9) {
+        const [left, right] = [x(sure[1]), x(sure[2])], middle = top + BAR - 4;
+        inside += `<path class="varies" d="M${left} ${middle}H${right}M${left} ${middle - 2}v4M${right} ${middle - 2}v4"/>`;
+      }
       inside += `<g class="limit${is("cut", number, lane, at) ? " picked" : ""}" role="button" tabindex="0" aria-label="${escaped(`${data.tracks[number].who} ${lane}: ${title}`)}" data-pick="cut ${number} ${lane} ${at}"><title>${escaped(title)}</title><rect x="${x(start) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(start)} ${top - 1}v${BAR + 2}"${half < 2 ? ` class="dense"` : ""}/></g>`;
     });
   }
@@ -172,6 +177,9 @@ function drawLanes() {
   lanesSvg.innerHTML = `${times}<text class="name" x="${GUTTER - 8}" y="13">time, s</text>${labels}<svg x="${GUTTER}" y="0" width="${width}" height="${y + 2}"><path class="grid" d="${lines}"/>${inside}${mark}</svg>`;
   if (focused) lanesSvg.querySelector(`[data-pick="${focused}"]`)?.focus({ preventScroll: true });
 }
+
+const percent = (share) => `${Math.round(share * 100)} %`;
+const certainty = ([share, earliest, latest]) => `confidence ${percent(share)}, starts ${earliest.toFixed(3)} – ${seconds(latest)}`;
 
 const is = (kind, number, lane, at) => {
   const one = state.selected;

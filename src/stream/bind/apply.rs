@@ -3,6 +3,7 @@
 use super::normals::normals_by_role;
 use super::offsets;
 use super::pattern::{Columns, Filling, Form, Pattern};
+use super::places;
 use super::resample::resample;
 use super::rotations;
 use super::sensors;
@@ -102,7 +103,8 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
         None => {}
     }
     read.issues.extend(stuck_sensors::silence_uncorrected(&mut read.recording, &binding.trust));
-    sensors::correct(&mut read.recording, file)?;
+    read.issues.extend(sensors::correct(&mut read.recording, file)?);
+    read.issues.extend(places::learn(&mut read.recording, file)?);
     if binding.normals == Normals::ByRole {
         normals_by_role(&mut read.recording);
     }

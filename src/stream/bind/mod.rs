@@ -5,16 +5,19 @@ mod check;
 mod normals;
 mod offsets;
 mod pattern;
+mod placed;
+mod places;
 mod resample;
 mod rotations;
 mod sensors;
 pub mod template;
+mod tool;
 
 pub use apply::bind;
 pub use pattern::{Columns, Filling, Offset, Pattern, Template, Threshold};
 
 use crate::base::error::InputError;
-use crate::base::quantity::{Frequency, Mass, Time};
+use crate::base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
 use crate::base::yaml;
@@ -71,6 +74,9 @@ pub struct Binding {
     /// An interval in which some channels should read zero.
     #[serde(default)]
     pub tare: Option<Tare>,
+    /// Bodies whose place the log shows, by name; their `position` in the scene counts from there.
+    #[serde(default)]
+    pub places: IndexMap<String, Place>,
     /// Forces that count as they are, although they stay constant.
     #[serde(default)]
     pub trust: Vec<String>,
@@ -100,8 +106,26 @@ pub struct Sensor {
     pub frame: Option<String>,
     /// How it is fixed there: the rotation frame_from_sensor (reference_from_sensor without `frame`), quaternion w x y z.
     pub mounted: Option<[f64; 4]>,
-    /// The mass of the tool that it bears, whose weight is taken off.
-    pub tool: Option<Mass>,
+    /// The tool that it bears, whose weight is taken off.
+    pub tool: Option<ToolMass>,
+}
+
+/// What a tool between a sensor and what is touched weighs.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(untagged, expecting = "a mass such as `430 g`, or `learned`")]
+pub enum ToolMass {
+    /// Fitted to the log, with the bias of the sensor.
+    Learned(Learned),
+    /// Known.
+    Known(Mass),
+}
+
+/// The word `learned`.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Learned {
+    /// From the log.
+    Learned,
 }
 
 /// An interval in which some channels should read zero: their mean in it is subtracted everywhere.
@@ -114,6 +138,29 @@ pub struct Tare {
     pub from: Time,
     /// End.
     pub to: Time,
+}
+
+/// How a log shows where a body stands: by the plug point of an object at an instant.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// The object.
+    pub by: String,
+    /// The instant.
+    pub when: Instant,
+    /// Of a first contact, the force from which on there is one, where no contact of the two bodies is logged as a flag.
+    #[serde(default, deserialize_with = "above_zero")]
+    pub above: Option<Force>,
+}
+
+/// An instant at which an object shows where another body stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Instant {
+    /// The beginning of the first contact that lasts.
+    FirstContact,
+    /// The last rest of the object, elsewhere than it began.
+    Rest,
 }
 
 /// A binding with its file, for messages about what it says.

@@ -1,11 +1,12 @@
 //! Normals of contacts where the log has none.
 
-use crate::base::geometry::{face_normal, pose};
+use super::placed::{Placed, columns, vector};
+use crate::base::geometry::face_normal;
 use crate::base::recording::{Column, Recording};
-use crate::base::scene::{Body, Role};
+use crate::base::scene::Role;
 use crate::base::units::Dimension;
 use crate::stream::names;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::Vector3;
 
 /// Least share of a support's force that points up.
 const BEARS: f64 = 0.5;
@@ -50,22 +51,7 @@ pub fn normals_by_role(recording: &mut Recording) {
     }
 }
 
-/// A body with where it is.
-struct Placed<'a> {
-    body: Option<&'a Body>,
-    position: Option<[&'a [f64]; 3]>,
-    rotation: Option<[&'a [f64]; 4]>,
-}
-
-impl<'a> Placed<'a> {
-    fn new(recording: &'a Recording, name: &str) -> Self {
-        Self {
-            body: recording.scene.bodies.get(name),
-            position: columns(recording, &format!("{name}.position"), ["x", "y", "z"]),
-            rotation: columns(recording, &format!("{name}.rotation"), ["w", "x", "y", "z"]),
-        }
-    }
-
+impl Placed<'_> {
     /// The normal of a contact on this body, towards the other one, as far as role and shape show; `force` is what the other body feels.
     fn normal_towards(&self, other: &Self, row: usize, force: Vector3<f64>) -> Option<Vector3<f64>> {
         let body = self.body?;
@@ -83,30 +69,4 @@ impl<'a> Placed<'a> {
             }
         }
     }
-
-    /// Where the body is; `None` where it was not measured, or is not known at all.
-    fn pose(&self, row: usize) -> Option<Isometry3<f64>> {
-        let body = self.body?;
-        let at = |column: &[f64]| column.get(row).copied().unwrap_or(f64::NAN);
-        let position = self.position.map_or(body.position.map(|length| length.0), |columns| columns.map(at));
-        let rotation = self.rotation.map_or(body.rotation, |columns| columns.map(at));
-        let measured = position.iter().chain(&rotation).all(|value| value.is_finite());
-        measured.then(|| pose(position, rotation))
-    }
-}
-
-/// The columns of a channel, if they are all there.
-fn columns<'a, const N: usize>(
-    recording: &'a Recording,
-    channel: &str,
-    components: [&str; N],
-) -> Option<[&'a [f64]; N]> {
-    let columns = components.map(|component| {
-        recording.columns.get(&format!("{channel}.{component}")).map(|column| column.values.as_slice())
-    });
-    columns.iter().all(Option::is_some).then(|| columns.map(Option::unwrap_or_default))
-}
-
-fn vector(columns: &[&[f64]; 3], row: usize) -> Vector3<f64> {
-    Vector3::from(columns.map(|column| column.get(row).copied().unwrap_or_default()))
 }

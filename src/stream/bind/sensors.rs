@@ -1,12 +1,15 @@
 //! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
 
-use super::{BindingFile, Sensor};
+use super::placed::columns;
+use super::tool::{self, Tool};
+use super::{BindingFile, Sensor, ToolMass};
 use crate::base::error::InputError;
 use crate::base::geometry::unit;
-use crate::base::quantity::Mass;
 use crate::base::recording::{Column, Recording};
 use crate::base::shown::Shown;
 use crate::base::units::Dimension;
+use crate::stream::clean::preprocess;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use crate::stream::read::table::{placed, union};
 use nalgebra::{UnitQuaternion, Vector3};
@@ -65,12 +68,26 @@ pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, Inpu
 ///
 /// # Errors
 /// When a channel is not bound, or has another form than the correction needs.
-pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
-    let mut turned = vec![];
+pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+    let (mut turned, mut issues) = (vec![], vec![]);
     for (channel, sensor) in &file.binding.sensors {
         let rotation = rotation(recording, channel, sensor, file)?;
-        if let Some(tool) = sensor.tool {
-            weigh(recording, channel, tool, rotation.as_deref(), file)?;
+        match sensor.tool {
+            Some(ToolMass::Known(mass)) => {
+                let tool = Tool { mass: mass.0, bias: Vector3::zeros() };
+                weigh(recording, channel, tool, rotation.as_deref(), file)?;
+            }
+            Some(ToolMass::Learned(_)) => {
+                let turns = rotation.as_deref().ok_or_else(|| {
+                    file.error(channel, "`tool: learned` needs `frame`, the rotation that the sensor turns with".into())
+                })?;
+                let gravity = recording.scene.gravity();
+                match tool::learned(&vectors(recording, channel, file)?, turns, gravity) {
+                    Some(tool) => weigh(recording, channel, tool, Some(turns), file)?,
+                    None => issues.push(unknown_weight(recording, channel)),
+                }
+            }
+            None => {}
         }
         turned.extend(rotation.map(|rotation| (channel, rotation)));
     }
@@ -78,7 +95,13 @@ pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<(), Inpu
     for (channel, rotation) in turned {
         change(recording, channel, file, |row, force| rotation.get(row).copied().unwrap_or_default() * force)?;
     }
-    Ok(())
+    Ok(issues)
+}
+
+fn unknown_weight(recording: &Recording, channel: &str) -> Issue {
+    let message =
+        "the log does not show what the tool weighs: it hardly turns, or it is hardly ever free; nothing is subtracted";
+    preprocess::over_all(&recording.time, IssueKind::UNKNOWN_WEIGHT, channel, message.to_string())
 }
 
 /// reference_from_sensor in each row; none when the sensor measures in the reference frame.
@@ -105,21 +128,28 @@ fn rotation(
     Ok(Some((0..recording.time.len()).map(at).collect()))
 }
 
-/// Takes off what a tool between the sensor and what is touched weighs.
+/// Takes off what a tool between the sensor and what is touched weighs, and the bias of the sensor.
 ///
 /// The sensor bears the tool: while nothing is touched, a force on an object reads as the tool's weight turned upwards.
 fn weigh(
     recording: &mut Recording,
     channel: &str,
-    tool: Mass,
+    tool: Tool,
     rotation: Option<&[UnitQuaternion<f64>]>,
     file: &BindingFile,
 ) -> Result<(), InputError> {
-    let weight_in_reference = Vector3::from(recording.scene.gravity.map(|part| part.0)) * tool.0;
+    let weight_in_reference = recording.scene.gravity() * tool.mass;
     change(recording, channel, file, |row, force| {
         let reference_from_sensor = rotation.and_then(|rotation| rotation.get(row)).copied().unwrap_or_default();
-        force + reference_from_sensor.inverse() * weight_in_reference
+        force - tool.bias + reference_from_sensor.inverse() * weight_in_reference
     })
+}
+
+/// The vectors of a channel, row by row.
+fn vectors(recording: &Recording, channel: &str, file: &BindingFile) -> Result<Vec<Vector3<f64>>, InputError> {
+    let [x, y, z] = columns(recording, channel, ["x", "y", "z"])
+        .ok_or_else(|| file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")))?;
+    Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect())
 }
 
 /// Changes the vectors of a channel row by row.
@@ -129,16 +159,10 @@ fn change(
     file: &BindingFile,
     changed: impl Fn(usize, Vector3<f64>) -> Vector3<f64>,
 ) -> Result<(), InputError> {
-    let names = ["x", "y", "z"].map(|axis| format!("{channel}.{axis}"));
-    let column = |name: &String| recording.columns.get(name).map(|column| column.values.clone());
-    let parts: Vec<Vec<f64>> = names.iter().filter_map(column).collect();
-    let [x, y, z] = parts.as_slice() else {
-        return Err(file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")));
-    };
-    let rows: Vec<Vector3<f64>> =
-        x.iter().zip(y).zip(z).enumerate().map(|(row, ((x, y), z))| changed(row, Vector3::new(*x, *y, *z))).collect();
-    for (axis, name) in names.iter().enumerate() {
-        if let Some(Column { values, .. }) = recording.columns.get_mut(name) {
+    let rows = vectors(recording, channel, file)?;
+    let rows: Vec<Vector3<f64>> = rows.into_iter().enumerate().map(|(row, force)| changed(row, force)).collect();
+    for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
+        if let Some(Column { values, .. }) = recording.columns.get_mut(&format!("{channel}.{component}")) {
             *values = rows.iter().map(|row| row.get(axis).copied().unwrap_or(f64::NAN)).collect();
         }
     }

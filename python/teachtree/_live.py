@@ -1,0 +1,107 @@
+"""Rules that run on a log while it is being made."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import _teachtree
+from ._log import Log, Path, Scene
+from ._rules import Rules
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something new about a live log."""
+
+    sequence: int
+    """0, 1, 2, …: an event that is missing shows."""
+    name: str
+    """``label``: the primitive of a track at the newest frame, if the log ended there; ``segment``, ``task``: one that has closed; ``issue``."""
+    final: bool
+    """Whether no later row can change it."""
+    data: dict[str, Any] = field(repr=False)
+    """``teachtree.live/1`` (docs/formats.md) as plain data."""
+
+    @property
+    def track(self) -> str | None:
+        """``left``, ``right`` or ``both``; ``None`` for an issue."""
+        return self.data.get("track")
+
+    @property
+    def primitive(self) -> str | None:
+        """The primitive of a label or a segment."""
+        return self.data.get("primitive")
+
+
+class Calibration:
+    """What offline analysis learns from a whole log, learned from the beginning of one: rate, bias and contact level of sensors, contacts.
+
+    ``whole`` learns from all of ``log`` as its analysis does: the final events then are those of the analysis.
+    """
+
+    def __init__(self, rules: Rules, log: Log, *, whole: bool = False) -> None:
+        self._rules = rules._options.for_log(log._inner)
+        self._inner = _teachtree.Calibration(self._rules, log._inner, whole)
+
+    @classmethod
+    def read(cls, path: Path, rules: Rules) -> Calibration:
+        """Reads a calibration file, as ``teachtree inspect LOG --calibrate FILE`` and :meth:`text` write it."""
+        made = cls.__new__(cls)
+        made._rules = rules._rules()
+        with open(path, encoding="utf-8") as file:
+            made._inner = _teachtree.Calibration.parse(os.fspath(path), file.read())
+        return made
+
+    def text(self) -> str:
+        """The text of a calibration file."""
+        return self._inner.text()
+
+    @property
+    def rate_hz(self) -> float:
+        """Frames per second."""
+        return self._inner.rate_hz
+
+
+class Live:
+    """A log that is being made: rows go in, events come out, in constant memory.
+
+    ``columns`` are the names of the values of a row, as in docs/logs.md, ``time`` among them; ``scene`` has the bodies and hands.
+
+    >>> import teachtree
+    >>> scene = teachtree.Scene("{bodies: {cube: {role: object, radius: 20 mm}}, hands: {right: {fingers: [thumb, index]}}}")
+    >>> names = ["time"] + [f"right.{finger}.{what}.{axis}" for finger in ("thumb", "index") for what in ("position", "force") for axis in "xyz"]
+    >>> names += [f"cube.position.{axis}" for axis in "xyz"]
+    >>> rest = teachtree.Log({name: [0.01 * row if name == "time" else 0.3 for row in range(100)] for name in names}, scene=scene)
+    >>> live = teachtree.Live(teachtree.Calibration(teachtree.Rules(), rest), names, scene=scene)
+    >>> [event.primitive for event in live.push([1.0] + [0.3] * 15)]
+    []
+    """
+
+    def __init__(self, calibration: Calibration, columns: Sequence[str], *, scene: Scene | Path) -> None:
+        if not isinstance(scene, Scene):
+            with open(scene, encoding="utf-8") as file:
+                scene = Scene(file.read())
+        self._inner = _teachtree.Live(calibration._rules, list(columns), scene.text, calibration._inner)
+
+    def push(self, row: Any) -> list[Event]:
+        """Takes a row: a sequence of numbers, or faster an array of doubles. What was not measured is NaN."""
+        lines = self._inner.push(row)
+        return [_event(line) for line in lines] if lines else []
+
+    def finish(self) -> list[Event]:
+        """Ends the log: all segments and tasks that are left."""
+        return [_event(line) for line in self._inner.finish()]
+
+    @property
+    def lag_s(self) -> float | None:
+        """By how much segments lag behind the newest row, besides what relabeling and tasks need; known once some rows were pushed."""
+        return self._inner.lag_s
+
+
+def _event(line: str) -> Event:
+    data = json.loads(line)
+    return Event(data["sequence"], data["event"], data["final"], data)

@@ -1,0 +1,52 @@
+//! Where the bodies of a bound log are.
+
+use crate::base::geometry::pose;
+use crate::base::recording::Recording;
+use crate::base::scene::Body;
+use nalgebra::{Isometry3, Vector3};
+
+/// A body with where it is.
+pub struct Placed<'a> {
+    /// What the scene says of it.
+    pub body: Option<&'a Body>,
+    position: Option<[&'a [f64]; 3]>,
+    rotation: Option<[&'a [f64]; 4]>,
+}
+
+impl<'a> Placed<'a> {
+    /// A body by its name.
+    pub fn new(recording: &'a Recording, name: &str) -> Self {
+        Self {
+            body: recording.scene.bodies.get(name),
+            position: columns(recording, &format!("{name}.position"), ["x", "y", "z"]),
+            rotation: columns(recording, &format!("{name}.rotation"), ["w", "x", "y", "z"]),
+        }
+    }
+
+    /// Where the body is; `None` where it was not measured, or is not known at all.
+    pub fn pose(&self, row: usize) -> Option<Isometry3<f64>> {
+        let body = self.body?;
+        let at = |column: &[f64]| column.get(row).copied().unwrap_or(f64::NAN);
+        let position = self.position.map_or(body.position.map(|length| length.0), |columns| columns.map(at));
+        let rotation = self.rotation.map_or(body.rotation, |columns| columns.map(at));
+        let measured = position.iter().chain(&rotation).all(|value| value.is_finite());
+        measured.then(|| pose(position, rotation))
+    }
+}
+
+/// The columns of a channel, if they are all there.
+pub fn columns<'a, const N: usize>(
+    recording: &'a Recording,
+    channel: &str,
+    components: [&str; N],
+) -> Option<[&'a [f64]; N]> {
+    let columns = components.map(|component| {
+        recording.columns.get(&format!("{channel}.{component}")).map(|column| column.values.as_slice())
+    });
+    columns.iter().all(Option::is_some).then(|| columns.map(Option::unwrap_or_default))
+}
+
+/// The vector in a row.
+pub fn vector(columns: &[&[f64]; 3], row: usize) -> Vector3<f64> {
+    Vector3::from(columns.map(|column| column.get(row).copied().unwrap_or_default()))
+}
