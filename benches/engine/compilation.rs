@@ -139,7 +139,7 @@ fn nodes(graph: &Graph) -> f64 {
 
 fn steps(plan: &Plan) -> f64 {
     let tests: usize = plan.trees.iter().map(|tree| tree.decision.tests.len()).sum();
-    (plan.numbers.len() + plan.conditions.len() + plan.memories.len() + tests) as f64
+    (plan.numbers.len() + plan.conditions.len() + plan.stateful.len() + tests) as f64
 }
 
 /// Writes a rule set with the given number of primitives into a folder: conditions of all kinds, each used by one choice of the tree.

@@ -140,7 +140,7 @@ pub fn boundaries(trials: &[Trial]) -> String {
 }
 
 fn by_paper(trials: &[Trial]) -> Share {
-    sum(trials.iter().filter(|trial| !trial.incident).map(|trial| trial.expected))
+    sum(trials.iter().filter(|trial| !trial.perturbation).map(|trial| trial.expected))
 }
 
 fn by_truth(trials: &[Trial]) -> Share {
@@ -155,7 +155,7 @@ pub fn sequences(trials: &[Trial]) -> String {
     rows.extend(
         scenes(trials).into_iter().filter_map(|trials| Some(row(format!("`{}`", trials.first()?.scene), trials))),
     );
-    table(&["scene", "as in the paper, no incident", "as the relabeled truth, all operators"], rows)
+    table(&["scene", "as in the paper, no perturbation", "as the relabeled truth, all operators"], rows)
 }
 
 /// The recordings whose tasks are right under each stress condition.
@@ -217,7 +217,7 @@ pub fn pooled(sets: &[(String, &[Trial])]) -> String {
         ("F1 at 50 %", |trials| rate(tally(trials, 0).f1()[2])),
         ("frames right", |trials| rate(tally(trials, 0).accuracy())),
         ("edit score", |trials| rate(tally(trials, 0).edit())),
-        ("sequences as in the paper, no incident", |trials| format_share(by_paper(trials))),
+        ("sequences as in the paper, no perturbation", |trials| format_share(by_paper(trials))),
         ("sequences as the relabeled truth", |trials| format_share(by_truth(trials))),
     ];
     let mut head = vec!["pooled".to_string()];

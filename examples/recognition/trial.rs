@@ -76,8 +76,8 @@ pub const STRESSES: [Stress; 7] = [
 pub struct Trial {
     pub scene: &'static str,
     pub seed: u64,
-    /// An incident happened, or an object was lost.
-    pub incident: bool,
+    /// A perturbation happened, or an object was lost.
+    pub perturbation: bool,
     /// With all channels, without contact flags, and with forces and poses of fingers and objects only.
     pub seen: [Seen; 3],
     /// The tasks whose sequence is an expected one.
@@ -115,8 +115,8 @@ impl Trial {
     /// A scene or an operator that cannot be performed, or a recording that the rules refuse.
     pub fn run(scene: &'static str, seed: u64, rules: &Rulesets, stressed: bool) -> Result<Self, InputError> {
         let recording = world::teach(&world::scene(scene)?, &world::operator(scene)?, seed)?;
-        let incidents = ["incident_happened", "object_lost"];
-        let incident = recording.events.iter().any(|event| incidents.contains(&event.kind.as_str()));
+        let perturbations = ["perturbation_started", "object_lost"];
+        let perturbation = recording.events.iter().any(|event| perturbations.contains(&event.kind.as_str()));
         let said = rules.shipped.over(&recording)?;
         let full = Seen::new(&rules.shipped, &recording, &said)?;
         let both = Coordination::new(&recording, &said.analysis);
@@ -131,7 +131,7 @@ impl Trial {
         let mut trial = Self {
             scene,
             seed,
-            incident,
+            perturbation,
             expected: by_paper.task_sequences(),
             seen: [full, seen_unflagged, bare],
             stress: vec![],

@@ -107,6 +107,10 @@ impl Rules {
         let cannot = |track: &teachtree::TrackObservability| {
             track.undetectable.iter().map(|lack| (lack.reason.clone(), lack.primitives.clone())).collect()
         };
-        Ok(found.tracks.iter().map(|track| (track.track.clone(), track.detectable.clone(), cannot(track))).collect())
+        Ok(found
+            .tracks
+            .iter()
+            .map(|track| (track.track.to_string(), track.detectable.clone(), cannot(track)))
+            .collect())
     }
 }

@@ -17,7 +17,6 @@ mod update;
 use super::score::Known;
 use super::{Analysis, Who};
 use crate::base::error::InputError;
-use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
 use crate::language::rules::Rules;
 
@@ -185,10 +184,7 @@ impl Expectation {
 
 /// The track that a line begins.
 fn track(line: &str) -> Option<Who> {
-    match line.split('#').next().unwrap_or("").trim().strip_prefix("track ")?.trim() {
-        "both" => Some(Who::Both),
-        side => Side::from_name(side).map(Who::Hand),
-    }
+    Who::from_name(line.split('#').next().unwrap_or("").trim().strip_prefix("track ")?.trim())
 }
 
 fn tolerance(text: &str) -> Option<f64> {

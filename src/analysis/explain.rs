@@ -41,8 +41,8 @@ pub const MAX_BLOCKS: usize = 50;
 /// Why a track has its label from one frame on.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Explanation {
-    /// `left`, `right` or `both`.
-    pub track: String,
+    /// Whose it is.
+    pub track: Who,
     /// The time that is explained, s.
     pub time_s: f64,
     /// The frame.
@@ -320,7 +320,7 @@ fn block<'a>(
     let Subject { object, partner } = relabeled.as_ref().map(|segment| segment.subject.clone()).unwrap_or_default();
     let relabeled = relabeled.filter(|segment| !segment.by.is_empty());
     Ok(Explanation {
-        track: who.to_string(),
+        track: who,
         time_s: time(frame),
         frame,
         until_s: time(frame),

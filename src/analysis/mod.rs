@@ -34,6 +34,8 @@ pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
 pub use subject::Subject;
 
+pub use crate::base::hands::Who;
+
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::meaning::{Meaning, Primitives};
@@ -48,7 +50,6 @@ use labeled_span::LabeledSpan;
 use measures::Measures;
 use naming::Naming;
 use std::collections::BTreeMap;
-use std::fmt;
 use std::ops::Range;
 use stretch::{Settling, Stretch};
 use subject::Handling;
@@ -82,35 +83,6 @@ impl Analysis {
     /// The track of a hand or of both.
     pub fn track(&self, who: Who) -> Option<&Track> {
         self.tracks.iter().find(|track| track.who == who)
-    }
-}
-
-/// Whose a track is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Who {
-    /// One hand's.
-    Hand(Side),
-    /// The coordination of both hands.
-    Both,
-}
-
-impl Who {
-    /// The hand, if it is one hand's.
-    pub const fn side(self) -> Option<Side> {
-        match self {
-            Self::Hand(side) => Some(side),
-            Self::Both => None,
-        }
-    }
-}
-
-impl fmt::Display for Who {
-    /// `left`, `right`, `both`.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Hand(side) => side.fmt(f),
-            Self::Both => f.write_str("both"),
-        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Names of hands and fingers.
+//! Names of hands, tracks and fingers.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
@@ -48,6 +48,51 @@ impl Side {
 impl fmt::Display for Side {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
+    }
+}
+
+/// Whose a track is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Who {
+    /// One hand's.
+    Hand(Side),
+    /// The coordination of both hands.
+    Both,
+}
+
+impl Who {
+    /// The hand, if it is one hand's.
+    pub const fn side(self) -> Option<Side> {
+        match self {
+            Self::Hand(side) => Some(side),
+            Self::Both => None,
+        }
+    }
+
+    /// `left`, `right`, `both`.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Hand(side) => side.name(),
+            Self::Both => "both",
+        }
+    }
+
+    /// The track with this name.
+    pub(crate) fn from_name(name: &str) -> Option<Self> {
+        if name == Self::Both.name() { Some(Self::Both) } else { Side::from_name(name).map(Self::Hand) }
+    }
+}
+
+impl fmt::Display for Who {
+    /// `left`, `right`, `both`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl Serialize for Who {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.name())
     }
 }
 

@@ -208,7 +208,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Failure::some(failures, done)
 }
 
-/// What is said about a recording: for whoever reads the output, and for whoever started the program.
+/// The output of a recording, and its warnings.
 pub struct Output {
     pub text: String,
     /// The kinds of its issues, each with how many there are.
@@ -229,7 +229,7 @@ fn views(_: &Args) -> Vec<PathBuf> {
     Vec::new()
 }
 
-/// Analyzes a recording, the only one or one of several: what is to be said about it.
+/// Analyzes a recording, the only one or one of several, and returns its output.
 pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     let prints = args.out.is_none() && args.out_dir.is_none();
     let analysis = if log == Path::new("-") && args.format == Format::Text && prints {

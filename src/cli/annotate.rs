@@ -130,9 +130,9 @@ fn provenance<'a>(args: &Args, analyses: impl IntoIterator<Item = &'a Analysis>)
             rules.push(of);
         }
     }
-    let mut said = json!({ "version": VERSION, "rules": rules });
-    if let (Some(binding), Some(said)) = (&args.source.binding, said.as_object_mut()) {
-        said.insert("binding".into(), json!(binding.display().to_string()));
+    let mut provenance_json = json!({ "version": VERSION, "rules": rules });
+    if let (Some(binding), Some(provenance_json)) = (&args.source.binding, provenance_json.as_object_mut()) {
+        provenance_json.insert("binding".into(), json!(binding.display().to_string()));
     }
-    said
+    provenance_json
 }

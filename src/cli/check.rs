@@ -23,7 +23,7 @@ use std::path::PathBuf;
 pub struct Args {
     /// Rule files, read together; folders, whose rule files are checked one by one; the shipped `contact.rules` when left out
     files: Vec<PathBuf>,
-    /// The hand file that keeps the promised signals
+    /// The hand file that implements the abstract signals
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     /// Override a param, such as `touch_on=0.1N`; may be repeated
@@ -204,10 +204,10 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         let look_ahead = f64::from(cost.look_ahead_frames) / layout.rate_hz * 1e3;
         let _ = writeln!(
             out,
-            "  {name:<10} {:>4} numbers, {:>4} conditions, {:>3} memories a frame; at most {:>3} tests; {:>6} bytes of state; look-ahead {look_ahead:.0} ms, settling {:.0} ms",
+            "  {name:<10} {:>4} numbers, {:>4} conditions, {:>3} stateful nodes a frame; at most {:>3} tests; {:>6} bytes of state; look-ahead {look_ahead:.0} ms, settling {:.0} ms",
             cost.numbers,
             cost.conditions,
-            cost.memories,
+            cost.stateful,
             cost.tests,
             cost.state_bytes,
             settle * 1e3,

@@ -11,16 +11,16 @@ use super::{Failure, output};
 use crate::analysis::fit::{self, Fit, FitParam, MIN_LOGS, Objectives, Space, Verdict};
 use crate::analysis::score::{Known, NameMap, Stage};
 use crate::base::error::InputError;
+use crate::base::nearest::nearest;
 use crate::language::param_sites::{ParamSite, param_sites, thresholds};
 use crate::language::{Request, Rules};
 use crate::report;
 use crate::session::files::all_logs;
 use crate::session::fitting::{Recording, Runner};
-use crate::stream::names::nearest;
 use patch::{Patch, patch};
 use std::path::{Path, PathBuf};
 
-/// Groups in which recordings are held out when nothing is said, at most.
+/// Groups in which recordings are held out unless an option says otherwise, at most.
 const GROUPS: usize = 8;
 
 /// Options of `fit`.
@@ -262,13 +262,13 @@ fn print_fit(
     if args.format == Format::Json {
         return output::print_json(&fit::json(fitted, &files, diff));
     }
-    let mut said = report::fit(fitted, &files);
+    let mut printed = report::fit(fitted, &files);
     if let Some(found) = found {
-        said.push_str(&report::fit_patch(fitted, &found.lacking, args.out.as_deref().map(Path::display)));
+        printed.push_str(&report::fit_patch(fitted, &found.lacking, args.out.as_deref().map(Path::display)));
         if args.out.is_none() {
-            output::print(&format!("{said}\n"))?;
+            output::print(&format!("{printed}\n"))?;
             return output::print_data(&found.diff);
         }
     }
-    output::print(&said)
+    output::print(&printed)
 }

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 /// Options of `fmt`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree fmt tap.rules          write it in the one style\n  teachtree fmt --check rules/     say which files are not; exit status 1 when there are any\n  teachtree fmt - < tap.rules      from standard input to standard output"
+    after_help = "Examples:\n  teachtree fmt tap.rules          write it in the one style\n  teachtree fmt --check rules/     list the files that are not; exit status 1 when there are any\n  teachtree fmt - < tap.rules      from standard input to standard output"
 )]
 pub struct Args {
     /// Rule files, and folders of them; `-` for standard input
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
-    /// Write nothing; say which files would change
+    /// Write nothing; list the files that would change
     #[arg(long)]
     check: bool,
 }

@@ -41,7 +41,7 @@ pub struct Args {
     /// Whose tree; all when left out
     #[arg(long, value_enum, value_name = "TRACK", requires = "log")]
     track: Option<TrackArg>,
-    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     /// Override a param, such as `touch_on=0.1N`; may be repeated
@@ -180,8 +180,8 @@ fn taken(found: &Analysis, who: Who, at_s: f64) -> Result<Option<(Who, Taken, No
     Ok(moment(&analyzed, who, at_s)?.map(|Moment { path, frame, leaf, before }| {
         let leaf = name(leaf);
         let time_s = frames.time.get(frame).copied().unwrap_or_default();
-        let said = format!("{who} at {time_s:.3} s: {leaf}");
+        let caption = format!("{who} at {time_s:.3} s: {leaf}");
         let before = before.map_or(NONE.to_string(), name);
-        (who, Taken { path, said: said.clone() }, Now { said, before, leaf })
+        (who, Taken { path, caption: caption.clone() }, Now { caption, before, leaf })
     }))
 }

@@ -168,7 +168,7 @@ impl Recognition {
     }
 
     fn foreign() -> Self {
-        let why = "no column has a canonical name; say which column is which channel in a binding (--skeleton writes one to fill in)";
+        let why = "no column has a canonical name; name the column of each channel in a binding (--skeleton writes one to fill in)";
         Self { error: Some(why.into()), tracks: vec![], issues: vec![] }
     }
 }
@@ -186,7 +186,7 @@ fn text(log: &Inspection, recognition: &Recognition) -> String {
         let _ = writeln!(text, "  nothing can be detected: {error}");
     }
     for track in &recognition.tracks {
-        let _ = writeln!(text, "  {:<6} can be detected: {}", track.track, track.detectable.join(", "));
+        let _ = writeln!(text, "  {:<6} can be detected: {}", track.track.name(), track.detectable.join(", "));
         for lack in &track.undetectable {
             let _ = writeln!(text, "         {}: {} cannot be detected", lack.reason, lack.primitives.join(", "));
         }

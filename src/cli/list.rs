@@ -2,8 +2,8 @@
 
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::language::SHIPPED;
-use crate::stream::names::nearest;
+use crate::base::nearest::nearest;
+use crate::language::{SHIPPED, shipped};
 use std::fmt::Write;
 
 macro_rules! bindings {
@@ -111,13 +111,19 @@ impl Kind {
     }
 }
 
-/// What a file says about itself: its first line of comment, or its key `about` or `name`.
+/// The description in a file: the first sentence of its first comment, or its key `about` or `name`.
 fn about(text: &str) -> String {
-    let line = text.lines().find_map(|line| {
-        let said = ["//", "#", "about:", "name:"].iter().find_map(|start| line.strip_prefix(start))?;
-        (!said.trim().is_empty()).then(|| said.trim().trim_matches('"').to_string())
-    });
-    line.unwrap_or_default()
+    let mut lines = text.lines().skip_while(|line| line.trim().is_empty());
+    let Some(first) = lines.next() else { return String::new() };
+    let Some(start) = ["///", "//", "#"].into_iter().find(|start| first.starts_with(start)) else {
+        let value = |line: &str| ["about:", "name:"].iter().find_map(|key| line.strip_prefix(key)).map(str::to_string);
+        let found = std::iter::once(first).chain(lines).find_map(value).unwrap_or_default();
+        return found.trim().trim_matches('"').to_string();
+    };
+    let comment = std::iter::once(first).chain(lines).map_while(|line| line.strip_prefix(start)).map(str::trim);
+    let comment = comment.collect::<Vec<&str>>().join(" ");
+    let end = comment.find(". ").map_or(comment.len(), |at| at + 1);
+    comment.get(..end).unwrap_or_default().trim().to_string()
 }
 
 /// Lists the files.
@@ -144,7 +150,8 @@ pub fn list(args: &ListArgs) -> Result<(), Failure> {
 pub fn show(args: &ShowArgs) -> Result<(), Failure> {
     let all: Vec<(String, &str)> = Kind::ALL.into_iter().flat_map(Kind::files).collect();
     let stem = |name: &str| name.split('.').next().unwrap_or_default().to_string();
-    let exact: Vec<_> = all.iter().filter(|(name, _)| *name == args.name).collect();
+    let wanted = shipped(&args.name).map_or(args.name.as_str(), |(name, _)| name);
+    let exact: Vec<_> = all.iter().filter(|(name, _)| *name == wanted).collect();
     let found = if exact.is_empty() { all.iter().filter(|(name, _)| stem(name) == args.name).collect() } else { exact };
     match found.as_slice() {
         [(_, text)] => Ok(output::print_data(text)?),

@@ -24,7 +24,7 @@ pub struct Args {
     /// A scene instead of the one that the recording carries
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     /// What some editors add for every server: there is no other way than standard input and output

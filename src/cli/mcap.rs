@@ -28,7 +28,7 @@ pub struct Lanes {
     rows: Vec<f64>,
     /// What is added to all times so that none is before the clock begins, s.
     shift_s: f64,
-    said: Vec<(&'static str, String)>,
+    metadata: Vec<(&'static str, String)>,
 }
 
 /// Something with a pose.
@@ -62,7 +62,7 @@ impl Lanes {
             bodies: Vec::new(),
             rows: Vec::new(),
             shift_s: 0.0,
-            said: Vec::new(),
+            metadata: Vec::new(),
         };
         for track in &found.tracks {
             let names = |of: fn(&Segment) -> String, segments: &[Segment]| -> Vec<(f64, f64, String)> {
@@ -99,7 +99,7 @@ impl Lanes {
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        lanes.said = vec![
+        lanes.metadata = vec![
             ("version", env!("CARGO_PKG_VERSION").to_string()),
             ("log", meta.log.clone()),
             ("rules", meta.rules.join(" ")),
@@ -165,7 +165,7 @@ impl Lanes {
                 rows += 1;
             }
         }
-        writer.finish(&self.said)
+        writer.finish(&self.metadata)
     }
 
     fn poses(&self, row: usize) -> Vec<Pose<'_>> {

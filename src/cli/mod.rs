@@ -114,7 +114,7 @@ enum Command {
 /// How a command ended.
 #[derive(PartialEq)]
 enum Failure {
-    /// The answer is no; it has been said.
+    /// The answer is no; it has been printed.
     No,
     /// The input cannot be used.
     Input(InputError),
@@ -163,8 +163,8 @@ impl Failure {
         }
     }
 
-    /// Says what went wrong; how the program is to exit.
-    fn say(&self) -> u8 {
+    /// Prints the failure and returns the exit status.
+    fn report(&self) -> u8 {
         match self {
             Self::No => return 1,
             Self::Input(error) => output::complain(&format!("error: {error}")),
@@ -285,6 +285,6 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     };
     match outcome {
         Ok(()) => 0,
-        Err(failure) => failure.say(),
+        Err(failure) => failure.report(),
     }
 }

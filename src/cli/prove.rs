@@ -24,7 +24,7 @@ pub struct ProveArgs {
     base: PathBuf,
     /// The rules that use and extend them
     extended: PathBuf,
-    /// The hand file that keeps the promised signals of both
+    /// The hand file that implements the abstract signals of both
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
 }
@@ -51,7 +51,7 @@ pub struct DiffArgs {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     many: ManyArgs,
-    /// The hand file that keeps the promised signals of both; overrides the binding's
+    /// The hand file that implements the abstract signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
     #[command(flatten)]
@@ -64,35 +64,39 @@ pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
     let proof = additive(read(&args.base)?.set(), read(&args.extended)?.set());
     let (base, extended) = (args.base.display(), args.extended.display());
-    let mut said = String::new();
+    let mut printed = String::new();
     if proof.is_proved() {
-        let _ = writeln!(said, "proved: {extended} only adds to {base}");
+        let _ = writeln!(printed, "proved: {extended} only adds to {base}");
         let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
-        let _ = writeln!(said, "  new primitives: {new}");
+        let _ = writeln!(printed, "  new primitives: {new}");
         for tree in &proof.trees.trees {
-            let _ =
-                writeln!(said, "  {tree}: on every frame and in every state of the base, its leaf or a new primitive");
+            let _ = writeln!(
+                printed,
+                "  {tree}: on every frame and in every state of the base, its leaf or a new primitive"
+            );
         }
         for tree in &proof.trees.alone {
-            let _ =
-                writeln!(said, "  {tree}: a new tree; where it says anything but `separate`, it speaks for the hands");
+            let _ = writeln!(
+                printed,
+                "  {tree}: a new tree; where it says anything but `separate`, it speaks for the hands"
+            );
         }
-        said.push_str("  params, signals, latches and settling of the base mean what they meant\n");
-        said.push_str("  new tasks and relabeling rules do nothing where no new primitive occurs\n");
-        said.push_str(
-            "  this is said of each frame: after a new primitive the leaf before is another one, and `from` with it\n",
+        printed.push_str("  params, signals, latches and settling of the base mean what they meant\n");
+        printed.push_str("  new tasks and relabeling rules do nothing where no new primitive occurs\n");
+        printed.push_str(
+            "  this holds on each frame: after a new primitive the leaf before is another one, and `from` with it\n",
         );
     } else if proof.changed.is_empty() && proof.acts.is_empty() && proof.trees.differences.is_empty() {
-        let _ = writeln!(said, "not proved: whether {extended} only adds to {base} is undecided");
-        write_differences(&proof.trees, &mut said);
+        let _ = writeln!(printed, "not proved: whether {extended} only adds to {base} is undecided");
+        write_differences(&proof.trees, &mut printed);
     } else {
-        let _ = writeln!(said, "not proved: {extended} does not only add to {base}");
+        let _ = writeln!(printed, "not proved: {extended} does not only add to {base}");
         for what in proof.changed.iter().chain(&proof.acts) {
-            let _ = writeln!(said, "  {what}");
+            let _ = writeln!(printed, "  {what}");
         }
-        write_differences(&proof.trees, &mut said);
+        write_differences(&proof.trees, &mut printed);
     }
-    output::print(&said)?;
+    output::print(&printed)?;
     if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
 }
 
@@ -104,22 +108,23 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     let (one, other) = (one.set(), other.set());
     let other_name = args.other.display().to_string();
     let compared = differences(one, other);
-    let mut said = String::new();
+    let mut printed = String::new();
     for what in changed(one, other).into_iter().chain(lost(one, other)) {
-        let _ = writeln!(said, "in {other_name} {what}");
+        let _ = writeln!(printed, "in {other_name} {what}");
     }
     for what in changed(other, one).into_iter().chain(lost(other, one)) {
         if let Some(what) = what.strip_suffix(" is gone") {
-            let _ = writeln!(said, "in {other_name} {what} is new");
+            let _ = writeln!(printed, "in {other_name} {what} is new");
         }
     }
     for tree in &compared.alone {
-        let _ = writeln!(said, "only one of them has the tree {tree}");
+        let _ = writeln!(printed, "only one of them has the tree {tree}");
     }
-    write_differences(&compared, &mut said);
+    write_differences(&compared, &mut printed);
     if compared.differences.is_empty() && !compared.is_cut {
         for tree in &compared.trees {
-            let _ = writeln!(said, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
+            let _ =
+                writeln!(printed, "{tree}: the same leaf on every frame, as long as the declarations mean the same");
         }
     }
     let logs = all_logs(&args.logs)?;
@@ -128,48 +133,48 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
         opened.read()?;
         let run = |file: &PathBuf| named(file).load(&opened)?.analyze(&opened);
         let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
-        let mut said = format!("\n{}\n", log.display());
-        tell_log(ours.found(), theirs.found(), &mut said);
-        Ok::<_, Error>(said)
+        let mut printed = format!("\n{}\n", log.display());
+        write_log_differences(ours.found(), theirs.found(), &mut printed);
+        Ok::<_, Error>(printed)
     })?;
     let (mut done, mut failures) = (0, Vec::new());
     for (log, compared) in logs.iter().zip(compared) {
         match compared {
             Ok(text) => {
                 done += 1;
-                said.push_str(&text);
+                printed.push_str(&text);
             }
             Err(error) => failures.push(Failure::from(error).of_log(log)),
         }
     }
     // Where no recording could be read, the difference of the rules would hide it.
     if done > 0 || failures.is_empty() {
-        output::print(&said)?;
+        output::print(&printed)?;
     }
     Failure::some(failures, done)
 }
 
 /// The cases in which trees differ.
-fn write_differences(compared: &Compared, said: &mut String) {
+fn write_differences(compared: &Compared, printed: &mut String) {
     for Difference { tree, conditions, before, one, other, place } in &compared.differences {
-        let _ = writeln!(said, "  {tree}: {one} becomes {other}   {place}");
+        let _ = writeln!(printed, "  {tree}: {one} becomes {other}   {place}");
         if let Some(before) = before {
-            let _ = writeln!(said, "    after {before}, when");
+            let _ = writeln!(printed, "    after {before}, when");
         } else {
-            said.push_str("    when\n");
+            printed.push_str("    when\n");
         }
         for (condition, holds) in conditions {
-            let _ = writeln!(said, "      {} {condition}", if *holds { "yes" } else { "no " });
+            let _ = writeln!(printed, "      {} {condition}", if *holds { "yes" } else { "no " });
         }
     }
     if compared.is_cut {
-        said.push_str("  there may be more differences: not all pairs of ways were looked through\n");
+        printed.push_str("  there may be more differences: not all pairs of ways were looked through\n");
     }
 }
 
 /// Where two analyses of a recording differ.
-fn tell_log(one: &Analysis, other: &Analysis, said: &mut String) {
-    let before = said.len();
+fn write_log_differences(one: &Analysis, other: &Analysis, printed: &mut String) {
+    let before = printed.len();
     let mut tracks: Vec<_> = one.tracks.iter().chain(&other.tracks).map(|track| track.who).collect();
     tracks.sort_unstable();
     tracks.dedup();
@@ -177,7 +182,7 @@ fn tell_log(one: &Analysis, other: &Analysis, said: &mut String) {
         let (ours, theirs) = (one.track(who), other.track(who));
         let segments = [ours, theirs].map(|track| track.map_or(&[][..], |track| &track.relabeled));
         for (start_s, end_s, ours, theirs) in changes(segments) {
-            let _ = writeln!(said, "  {who} {start_s:.3} – {end_s:.3} s: {ours} becomes {theirs}");
+            let _ = writeln!(printed, "  {who} {start_s:.3} – {end_s:.3} s: {ours} becomes {theirs}");
         }
         let tasks = [ours, theirs].map(|track| {
             let tasks = track.map_or(&[][..], |track| &track.tasks);
@@ -187,14 +192,14 @@ fn tell_log(one: &Analysis, other: &Analysis, said: &mut String) {
                 .collect::<Vec<_>>()
         });
         for gone in tasks[0].iter().filter(|task| !tasks[1].contains(task)) {
-            let _ = writeln!(said, "  {who} task {gone} is gone");
+            let _ = writeln!(printed, "  {who} task {gone} is gone");
         }
         for new in tasks[1].iter().filter(|task| !tasks[0].contains(task)) {
-            let _ = writeln!(said, "  {who} task {new} is new");
+            let _ = writeln!(printed, "  {who} task {new} is new");
         }
     }
-    if said.len() == before {
-        said.push_str("  no difference\n");
+    if printed.len() == before {
+        printed.push_str("  no difference\n");
     }
 }
 
@@ -206,7 +211,7 @@ fn changes([one, other]: [&[Segment]; 2]) -> Vec<(f64, f64, String, String)> {
     }
     cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
     cuts.dedup_by_key(|cut| cut.0);
-    let said = |list: &[Segment], frame: usize| {
+    let printed = |list: &[Segment], frame: usize| {
         let at = list.partition_point(|segment| segment.frames.end <= frame);
         let found = list.get(at).filter(|segment| segment.frames.contains(&frame));
         found.map_or("nothing".to_string(), |segment| segment.primitive.clone())
@@ -214,7 +219,7 @@ fn changes([one, other]: [&[Segment]; 2]) -> Vec<(f64, f64, String, String)> {
     let mut changes: Vec<(f64, f64, String, String)> = Vec::new();
     for pair in cuts.windows(2) {
         let [(frame, start_s), (_, end_s)] = pair else { continue };
-        let (ours, theirs) = (said(one, *frame), said(other, *frame));
+        let (ours, theirs) = (printed(one, *frame), printed(other, *frame));
         if ours == theirs {
             continue;
         }

@@ -4,7 +4,7 @@ use super::rules::{RuleArgs, read_by};
 use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
-use crate::base::hands::{Finger, Side};
+use crate::base::hands::Finger;
 use crate::base::scene::Scene;
 use crate::command::{self, Commands, TouchForces};
 use crate::robot::{self, Robot};
@@ -96,15 +96,15 @@ pub fn touch_forces(rules: &Rules) -> TouchForces {
 fn too_hard(commands: &Commands, robot: &Robot) -> String {
     let mut text = String::new();
     for (number, task) in commands.tasks.iter().enumerate() {
-        let Some(hand) = Side::from_name(&task.track).and_then(|side| robot.hands.get(&side)) else { continue };
-        let mut asked: BTreeMap<&str, f64> = BTreeMap::new();
+        let Some(hand) = robot.hands.get(&task.track) else { continue };
+        let mut asked: BTreeMap<Finger, f64> = BTreeMap::new();
         for tip in task.segments.iter().filter(|segment| segment.touching).flat_map(|segment| &segment.tips) {
             let hardest = tip.force.iter().map(|force| Vector3::from(*force).norm()).fold(0.0, f64::max);
-            let most = asked.entry(&tip.finger).or_default();
+            let most = asked.entry(tip.finger).or_default();
             *most = most.max(hardest);
         }
         for (finger, asked) in asked {
-            let gives = Finger::from_name(finger).and_then(|finger| hand.finger(finger)).map(|finger| finger.force);
+            let gives = hand.finger(finger).map(|finger| finger.force);
             if let Some(gives) = gives.filter(|gives| asked > *gives) {
                 let of = format!("task {} asks the {} {finger} for {asked:.2} N", number + 1, task.track);
                 let _ = writeln!(text, "warning: {of}, which gives {gives:.2} N at most");
@@ -144,7 +144,7 @@ pub fn summary(commands: &Commands) -> String {
             task.end_s - task.start_s
         );
         for grasp in &task.grasps {
-            let fingers: Vec<&str> = grasp.contacts.iter().map(|contact| contact.finger.as_str()).collect();
+            let fingers: Vec<&str> = grasp.contacts.iter().map(|contact| contact.finger.name()).collect();
             let fingers = fingers.join(", ");
             if let Some(mapped) = &grasp.mapped {
                 let beside = match (mapped.opening, mapped.copied_measure) {

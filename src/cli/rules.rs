@@ -13,7 +13,7 @@ pub struct RuleArgs {
     /// Rule files; when left out the shipped `contact.rules`, for logs of two hands `bimanual.rules`
     #[arg(long = "rules", value_name = "FILE")]
     pub rules: Vec<PathBuf>,
-    /// The hand file that keeps the promised signals, such as `hand_flags.rules`; overrides the binding's
+    /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's
     #[arg(long, value_name = "FILE")]
     pub hand: Option<String>,
     /// Override a param, such as `touch_on=0.1N`; may be repeated

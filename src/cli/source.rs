@@ -6,7 +6,7 @@ use crate::session::{Error, Log, LogOptions};
 use crate::stream::read::text;
 use std::path::{Path, PathBuf};
 
-/// Options that say how a log is read.
+/// Options for reading a log.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct SourceArgs {
     /// How the columns of foreign logs become channels

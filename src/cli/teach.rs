@@ -73,17 +73,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let recording = teach(&scene, &operator, args.seed).map_err(in_its_file)?;
     formats::write(&recording, &args.out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    let mut said = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
+    let mut printed = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
     for (hand, tasks, begun) in did(&recording) {
         let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
         let begun = begun.map_or(String::new(), |task| format!(", and was at {task} when the recording ended"));
-        said += &format!("the {hand} hand did {tasks}{begun}\n");
+        printed += &format!("the {hand} hand did {tasks}{begun}\n");
     }
     for event in losses(&recording) {
         let hand = event.subjects.first().map_or("a", String::as_str);
-        said += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
+        printed += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
     }
-    output::print(&said)?;
+    output::print(&printed)?;
     Ok(())
 }
 
@@ -116,16 +116,16 @@ fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &
     let recorded = frames.collect::<Result<Vec<_>, _>>()?;
     drop(progress);
     let frames: usize = recorded.iter().map(|(frames, ..)| frames).sum();
-    let mut said = format!("{}: {count} recordings, {frames} frames\n", folder.display());
+    let mut printed = format!("{}: {count} recordings, {frames} frames\n", folder.display());
     let lost = recorded.iter().filter(|(_, lost, _)| *lost).count();
     if lost > 0 {
-        said += &format!("in {lost} of them a hand lost what it held\n");
+        printed += &format!("in {lost} of them a hand lost what it held\n");
     }
     let idle = recorded.iter().filter(|(.., idle)| *idle).count();
     if idle > 0 {
-        said += &format!("in {idle} of them no hand did a task to its end\n");
+        printed += &format!("in {idle} of them no hand did a task to its end\n");
     }
-    output::print(&said)?;
+    output::print(&printed)?;
     Ok(())
 }
 

@@ -46,7 +46,7 @@ pub struct Args {
     /// Fail when less than this share of them is seen, in percent
     #[arg(long, value_name = "PERCENT")]
     min_coverage: Option<f64>,
-    /// Change comparisons, thresholds and times one by one, and say which changes no expectation notices
+    /// Change comparisons, thresholds and times one by one, and list the changes that no expectation notices
     #[arg(long)]
     mutate: bool,
     #[command(flatten)]
@@ -70,7 +70,7 @@ impl Case {
 
 /// Runs `test`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let mut said = String::new();
+    let mut printed = String::new();
     let mut failures = Vec::new();
     let mut cases = Vec::new();
     let mut expectations = expectations(&args.paths)?;
@@ -105,7 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             }
         };
         if new.contains(&path) {
-            let _ = writeln!(said, "new      {}", path.display());
+            let _ = writeln!(printed, "new      {}", path.display());
         }
         let found = expect::lines(case.analysis.found());
         let mut differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
@@ -124,43 +124,43 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 output::write(&path, &text, &[])?;
                 if !new.contains(&path) {
                     let word = if args.replace { "accepted" } else { "added to" };
-                    let _ = writeln!(said, "{word} {shown}");
+                    let _ = writeln!(printed, "{word} {shown}");
                 }
             }
             case.expectation = Expectation::read(&text, &shown.to_string())?;
             differences = expect::compare(&case.expectation.lines, &found, case.expectation.tolerance_s);
         }
         if met {
-            let _ = writeln!(said, "ok       {shown}");
+            let _ = writeln!(printed, "ok       {shown}");
         }
         if !differences.is_empty() {
             unmet += 1;
-            let _ = writeln!(said, "FAILED   {shown}");
+            let _ = writeln!(printed, "FAILED   {shown}");
             for (line, difference) in differences {
                 let place = if line > 0 { format!("{shown}:{line}") } else { shown.to_string() };
-                let _ = writeln!(said, "  {place}: {difference}");
+                let _ = writeln!(printed, "  {place}: {difference}");
             }
         }
         cases.push(case);
     }
     let plural = if cases.len() == 1 { "" } else { "s" };
-    let _ = writeln!(said, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
+    let _ = writeln!(printed, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
     if args.update && unmet > 0 {
         let left = if args.replace {
             "pinned lines are not replaced"
         } else {
             "`--update --replace` accepts what was found, except for lines marked `pinned`"
         };
-        let _ = writeln!(said, "{left}");
+        let _ = writeln!(printed, "{left}");
     }
     if args.pending && unmet > 0 {
-        said.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
+        printed.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
     }
     let mut enough = true;
     if args.coverage || args.min_coverage.is_some() {
-        enough = coverage(args, &cases, &mut said)?;
+        enough = coverage(args, &cases, &mut printed)?;
     }
-    output::print(&said)?;
+    output::print(&printed)?;
     if args.mutate {
         if unmet > 0 {
             output::print("no mutation: rules are changed only when all is as expected\n")?;
@@ -277,7 +277,7 @@ fn read(path: &Path) -> Result<Case, Failure> {
 }
 
 /// Says what the recordings show of the rules; whether that is enough.
-fn coverage(args: &Args, cases: &[Case], said: &mut String) -> Result<bool, Failure> {
+fn coverage(args: &Args, cases: &[Case], printed: &mut String) -> Result<bool, Failure> {
     let mut coverage = Coverage::default();
     for case in cases {
         let run = case.analysis.run()?;
@@ -285,15 +285,15 @@ fn coverage(args: &Args, cases: &[Case], said: &mut String) -> Result<bool, Fail
     }
     let (seen, of) = coverage.seen();
     let percent = coverage.percent();
-    let _ = writeln!(said, "coverage: {seen} of {of} outcomes of choices and conditions seen, {percent:.1} %");
+    let _ = writeln!(printed, "coverage: {seen} of {of} outcomes of choices and conditions seen, {percent:.1} %");
     if args.coverage {
         for gap in coverage.gaps() {
-            let _ = writeln!(said, "  {:<11} {}   {}", gap.what, gap.text, gap.place);
+            let _ = writeln!(printed, "  {:<11} {}   {}", gap.what, gap.text, gap.place);
         }
     }
     let enough = args.min_coverage.is_none_or(|least| percent >= least);
     if let Some(least) = args.min_coverage.filter(|_| !enough) {
-        let _ = writeln!(said, "FAILED   coverage is {percent:.1} %, expected {least} %");
+        let _ = writeln!(printed, "FAILED   coverage is {percent:.1} %, expected {least} %");
     }
     Ok(enough)
 }
@@ -309,7 +309,7 @@ fn mutate(cases: &[Case]) -> String {
             None => sets.push((digest, vec![case])),
         }
     }
-    let mut said = String::new();
+    let mut printed = String::new();
     for (_, cases) in sets {
         let Some(rules) = cases.first().map(|case| case.rules()) else { continue };
         let all: Vec<_> = mutants(rules).collect();
@@ -326,16 +326,17 @@ fn mutate(cases: &[Case]) -> String {
         drop(progress);
         let count = noticed.iter().filter(|noticed| **noticed).count();
         let names: Vec<String> = cases.iter().map(|case| case.path.display().to_string()).collect();
-        let _ = writeln!(said, "mutation: {count} of {} changes noticed by {}", all.len(), names.join(", "));
+        let _ = writeln!(printed, "mutation: {count} of {} changes noticed by {}", all.len(), names.join(", "));
         for (mutant, _) in all.iter().zip(&noticed).filter(|(_, noticed)| !**noticed) {
             let text = rules.sources.text(mutant.span).split_whitespace().collect::<Vec<_>>().join(" ");
-            let _ = writeln!(said, "  not noticed: {} in {text}   {}", mutant.what, rules.sources.place(mutant.span));
+            let _ =
+                writeln!(printed, "  not noticed: {} in {text}   {}", mutant.what, rules.sources.place(mutant.span));
         }
     }
-    said
+    printed
 }
 
-/// Whether changed rules say something else than is expected, or cannot run.
+/// Whether changed rules give something else than is expected, or cannot run.
 fn notices(case: &Case, rules: &Rules) -> bool {
     let Ok(run) = case.analysis.run() else { return true };
     let frames = &run.frames;

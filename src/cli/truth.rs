@@ -29,7 +29,7 @@ impl From<TrackArg> for Who {
     }
 }
 
-/// Options that say what is true.
+/// Options that name the truth.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct TruthArgs {
     /// True labels instead of those in the logs; a folder for `LOG.labels.csv` or `LOG_segments.csv` of each log

@@ -1,5 +1,6 @@
 //! The form of commands, schema `teachtree.commands/1`. Everything is SI; frames are named in each field.
 
+use crate::base::hands::{Finger, Side};
 use crate::base::meaning::Meaning;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -27,11 +28,11 @@ pub struct Commands {
 }
 
 /// One task of one hand.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Task {
-    /// `left` or `right`.
-    pub track: String,
+    /// The hand.
+    pub track: Side,
     /// Its name.
     pub task: String,
     /// The object that it is about.
@@ -76,11 +77,11 @@ pub struct GraspSpec {
 }
 
 /// Where a finger touches.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Contact {
-    /// Its name.
-    pub finger: String,
+    /// The finger.
+    pub finger: Finger,
     /// The mean contact point, frame of the object, m.
     pub point: [f64; 3],
     /// Unit normal out of the object there.
@@ -107,11 +108,11 @@ pub struct MappedGrasp {
 }
 
 /// A finger of a robot's hand on its contact.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MappedFinger {
-    /// Its name.
-    pub finger: String,
+    /// The finger.
+    pub finger: Finger,
     /// Manipulability over the cube of its length; nothing for a jaw.
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
@@ -151,11 +152,11 @@ pub struct Segment {
 }
 
 /// A fingertip through a segment.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Tip {
-    /// Its name.
-    pub finger: String,
+    /// The finger.
+    pub finger: Finger,
     /// Centre of the fingertip, frame of the object, m; one a sample.
     pub position: Vec<[f64; 3]>,
     /// Desired force on the object, frame of the object, N; one a sample, zero without contact.

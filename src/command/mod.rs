@@ -111,14 +111,15 @@ fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut se
         settling::put_down(&mut series, &episodes);
     }
     let mut task = Task {
-        track: side.name().into(),
+        track: side,
         task: span.task.clone(),
         object: object.into(),
         start_s: span.start_s,
         end_s: span.end_s,
         into,
         left_out,
-        ..Task::default()
+        grasps: Vec::new(),
+        segments: Vec::new(),
     };
     let mut clock = 0.0;
     for episode in &episodes {

@@ -2,7 +2,7 @@
 
 use super::form::{Commands, Contact, GraspSpec, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task};
 use crate::base::error::InputError;
-use crate::base::hands::{Finger, Side};
+use crate::base::hands::Finger;
 use crate::base::json;
 use crate::base::shown::Shown;
 use std::collections::BTreeSet;
@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 /// No number of commands is larger: rad, N or s.
 const LARGEST: f64 = 1e4;
 /// No number that is only reported is larger: jerks are hundreds and thousands of m/s^3.
-const LARGEST_TOLD: f64 = 1e9;
+const LARGEST_REPORTED: f64 = 1e9;
 /// No stamp is later, s: 3000 years.
 const LATEST_S: f64 = 1e11;
 /// Nothing is farther away, m: what is placed in the reference frame, and what is placed on or about an object.
@@ -28,8 +28,7 @@ impl Commands {
     /// Reads them; `file` is the name in errors.
     ///
     /// # Errors
-    /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, names of no hand
-    /// and no finger, lists that are too long or too short for their duration.
+    /// What is not as the schema says, at its line; what cannot be commanded, at its task, segment or grasp: numbers that cannot be, a finger twice, lists that are too long or too short for their duration.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
         let wanted = "commands are the JSON file that `teachtree retarget` writes";
         let commands: Self = json::read(text, file).map_err(|error| error.help(wanted))?;
@@ -56,9 +55,6 @@ type Check = Result<(), String>;
 
 impl Task {
     fn check(&self, rate_hz: f64) -> Check {
-        if Side::from_name(&self.track).is_none() {
-            return Err(format!("is of the track `{}`, expected `left` or `right`", self.track));
-        }
         stamps(&[self.start_s, self.end_s])?;
         if self.end_s < self.start_s {
             return Err(format!("ends at {} s, before it begins at {} s", Shown(self.end_s), Shown(self.start_s)));
@@ -124,7 +120,7 @@ impl GraspSpec {
         if self.contacts.is_empty() {
             return Err("has no contacts".into());
         }
-        known_once(self.contacts.iter().map(|contact| contact.finger.as_str()))?;
+        once(self.contacts.iter().map(|contact| contact.finger))?;
         for Contact { finger, point, normal } in &self.contacts {
             let named = |message| format!("has a contact of {finger} that {message}");
             within(point, BESIDE_M).and_then(|()| unit("normal", normal)).map_err(named)?;
@@ -136,11 +132,11 @@ impl GraspSpec {
 impl MappedGrasp {
     fn check(&self) -> Check {
         pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
-        known_once(self.fingers.iter().map(|finger| finger.finger.as_str()))?;
+        once(self.fingers.iter().map(|finger| finger.finger))?;
         let measures = [self.measure, self.copied_measure.unwrap_or_default()];
-        told_only(&measures).map_err(|message| format!("has a measure that {message}"))?;
+        reported(&measures).map_err(|message| format!("has a measure that {message}"))?;
         for MappedFinger { finger, manipulability, freedom, pad_angle_deg } in &self.fingers {
-            told_only(&[*manipulability, *freedom, *pad_angle_deg])
+            reported(&[*manipulability, *freedom, *pad_angle_deg])
                 .map_err(|message| format!("has a share of {finger} that {message}"))?;
         }
         for (joint, value) in &self.joints {
@@ -174,7 +170,7 @@ impl Segment {
             }
         };
         same("places of the hand".into(), self.hand.len())?;
-        known_once(self.tips.iter().map(|tip| tip.finger.as_str()))?;
+        once(self.tips.iter().map(|tip| tip.finger))?;
         for tip in &self.tips {
             same(format!("positions of {}", tip.finger), tip.position.len())?;
             same(format!("forces of {}", tip.finger), tip.force.len())?;
@@ -196,7 +192,7 @@ impl Quality {
     fn check(&self) -> Check {
         let Self { jerk_before, jerk_after, position_deviation, contact_deviation, force_deviation, into_cone: _ } =
             self;
-        told_only(&[*jerk_before, *jerk_after, *position_deviation, *contact_deviation, *force_deviation])
+        reported(&[*jerk_before, *jerk_after, *position_deviation, *contact_deviation, *force_deviation])
     }
 }
 
@@ -209,9 +205,9 @@ fn stamps(values: &[f64]) -> Check {
 }
 
 /// Numbers that are only reported and never below zero.
-fn told_only(values: &[f64]) -> Check {
-    match values.iter().find(|value| !(0.0..=LARGEST_TOLD).contains(*value)) {
-        Some(value) => Err(format!("has the number {}, expected 0 to {LARGEST_TOLD:e}", Shown(*value))),
+fn reported(values: &[f64]) -> Check {
+    match values.iter().find(|value| !(0.0..=LARGEST_REPORTED).contains(*value)) {
+        Some(value) => Err(format!("has the number {}, expected 0 to {LARGEST_REPORTED:e}", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -250,17 +246,11 @@ fn pose(values: &[f64; 7]) -> Check {
     unit("quaternion", &values[3..])
 }
 
-/// Fingers that there are, each at most once.
-fn known_once<'a>(names: impl Iterator<Item = &'a str>) -> Check {
+/// Fingers, each at most once.
+fn once(mut fingers: impl Iterator<Item = Finger>) -> Check {
     let mut seen = BTreeSet::new();
-    for name in names {
-        if Finger::from_name(name).is_none() {
-            let known: Vec<&str> = Finger::ALL.iter().map(|finger| finger.name()).collect();
-            return Err(format!("has a finger `{name}`, known are {}", known.join(", ")));
-        }
-        if !seen.insert(name) {
-            return Err(format!("has the finger {name} twice"));
-        }
+    match fingers.find(|finger| !seen.insert(*finger)) {
+        Some(twice) => Err(format!("has the finger {twice} twice")),
+        None => Ok(()),
     }
-    Ok(())
 }

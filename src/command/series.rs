@@ -7,6 +7,7 @@ use super::touching::{TouchForces, touching};
 use super::{FRICTION, RATE_HZ};
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{ContactPart, FingerPart, LogChannel};
 use crate::base::meaning::Meaning;
 use crate::base::pose::Seven;
 use crate::base::recording::Recording;
@@ -90,8 +91,9 @@ impl Series {
         let object = poses(recording, object, &rows)?;
         let mut fingers = Vec::new();
         for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
-            let Some(tips) = vectors(recording, &format!("{side}.{finger}.position"), &rows) else { continue };
-            let forces = vectors(recording, &format!("{side}.{finger}.force"), &rows);
+            let tip = |part| LogChannel::Finger(side, finger, part);
+            let Some(tips) = vectors(recording, &tip(FingerPart::Position), &rows) else { continue };
+            let forces = vectors(recording, &tip(FingerPart::Force), &rows);
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
             let touches = touching(recording, side, finger, &rows, touch);
             let local =
@@ -125,9 +127,9 @@ impl Series {
 
     /// The unit normals from a body onto the object where they touch, zero elsewhere; `None` when the recording does not have their contact.
     pub(super) fn normals(&self, recording: &Recording, object: &str, body: &str) -> Option<Vec<Vector3<f64>>> {
-        let contact = format!("contact.{object}.{body}");
-        let forces = vectors(recording, &format!("{contact}.force"), &self.rows)?;
-        let normals = vectors(recording, &format!("{contact}.normal"), &self.rows).unwrap_or_else(|| forces.clone());
+        let contact = |part| LogChannel::Contact(object, body, part);
+        let forces = vectors(recording, &contact(ContactPart::Force), &self.rows)?;
+        let normals = vectors(recording, &contact(ContactPart::Normal), &self.rows).unwrap_or_else(|| forces.clone());
         let touches = |force: &Vector3<f64>| force.norm() > ON_N;
         let unit = |(force, normal): (&Vector3<f64>, &Vector3<f64>)| {
             normal.try_normalize(1e-6).filter(|_| touches(force)).unwrap_or_else(Vector3::zeros)
@@ -161,11 +163,7 @@ impl Series {
             let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len() as f64;
             let Some(normal) = face_normal(body, &mean.into()) else { continue };
             let point = mean - normal * surface_distance(body, &mean.into());
-            contacts.push(Contact {
-                finger: finger.finger.name().into(),
-                point: rounded(point),
-                normal: rounded(normal),
-            });
+            contacts.push(Contact { finger: finger.finger, point: rounded(point), normal: rounded(normal) });
         }
         GraspSpec { contacts, mapped: None, infeasible: None }
     }
@@ -178,7 +176,7 @@ impl Series {
         let flat = |poses: &[Isometry3<f64>]| at.iter().map(|&at| flattened(&poses[at], &first)).collect::<Vec<_>>();
         let object = smooth_within(&flat(&self.wanted), RATE_HZ, POSITION_HZ, POSITION_M);
         note(&mut quality, &flat(&self.object), &object);
-        let contact_of = |finger: Finger| grasp?.contacts.iter().find(|contact| contact.finger == finger.name());
+        let contact_of = |finger: Finger| grasp?.contacts.iter().find(|contact| contact.finger == finger);
         let taking_part: Vec<&FingerSeries> = match grasp {
             Some(grasp) if !grasp.contacts.is_empty() => {
                 self.fingers.iter().filter(|finger| contact_of(finger.finger).is_some()).collect()
@@ -217,7 +215,7 @@ impl Series {
                 self.forces(finger, at, &normal, &mut force, &mut quality);
             }
             tips.push(Tip {
-                finger: finger.finger.name().into(),
+                finger: finger.finger,
                 position: position.into_iter().map(|it| rounded(it.into())).collect(),
                 force: force.into_iter().map(|it| rounded(it.into())).collect(),
             });

@@ -2,6 +2,7 @@
 
 use super::columns::vectors;
 use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::Recording;
 
 /// The forces on a fingertip between which it touches, N.
@@ -31,11 +32,12 @@ pub(super) fn touching(
     rows: &[usize],
     forces_n: TouchForces,
 ) -> Vec<bool> {
-    let mut touches: Vec<bool> = match recording.columns.get(&format!("{side}.{finger}.contact")) {
+    let channel = |part| LogChannel::Finger(side, finger, part);
+    let mut touches: Vec<bool> = match recording.columns.get(&channel(FingerPart::Contact).to_string()) {
         Some(flags) => rows.iter().map(|&row| flags.values.get(row).is_some_and(|flag| *flag > 0.5)).collect(),
         None => {
             let mut on = false;
-            let forces = vectors(recording, &format!("{side}.{finger}.force"), rows).unwrap_or_default();
+            let forces = vectors(recording, &channel(FingerPart::Force), rows).unwrap_or_default();
             forces
                 .iter()
                 .map(|force| {

@@ -43,8 +43,8 @@ codes! {
     WHOSE_HAND = "E204";
     /// a value that no hand has is asked of a hand
     NO_HAND = "E205";
-    /// a promised signal is not kept
-    PROMISE_NOT_KEPT = "E206";
+    /// an abstract signal has no implementation
+    NOT_IMPLEMENTED = "E206";
     /// a unit is unknown
     UNKNOWN_UNIT = "E207";
     /// a file cannot be read
@@ -88,8 +88,8 @@ codes! {
     NO_COMPONENT = "E308";
     /// a param lies outside its range
     OUT_OF_RANGE = "E309";
-    /// a declaration does not have the type that was promised
-    WRONG_PROMISE = "E310";
+    /// an implementation does not have the type of its abstract signal
+    WRONG_IMPLEMENTATION = "E310";
     /// measured numbers are asked to be equal
     MEASURED_EQUALITY = "E311";
 

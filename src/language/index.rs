@@ -79,7 +79,7 @@ pub struct Symbol {
     pub name: String,
     /// The tree of a choice; else empty.
     pub tree: String,
-    /// Its declarations: several for a promise and what keeps it, none for what is built in.
+    /// Its declarations: several for an abstract signal and its implementation, none for what is built in.
     pub declared: Vec<Declared>,
 }
 
@@ -226,7 +226,7 @@ impl Index {
 impl Symbol {
     /// What is known of it in words: its comments, or what is built in.
     pub fn doc(&self) -> String {
-        // What keeps a promise says how, the promise says what: both are worth reading.
+        // The implementation says how, the abstract signal says what: both are shown.
         let docs: Vec<&str> =
             self.declared.iter().map(|declared| declared.doc.as_str()).filter(|doc| !doc.is_empty()).collect();
         match (docs.as_slice(), self.kind) {

@@ -24,7 +24,7 @@ mod types;
 pub use index::Index;
 pub use parse::{Expected, expected, is_name, is_primitive};
 pub use rules::Rules;
-pub use source::{MAX_BYTES, SHIPPED};
+pub use source::{MAX_BYTES, SHIPPED, shipped};
 pub use types::describe;
 
 use crate::base::diagnostic::{Diagnostic, Severity, Sources};
@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 /// The rules that are loaded when none are named.
 const DEFAULT_RULES: &str = "rules/contact.rules";
-/// The hand file that keeps the promises when none is named.
+/// The hand file that implements the abstract signals when none is named.
 const DEFAULT_HAND: &str = "rules/hand_force.rules";
 /// Reports that are listed; the rest is counted.
 const MAX_REPORTS: usize = 200;
@@ -46,7 +46,7 @@ pub struct Request {
     pub files: Vec<PathBuf>,
     /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
     pub texts: Vec<(String, String)>,
-    /// The hand file that keeps promised signals; none for the shipped `hand_force.rules`. Loaded only when promises are not kept.
+    /// The hand file that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
     pub hand_file: Option<String>,
     /// Params to override, as `(name, value with unit)`.
     pub overrides: Vec<(String, String)>,
@@ -127,7 +127,7 @@ pub fn parse_text(text: &str) -> (syntax::File, Vec<Diagnostic>) {
 
 /// What was loaded, the syntax trees, and what could be made of the rules.
 fn finish(mut loader: Loader, request: &Request) -> (Loaded, Vec<syntax::File>, Rules) {
-    if !loader.unkept().is_empty() {
+    if !loader.unimplemented().is_empty() {
         loader.load_hand(request.hand_file.as_deref().unwrap_or(DEFAULT_HAND));
     }
     let Loader { sources, files, mut findings, incomplete, named, root_unreadable, .. } = loader;

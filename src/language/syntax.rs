@@ -139,7 +139,7 @@ pub struct Signal {
     pub name: Name,
     /// The type, when it is written.
     pub ty: Option<ValueType>,
-    /// What it is; `None` for a promise.
+    /// What it is; `None` for an abstract signal.
     pub value: Option<Expr>,
 }
 

@@ -120,7 +120,7 @@ fn declaration(whole: &Whole, symbol: &Symbol) -> Option<String> {
     if symbol.kind == Kind::File {
         return Some(format!("the file `{}`", symbol.name));
     }
-    // What keeps a promise, rather than the promise.
+    // The implementation of an abstract signal, rather than its declaration.
     let sources = &whole.survey.sources;
     let texts: Vec<&str> = symbol.declared.iter().map(|at| sources.text(at.whole)).collect();
     let text = texts.iter().find(|text| text.contains('=')).or_else(|| texts.first());
@@ -196,13 +196,13 @@ fn own(rules: &Rules, symbol: &Symbol, span: Span) -> Option<(Expr, bool)> {
 fn lines_of(
     whole: &Whole,
     recording: &mut Recording,
-    say: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,
+    values: impl FnOnce(&mut Recording) -> Option<Result<String, String>>,
 ) -> Option<String> {
     recording.log()?;
     if !whole.survey.sound {
         return Some("no value: the rules have mistakes".to_string());
     }
-    match say(recording)? {
+    match values(recording)? {
         Ok(text) => Some(text),
         Err(error) => Some(format!("no value: {error}")),
     }

@@ -22,7 +22,7 @@ impl Whole {
     }
 }
 
-/// Where the name at a place is declared; of a promise and what keeps it, both.
+/// Where the name at a place is declared; of an abstract signal and its implementation, both.
 pub fn definition(workspace: &Workspace, spot: &Spot) -> Vec<Location> {
     let symbol = spot.mention().and_then(|mention| spot.whole.symbol(mention));
     let declared = symbol.map_or(&[][..], |symbol| &symbol.declared);

@@ -39,7 +39,7 @@ impl Outline<'_> {
             }
             ItemKind::Param(param) => one(&param.name.text, "param", SymbolKind::Constant, param.name.span, Vec::new()),
             ItemKind::Signal(signal) => {
-                let detail = if signal.value.is_some() { "signal" } else { "promise" };
+                let detail = if signal.value.is_some() { "signal" } else { "abstract signal" };
                 one(&signal.name.text, detail, SymbolKind::Variable, signal.name.span, Vec::new())
             }
             ItemKind::Latch(latch) => one(&latch.name.text, "latch", SymbolKind::Boolean, latch.name.span, Vec::new()),

@@ -69,12 +69,16 @@ impl Recording {
         })
     }
 
-    /// What is to be said of a frame: of each hand, or of none, what comes first and what explains it. The inspector may keep what it is asked `about`.
+    /// The values on a frame, of each hand or of none: the value first, then the lines that explain it. The inspector may keep what it is asked `about`.
     fn inspect<T>(
         &mut self,
         rules: &Rules,
         about: &T,
-        say: impl for<'a> FnOnce(&mut Inspector<'a>, &'a T, usize) -> Result<Vec<(Option<Side>, Vec<String>)>, InputError>,
+        values: impl for<'a> FnOnce(
+            &mut Inspector<'a>,
+            &'a T,
+            usize,
+        ) -> Result<Vec<(Option<Side>, Vec<String>)>, InputError>,
     ) -> Option<Result<String, String>> {
         let name = self.log.as_ref()?.path().file_name()?.to_string_lossy().into_owned();
         let run = match self.run(rules) {
@@ -88,12 +92,12 @@ impl Recording {
             let range = format!("which goes from {beginning:.3} s to {end:.3} s");
             return Some(Err(format!("nothing is known at {time_s:.3} s of `{name}`, {range}")));
         };
-        let said = match say(&mut Inspector::new(rules, &run.frames, leaves), about, frame) {
-            Ok(said) => said,
+        let values = match values(&mut Inspector::new(rules, &run.frames, leaves), about, frame) {
+            Ok(values) => values,
             Err(error) => return Some(Err(error.to_string())),
         };
         let mut text = format!("at {time_s:.3} s of `{name}`");
-        for (hand, lines) in said {
+        for (hand, lines) in values {
             let whose = hand.map_or(String::new(), |side| format!("{side} "));
             for (at, line) in lines.iter().enumerate() {
                 text.push_str(&if at == 0 { format!("\n- {whose}**{line}**") } else { format!("\n  - {line}") });

@@ -24,7 +24,7 @@ fn write_one(text: &mut String, one: &Explanation) {
     let _ = writeln!(
         text,
         "{} at {:.3} s, frame {}: {}{} (from {:.3} s), by the tree {}",
-        one.track,
+        one.track.name(),
         one.time_s,
         one.frame,
         one.leaf,

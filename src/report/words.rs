@@ -126,8 +126,8 @@ impl Phrasing {
             });
             let current: Vec<(&str, &Span)> = current.collect();
             let content = match current.as_slice() {
-                [(_, one), (_, other)] if one.says_as(other) => vec![self.said(style, one, BOTH, true)],
-                several => several.iter().map(|(hand, span)| self.said(style, span, hand, hands.len() > 1)).collect(),
+                [(_, one), (_, other)] if one.reads_as(other) => vec![self.phrase(style, one, BOTH, true)],
+                several => several.iter().map(|(hand, span)| self.phrase(style, span, hand, hands.len() > 1)).collect(),
             };
             let content = content.join("; ");
             if all.last().is_none_or(|last| last.content != content) {
@@ -137,7 +137,7 @@ impl Phrasing {
         all
     }
 
-    fn said(&self, style: Style, span: &Span, hand: &str, of_two: bool) -> String {
+    fn phrase(&self, style: Style, span: &Span, hand: &str, of_two: bool) -> String {
         let (words, names_hand) = self.words(style, span.name, span.subject, hand);
         if of_two && !names_hand { format!("{hand}: {words}") } else { words }
     }
@@ -151,7 +151,7 @@ struct Span<'a> {
 }
 
 impl Span<'_> {
-    fn says_as(&self, other: &Self) -> bool {
+    fn reads_as(&self, other: &Self) -> bool {
         (self.name, self.subject) == (other.name, other.subject)
     }
 }

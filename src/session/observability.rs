@@ -2,7 +2,7 @@
 //! with each channel that is missing or constant in the log taken as such.
 
 use crate::base::channels::Absent;
-use crate::base::hands::{Finger, FingerPick, Side};
+use crate::base::hands::{Finger, FingerPick, Side, Who};
 use crate::graph::{Graph, Known, Leaf, Target, possible};
 use crate::language::rules::{ChannelId, Hand, Label, TreeScope};
 use crate::stream::frames::{ColumnKey, Frames};
@@ -22,8 +22,8 @@ pub struct Observability {
 /// What rules can detect in a track of a log.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct TrackObservability {
-    /// The track: `left`, `right` or `both`.
-    pub track: String,
+    /// The track.
+    pub track: Who,
     /// The primitives that can be detected.
     #[serde(rename = "can")]
     pub detectable: Vec<String>,
@@ -61,7 +61,7 @@ pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
         kind: IssueKind::UNDETECTABLE,
         start_s,
         end_s,
-        channel: track.track.clone(),
+        channel: track.track.to_string(),
         message: format!("{} cannot be detected: {}", lack.primitives.join(", "), lack.reason),
     };
     tracks(graph, frames)
@@ -121,11 +121,7 @@ fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -
         primitives: names(&labels),
     };
     cannot.extend(together.into_iter().map(several));
-    TrackObservability {
-        track: side.map_or("both", Side::name).to_string(),
-        detectable: names(&can),
-        undetectable: cannot,
-    }
+    TrackObservability { track: side.map_or(Who::Both, Who::Hand), detectable: names(&can), undetectable: cannot }
 }
 
 /// What a hand lacks that rules pick of its fingers; of a hand without any finger its channels say so.

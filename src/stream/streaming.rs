@@ -10,6 +10,7 @@
 use crate::base::channels::ChannelSpec;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::log_channel::LogChannel;
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::base::units::Dimension;
@@ -118,13 +119,13 @@ impl Flow {
 
     /// Looks a log through for rules with these channels; `None` when its form is not plain. Whether its values are shows when they are derived.
     pub fn look_through(mut self, channels: &[ChannelSpec]) -> Option<FirstPass> {
-        let mut strangers = vec![];
+        let mut unknown = vec![];
         for (name, _, want) in &mut self.columns {
             match (UnknownColumn::of(name, &self.scene), &want) {
                 (_, Want::Time(_)) => {}
                 (_, Want::Text) => *want = Want::Nothing,
-                (Some(stranger), _) if !derive::asks(channels, name) => {
-                    strangers.push((name.clone(), stranger.owned()));
+                (Some(unknown_column), _) if !derive::asks(channels, name) => {
+                    unknown.push((name.clone(), unknown_column.owned()));
                     *want = Want::Nothing;
                 }
                 _ => {}
@@ -151,7 +152,7 @@ impl Flow {
             return None;
         }
         let listed: Vec<(&str, UnknownColumn)> =
-            strangers.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
+            unknown.iter().map(|(name, why)| (name.as_str(), why.borrowed())).collect();
         let ends = Recording { time: span(&time).to_vec(), scene: self.scene.clone(), ..Recording::default() };
         let mut issues = unknown_columns::ignored(&ends, &listed);
         let Timebase { rate_hz, rows: _, stretches } = timebase(&time, &vec![true; time.len()], &mut issues).ok()?;
@@ -351,9 +352,7 @@ impl FastPath {
             Some(([x?, y?, z?], repeats))
         });
         let jumps = channels.iter().filter_map(|channel| {
-            let (shape, ..) = names::channel(channel)?;
-            let parts: Option<_> =
-                shape.components().iter().map(|letter| place(format!("{channel}.{letter}"))).collect();
+            let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
             Some((parts?, Jumps::of(channel)?))
         });
         Self { bounds, rotations, repeats: repeated.collect(), jumps: jumps.collect() }

@@ -56,7 +56,7 @@ pub(super) struct Bodies {
     gravity: Vector3<f64>,
     handles: Vec<RigidBodyHandle>,
     /// The bodies that move, with what rapier holds of each.
-    moving: Vec<Option<Told>>,
+    moving: Vec<Option<MovingBody>>,
     solids: Vec<Solid>,
     /// Where the bodies are, `world_from_body`: asked for many times a step.
     poses: Vec<Isometry3<f64>>,
@@ -65,7 +65,7 @@ pub(super) struct Bodies {
 }
 
 /// A body that moves, and its mass as rapier should know it while nothing holds it.
-struct Told {
+struct MovingBody {
     body: Moving,
     alone: MassProperties,
     /// Whether rapier now knows it with the point masses of fingertips.
@@ -130,7 +130,7 @@ impl Bodies {
                 let com = convert::our_point(alone.local_com);
                 let inertia = convert::our_matrix(alone.reconstruct_inertia_matrix());
                 let body = Moving::new(alone.mass(), com, inertia, pose * com);
-                moving = Some(Told { body, alone, lumped: false });
+                moving = Some(MovingBody { body, alone, lumped: false });
                 builder.additional_mass_properties(alone)
             } else {
                 builder

@@ -19,8 +19,8 @@ mod truth;
 
 pub use bodies::BodyContact;
 pub use operator::{
-    Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Incident, Insert, Measured, Occasions, Open, Operator, Press,
-    Reach, Script, Slip, Step, Together, Tremor, Turn, Until, Variation, Withdraw,
+    Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Insert, Measured, Occasions, Open, Operator, Perturbation,
+    Press, Reach, Script, Slip, Step, Together, Tremor, Turn, Until, Variation, Withdraw,
 };
 pub use shipped::{operator, scene};
 pub use simulation::{

@@ -2,10 +2,11 @@
 //!
 //! INVARIANT (same seed, same bytes): everything is drawn from the seed in a fixed order. Labels and events come from the world without noise.
 
-use super::operator::{ForceNoise, Incident, Measured, Operator, Other, Performer, Rng, cuts};
+use super::operator::{ForceNoise, Measured, Operator, Other, Performer, Perturbation, Rng, cuts};
 use super::simulation::{Fingertips, HandTarget, Observation, World};
 use super::truth::{Moment, contact_events, truth};
 use crate::base::error::InputError;
+use crate::base::log_channel::{BodyPart, ContactPart, FingerPart, LogChannel, columns};
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
@@ -80,8 +81,8 @@ pub fn teach_with_progress(
                 if begun.lost {
                     happened("object_lost", None);
                 }
-                if let Some(incident) = begun.incident {
-                    happened("incident_happened", Some(incident.name().to_string()));
+                if let Some(perturbation) = begun.perturbation {
+                    happened("perturbation_started", Some(perturbation.name().to_string()));
                 }
                 if let Some(phase) = begun.phase {
                     phases.push((performer.side(), phase.clone()));
@@ -147,30 +148,25 @@ impl Sensor {
 impl Recorder {
     fn new(scene: &Scene, seen: &Observation, operator: &Operator, seed: u64) -> Self {
         let Operator { variation, measured, .. } = operator;
-        let mut names = Names::default();
+        let mut channels = Vec::new();
         for (side, hand) in &scene.hands {
             for finger in &hand.fingers {
-                names.vector(&format!("{side}.{finger}.position"), Dimension::LENGTH);
-                names.vector(&format!("{side}.{finger}.force"), Dimension::FORCE);
+                channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
                 if measured.contact_flags {
-                    names.0.push((format!("{side}.{finger}.contact"), Dimension::NONE));
+                    channels.push(LogChannel::Finger(*side, *finger, FingerPart::Contact));
                 }
             }
-            names.vector(&format!("{side}.palm.position"), Dimension::LENGTH);
-            names.rotation(&format!("{side}.palm.rotation"));
+            channels.extend(LogChannel::palm(*side));
         }
         let bodies: Vec<_> = scene.bodies.iter().collect();
         for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
-            names.vector(&format!("{name}.position"), Dimension::LENGTH);
-            names.rotation(&format!("{name}.rotation"));
-            names.vector(&format!("{name}.velocity"), Dimension::SPEED);
-            names.vector(&format!("{name}.angular_velocity"), Dimension::ANGULAR_SPEED);
+            channels.extend(BodyPart::ALL.map(|part| LogChannel::Body(name, part)));
         }
         for contact in &seen.contacts {
             let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
-            names.vector(&format!("contact.{name}.{other}.force"), Dimension::FORCE);
-            names.vector(&format!("contact.{name}.{other}.normal"), Dimension::NONE);
+            channels.extend(ContactPart::VECTORS.map(|part| LogChannel::Contact(name, other, part)));
         }
+        let names = columns(&channels);
         let mut stream = SENSOR_STREAM;
         let noise = scene.hands.values().map(|hand| {
             let sensors = hand.fingers.iter().map(|_| {
@@ -183,8 +179,8 @@ impl Recorder {
             objects: (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect(),
             time: Vec::new(),
             noise: noise.collect(),
-            columns: vec![Vec::new(); names.0.len()],
-            names: names.0,
+            columns: vec![Vec::new(); names.len()],
+            names,
             measured: measured.clone(),
             moments: Vec::new(),
         }
@@ -239,11 +235,11 @@ impl Recorder {
         }
         events.retain(|event| (0.0..=end_s - start_s).contains(&event.time_s));
         for (side, _) in &scene.hands {
-            for (incident, cut, time_s) in
-                [(Incident::LateStart, cuts[0], 0.0), (Incident::EarlyEnd, cuts[1], end_s - start_s)]
+            for (perturbation, cut, time_s) in
+                [(Perturbation::LateStart, cuts[0], 0.0), (Perturbation::EarlyEnd, cuts[1], end_s - start_s)]
             {
-                let subjects = vec![side.to_string(), incident.name().to_string()];
-                events.extend(cut.map(|_| Event { time_s, kind: "incident_happened".into(), subjects }));
+                let subjects = vec![side.to_string(), perturbation.name().to_string()];
+                events.extend(cut.map(|_| Event { time_s, kind: "perturbation_started".into(), subjects }));
             }
         }
         let mut labels = IndexMap::new();
@@ -281,20 +277,6 @@ impl Recorder {
         let start = start.map_or(0, |depth| share(depth, first));
         let end = end.map_or(self.moments.len(), |depth| last + 1 + share(depth, self.moments.len() - last - 1));
         start..end
-    }
-}
-
-/// Column names as they are declared.
-#[derive(Default)]
-struct Names(Vec<(String, Dimension)>);
-
-impl Names {
-    fn vector(&mut self, name: &str, dimension: Dimension) {
-        self.0.extend(["x", "y", "z"].map(|part| (format!("{name}.{part}"), dimension)));
-    }
-
-    fn rotation(&mut self, name: &str) {
-        self.0.extend(["w", "x", "y", "z"].map(|part| (format!("{name}.{part}"), Dimension::NONE)));
     }
 }
 

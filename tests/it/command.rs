@@ -4,6 +4,7 @@ use crate::program::{complained, teachtree, teachtree_in};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::error::InputError;
+use teachtree::base::hands::Side;
 use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION, Segment, Task};
@@ -74,7 +75,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
         commands.tasks.iter().map(|task| (task.task.as_str(), task.object.as_str())).collect();
     assert_eq!(names, [("pick_and_follow", "right_cube"), ("push_and_trace", "left_cube")]);
     let fingers = |task: usize| -> Vec<&str> {
-        commands.tasks[task].grasps[0].contacts.iter().map(|contact| contact.finger.as_str()).collect()
+        commands.tasks[task].grasps[0].contacts.iter().map(|contact| contact.finger.name()).collect()
     };
     // From above, the hand takes the two points that only push the other way round.
     assert_eq!((fingers(0), fingers(1)), (vec!["thumb", "index", "middle"], vec!["index", "middle"]));
@@ -239,7 +240,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
         let printed = changed(change).unwrap_err();
         assert!(wanted.iter().all(|wanted| printed.contains(wanted)), "{printed}, expected {wanted:?}");
     };
-    check(&|task| task["track"] = "middle".into(), &["commands.json, task 1", "`middle`", "`left` or `right`"]);
+    check(&|task| task["track"] = "middle".into(), &["commands.json:", "`middle`", "`left` or `right`"]);
     check(&|task| task["end_s"] = (-1.0).into(), &["ends at -1 s, before it begins at 0 s"]);
     check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, expected at most 1e11 s"]);
     check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was demonstrated from"]);
@@ -269,7 +270,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     );
     check(&|task| drop(task["segments"][1]["hand"].as_array_mut().unwrap().pop()), &["places of the hand, expected"]);
     check(&|task| task["segments"][1]["grasp"] = 7.into(), &["segment 2", "the grasp 7", "the task has 1"]);
-    check(&|task| task["segments"][1]["tips"][0]["finger"] = "thunb".into(), &["`thunb`", "known are thumb, index"]);
+    check(&|task| task["segments"][1]["tips"][0]["finger"] = "thunb".into(), &["`thunb`", "`thumb`, `index`"]);
     check(&|task| task["segments"][1]["tips"][1]["finger"] = "thumb".into(), &["the finger thumb twice"]);
     check(
         &|task| task["segments"][1]["object"][3][0] = 1e6.into(),
@@ -464,7 +465,7 @@ fn commanded(scene: &str, seed: &str) -> Commands {
 #[test]
 fn what_was_lost_as_it_was_lifted_is_lifted_once() {
     let commands = commanded("main_grasp", "24");
-    let right: Vec<&Task> = commands.tasks.iter().filter(|task| task.track == "right").collect();
+    let right: Vec<&Task> = commands.tasks.iter().filter(|task| task.track == Side::Right).collect();
     let [task] = right[..] else { panic!("{:?}", right.iter().map(|task| &task.task).collect::<Vec<_>>()) };
     assert_eq!((task.task.as_str(), task.start_s), ("carry_together", 0.0));
     let dropped = task.left_out.iter().filter(|left| left.why == "dropped");
@@ -483,7 +484,7 @@ fn what_was_lost_as_it_was_lifted_is_lifted_once() {
 #[test]
 fn who_comes_off_for_a_moment_pushes_on() {
     let commands = commanded("push_together", "34");
-    let task = commands.tasks.iter().find(|task| task.track == "left").unwrap();
+    let task = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
     assert_eq!(task.grasps.len(), 1);
     let mut primitives: Vec<&str> = task.segments.iter().map(|segment| segment.primitive.as_str()).collect();
     primitives.dedup();
@@ -494,7 +495,7 @@ fn who_comes_off_for_a_moment_pushes_on() {
 #[test]
 fn a_brush_is_part_of_the_way() {
     let commands = commanded("push_together", "11");
-    let task = commands.tasks.iter().find(|task| task.track == "right").unwrap();
+    let task = commands.tasks.iter().find(|task| task.track == Side::Right).unwrap();
     let pushes = task.segments.iter().filter(|segment| segment.primitive == "Push").count();
     assert_eq!((pushes, task.left_out.len()), (1, 0), "the brush is no push of its own");
     let touch = task.segments.iter().position(|segment| segment.touching).unwrap();
@@ -520,8 +521,8 @@ fn what_is_pushed_along_a_wall_leans_against_it() {
 #[test]
 fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
     let commands = commanded("independent", "21");
-    let right = commands.tasks.iter().find(|task| task.track == "right").unwrap();
-    let fingers: Vec<&str> = right.grasps[0].contacts.iter().map(|contact| contact.finger.as_str()).collect();
+    let right = commands.tasks.iter().find(|task| task.track == Side::Right).unwrap();
+    let fingers: Vec<&str> = right.grasps[0].contacts.iter().map(|contact| contact.finger.name()).collect();
     assert_eq!(fingers, ["thumb", "index", "middle"]);
 }
 
@@ -550,8 +551,8 @@ fn a_hole_of_another_object_is_gone_into_along_its_axis() {
 #[test]
 fn what_both_hands_hold_is_put_together_along_the_axis() {
     let commands = commanded("ring_and_pole", "2");
-    let of = |side: &str| commands.tasks.iter().find(|task| task.track == side).unwrap();
-    let (cylinder, ring) = (of("left"), of("right"));
+    let of = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
+    let (cylinder, ring) = (of(Side::Left), of(Side::Right));
     assert!(ring.into.is_none());
     let pose = |[x, y, z, w, i, j, k]: [f64; 7]| {
         let turn = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));

@@ -143,7 +143,7 @@ fn what_rules_cannot_detect_is_known_before_they_run() {
     let rules = Rules::for_log(&log).unwrap();
     let found = rules.observability(&log).unwrap();
     let [right] = found.tracks.as_slice() else { panic!("one hand") };
-    assert_eq!(right.track, "right");
+    assert_eq!(right.track, Who::Hand(Side::Right));
     assert!(right.detectable.iter().any(|name| name == "Grasp"));
     assert!(!right.undetectable.is_empty());
     for lack in &right.undetectable {

@@ -28,7 +28,8 @@ for schema, document in json.load(sys.stdin):
     for error in jsonschema.Draft202012Validator(schema).iter_errors(document):
         sys.exit(f\"{schema['title']} {error.json_path}: {error.message[:300]}\")
 ";
-    let python = Command::new("python3").args(["-c", SCRIPT]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
+    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+    let python = Command::new(python).args(["-c", SCRIPT]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
     let Ok(mut python) = python else { return false };
     let text = serde_json::to_string(pairs).unwrap();
     // A Python without the library goes away before it has read.

@@ -349,4 +349,11 @@ fn the_files_in_the_program_are_printed() {
     );
     assert!(complained(&show("contcat.rules")).contains("did you mean `contact.rules`?"));
     assert_eq!(said(&teachtree_in(&root(), &["list", "robots"])).lines().count(), 6);
+    let rules = said(&teachtree_in(&root(), &["list", "rules"]));
+    let described = |line: &str| line.split_once(".rules ").is_some_and(|(_, about)| about.trim().ends_with('.'));
+    assert!(rules.lines().all(described) && !rules.contains("  /"), "{rules}");
+    // Files are found by their former names.
+    assert_eq!(said(&show("hand_felt.rules")), said(&show("wrist_force.rules")));
+    let checked = teachtree_in(&root(), &["check", "rules/contact.rules", "--hand", "hand_seen.rules"]);
+    assert!(checked.status.success() && said(&checked).contains("hand_vision.rules"), "{}", complained(&checked));
 }

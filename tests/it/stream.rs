@@ -3,6 +3,7 @@
 mod bad_logs;
 mod bindings;
 mod campaign;
+mod channel_names;
 mod constants;
 mod convex;
 mod derived;

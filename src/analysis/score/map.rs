@@ -1,9 +1,9 @@
 //! From foreign names to ours: `S1: [Move, Approach]`, `S2: Grasp`, `S9: mask` (docs/score.md).
 
 use crate::base::error::InputError;
+use crate::base::nearest::nearest;
 use crate::base::yaml;
 use crate::language::rules::Rules;
-use crate::stream::names::nearest;
 use indexmap::IndexMap;
 use serde::Deserialize;
 

@@ -73,7 +73,7 @@ impl Truth {
         let mut tracks: Vec<TrackTruth> = Vec::new();
         for interval in &labels.intervals {
             let place = format!("{} row {}", labels.file, interval.row);
-            let who = who(interval, track).ok_or_else(|| {
+            let who = interval.track.or(track).ok_or_else(|| {
                 InputError::new(
                     &place,
                     "the row does not say which hand it is about, and the recording has several tracks",
@@ -108,13 +108,6 @@ impl Truth {
 /// What an empty cell means: nothing is known, or nothing is coordinated.
 fn empty(who: Who) -> Option<&'static str> {
     (who == Who::Both).then_some(SEPARATE)
-}
-
-fn who(interval: &Interval, otherwise: Option<Who>) -> Option<Who> {
-    match interval.track.as_deref() {
-        Some(track) => TRACKS.into_iter().find(|who| who.to_string() == track),
-        None => otherwise,
-    }
 }
 
 /// The name of an interval when it is one of ours.

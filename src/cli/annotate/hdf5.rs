@@ -4,8 +4,8 @@ use super::super::{Failure, output};
 use super::{Args, LayoutArg, provenance};
 use crate::analysis::steps::{Lack, Step, values};
 use crate::base::error::InputError;
+use crate::base::nearest::nearest;
 use crate::session::Analysis;
-use crate::stream::names::nearest;
 use crate::stream::read::formats;
 use crate::stream::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate};
 use std::collections::{BTreeMap, BTreeSet};
@@ -57,13 +57,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let rows: Vec<Row> = analyses.iter().map(|(name, analysis)| row(name, analysis, &wanted)).collect();
     let complete: Vec<String> =
         rows.iter().filter(|row| row.rows.iter().all(Result::is_ok)).map(|row| row.name.clone()).collect();
-    let said = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
+    let provenance_json = provenance(args, analyses.iter().map(|(_, analysis)| analysis)).to_string();
     let signals: BTreeMap<String, Signals> = rows.iter().map(|row| (row.name.clone(), row.signals.clone())).collect();
     let layout = args.layout.map(|layout| match layout {
         LayoutArg::Mimicgen => Layout::MimicGen,
         LayoutArg::Isaac => Layout::Isaac,
     });
-    let request = Request { layout, signals: &signals, complete: &complete, provenance: &said, replace: args.replace };
+    let request =
+        Request { layout, signals: &signals, complete: &complete, provenance: &provenance_json, replace: args.replace };
     annotate(&args.data, &args.out, &request)?;
     if !args.many.quiet {
         output::print(&table(args, &wanted, &rows, complete.len()))?;

@@ -4,9 +4,9 @@ use super::super::progress::Progress;
 use super::super::{Failure, output};
 use super::{Args, StyleArg, provenance};
 use crate::base::error::InputError;
+use crate::base::nearest::nearest;
 use crate::report::words::{Phrasing, Style};
 use crate::session::Analysis;
-use crate::stream::names::nearest;
 use crate::stream::read::formats;
 use crate::stream::read::formats::lerobot::annotate::{Annotated, Label};
 use serde_json::json;
@@ -59,16 +59,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let labels: BTreeMap<usize, Vec<Label>> =
         analyses.iter().map(|(episode, analysis)| (*episode, labels(analysis, &styles, &phrasing))).collect();
     let unlabeled: Vec<usize> = (0..logs.len()).filter(|episode| !analyses.contains_key(episode)).collect();
-    let mut said = provenance(args, analyses.values());
-    if let Some(said) = said.as_object_mut() {
-        said.insert("styles".into(), json!(names));
-        said.insert("words".into(), json!(args.words));
+    let mut provenance_json = provenance(args, analyses.values());
+    if let Some(provenance_json) = provenance_json.as_object_mut() {
+        provenance_json.insert("styles".into(), json!(names));
+        provenance_json.insert("words".into(), json!(args.words));
         if !unlabeled.is_empty() {
-            said.insert("episodes_without_labels".into(), json!(unlabeled));
+            provenance_json.insert("episodes_without_labels".into(), json!(unlabeled));
         }
     }
     let progress = (!args.many.quiet).then(|| Progress::new("writing"));
-    set.write(&args.out, &labels, &names, &said, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
+    set.write(&args.out, &labels, &names, &provenance_json, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
     drop(progress);
     if !args.many.quiet {
         output::print(&summary(args, &labels, logs.len()))?;

@@ -3,8 +3,8 @@
 
 mod comparisons;
 mod functions;
-mod memory;
 mod operators;
+mod stateful;
 
 use super::plan::{
     BitId, Condition, LeafBefore, Number, NumberId, Plan, StatefulId, StatefulNode, Step, TreeInstance, position,
@@ -45,7 +45,7 @@ pub fn instantiate(graph: &Graph, layout: &Layout, width: Width) -> Result<Plan,
         let mut tests = Vec::with_capacity(tree.decision.tests.len());
         for test in &tree.decision.tests {
             let condition = instantiation.value(test.condition, side)?.single()?;
-            let condition = instantiation.memory_of(condition)?;
+            let condition = instantiation.stateful_of(condition)?;
             tests.push(Test { condition, yes: test.yes, no: test.no });
         }
         instantiation.plan.trees[at].decision.tests = tests;
@@ -82,7 +82,7 @@ pub fn instantiate_outputs(
         let step = |item: &Item| match item {
             Item::Number(id) => Ok(Step::Number(*id)),
             Item::Bit(id) => Ok(Step::Condition(*id)),
-            Item::Memory(_) | Item::Tally(_) => {
+            Item::Stateful(_) | Item::Tally(_) => {
                 Err(internal("a value is known only frame by frame though the leaves are"))
             }
         };
@@ -101,8 +101,8 @@ pub fn instantiate_outputs(
 enum Item {
     Number(NumberId),
     Bit(BitId),
-    Memory(StatefulId),
-    /// How many memories are true, by position in `Instantiation::tallies`: a number that only a comparison with a constant can use.
+    Stateful(StatefulId),
+    /// How many stateful nodes are true, by position in `Instantiation::tallies`: a number that only a comparison with a constant can use.
     Tally(u32),
 }
 
@@ -123,13 +123,13 @@ struct Instantiation<'a> {
     plan: Plan,
     numbers: HashMap<Number, NumberId>,
     conditions: HashMap<Condition, BitId>,
-    memories: HashMap<StatefulNode, StatefulId>,
+    stateful: HashMap<StatefulNode, StatefulId>,
     inputs: HashMap<ColumnKey, u32>,
     imports: HashMap<BitId, u32>,
     values: HashMap<(ValueId, Option<Side>), Rc<Slots>>,
     latches: HashMap<(LatchId, Option<Side>), Item>,
     /// The hands whose targets a made value reads.
-    targets: HashMap<(ValueId, Option<Side>), memory::Targets>,
+    targets: HashMap<(ValueId, Option<Side>), stateful::Targets>,
     tallies: Vec<Vec<StatefulId>>,
     /// What is asked about leaves, where they are known beforehand.
     leaves: Option<HashMap<LeafBefore, u32>>,
@@ -157,7 +157,7 @@ impl<'a> Instantiation<'a> {
             plan: Plan { layout: layout.clone(), ..Plan::default() },
             numbers: HashMap::new(),
             conditions: HashMap::new(),
-            memories: HashMap::new(),
+            stateful: HashMap::new(),
             inputs: HashMap::new(),
             imports: HashMap::new(),
             values: HashMap::new(),
@@ -190,7 +190,7 @@ impl<'a> Instantiation<'a> {
         }
         let at = self.plan.trees.iter().position(|known| known.side == tree);
         match at.map(position) {
-            Some(tree) => Item::Memory(self.memory(StatefulNode::From { tree, labels: labels.to_vec(), none })),
+            Some(tree) => Item::Stateful(self.stateful(StatefulNode::From { tree, labels: labels.to_vec(), none })),
             None => Item::Bit(self.bit(Condition::Constant(false), 0)),
         }
     }
@@ -234,11 +234,11 @@ impl<'a> Instantiation<'a> {
         id
     }
 
-    fn memory(&mut self, memory: StatefulNode) -> StatefulId {
-        let next = StatefulId(position(self.plan.memories.len()));
-        let id = *self.memories.entry(memory.clone()).or_insert(next);
+    fn stateful(&mut self, memory: StatefulNode) -> StatefulId {
+        let next = StatefulId(position(self.plan.stateful.len()));
+        let id = *self.stateful.entry(memory.clone()).or_insert(next);
         if id == next {
-            self.plan.memories.push(memory);
+            self.plan.stateful.push(memory);
         }
         id
     }
@@ -290,15 +290,15 @@ impl<'a> Instantiation<'a> {
     }
 
     /// Lifts a condition of the log into the machine.
-    fn memory_of(&mut self, item: Item) -> Result<StatefulId, InputError> {
+    fn stateful_of(&mut self, item: Item) -> Result<StatefulId, InputError> {
         Ok(match item {
-            Item::Memory(memory) => memory,
+            Item::Stateful(memory) => memory,
             Item::Bit(bit) => {
                 if let Condition::Constant(value) = self.plan.conditions[bit.index()].0 {
-                    return Ok(self.memory(StatefulNode::Constant(value)));
+                    return Ok(self.stateful(StatefulNode::Constant(value)));
                 }
                 let import = share(&mut self.imports, &mut self.plan.imports, bit, |bit| bit);
-                self.memory(StatefulNode::Import(import))
+                self.stateful(StatefulNode::Import(import))
             }
             Item::Number(_) | Item::Tally(_) => return Err(internal("a number stands where a condition is asked for")),
         })

@@ -11,9 +11,9 @@ use crate::engine::width::Real;
 use crate::graph::{Decision, Leaf, Target};
 use crate::language::rules::Label;
 
-/// What a tree said on the frame before.
+/// The leaf that a tree gave on the frame before.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Said {
+enum LastLeaf {
     /// Nothing yet.
     None,
     /// `separate`, from a tree over both hands.
@@ -22,7 +22,7 @@ enum Said {
     Label(Label),
 }
 
-/// What a memory keeps from one frame to the next.
+/// What a stateful node keeps from one frame to the next.
 #[derive(Clone, Debug)]
 enum Kept {
     Nothing,
@@ -55,9 +55,9 @@ impl Kept {
 pub struct Machine {
     /// The values of this frame.
     values: Vec<bool>,
-    /// What each memory keeps.
+    /// What each stateful node keeps.
     kept: Vec<Kept>,
-    states: Vec<Said>,
+    states: Vec<LastLeaf>,
     /// The bits of the imports on the frame before.
     last: Vec<bool>,
     /// Whether the next frame must be run even if no condition changes.
@@ -74,9 +74,9 @@ impl Machine {
     /// A machine for a plan, before the first frame.
     pub fn new(plan: &Plan) -> Self {
         Self {
-            values: vec![false; plan.memories.len()],
-            kept: plan.memories.iter().map(Kept::new).collect(),
-            states: vec![Said::None; plan.trees.len()],
+            values: vec![false; plan.stateful.len()],
+            kept: plan.stateful.iter().map(Kept::new).collect(),
+            states: vec![LastLeaf::None; plan.trees.len()],
             last: vec![false; plan.imports.len()],
             restless: true,
             due: usize::MAX,
@@ -88,7 +88,7 @@ impl Machine {
     /// Forgets everything: the next frame is the first one of a stretch.
     pub fn restart(&mut self) {
         self.kept.iter_mut().for_each(Kept::restart);
-        self.states.fill(Said::None);
+        self.states.fill(LastLeaf::None);
         self.last.fill(false);
         self.since.fill(0);
         self.restless = true;
@@ -150,22 +150,22 @@ impl Machine {
 
     fn frame(&mut self, plan: &Plan, import: &impl Fn(u32) -> bool, frame: usize, emit: &mut impl FnMut(usize, Run)) {
         let (mut moved, mut due) = (false, u64::MAX);
-        for (id, memory) in plan.memories.iter().enumerate() {
+        for (id, memory) in plan.stateful.iter().enumerate() {
             let value = |id: &StatefulId| self.values[id.index()];
             let anew = |restart: &Option<StatefulId>| restart.as_ref().is_some_and(value);
             let now = match memory {
                 StatefulNode::Import(at) => import(*at),
                 StatefulNode::From { tree, labels, none } => match self.states[*tree as usize] {
-                    Said::None => *none,
-                    Said::Separate => false,
-                    Said::Label(label) => labels.iter().any(|pattern| pattern.covers(label)),
+                    LastLeaf::None => *none,
+                    LastLeaf::Separate => false,
+                    LastLeaf::Label(label) => labels.iter().any(|pattern| pattern.covers(label)),
                 },
                 StatefulNode::Constant(constant) => *constant,
                 StatefulNode::Not(a) => !value(a),
                 StatefulNode::And(all) => all.iter().all(value),
                 StatefulNode::Or(any) => any.iter().any(value),
-                StatefulNode::Count(memories, comparison, number) => {
-                    let count: u32 = memories.iter().map(|memory| u32::from(value(memory))).sum();
+                StatefulNode::Count(stateful, comparison, number) => {
+                    let count: u32 = stateful.iter().map(|memory| u32::from(value(memory))).sum();
                     comparison.holds(f64::from(count), number.get())
                 }
                 StatefulNode::Latch { set, clear, restart } => {
@@ -196,8 +196,8 @@ impl Machine {
         for (tree, open) in plan.trees.iter().enumerate() {
             let before = self.states[tree];
             let now = match decide(&open.decision, &self.values) {
-                Leaf::Primitive(label) => Said::Label(label),
-                Leaf::Separate => Said::Separate,
+                Leaf::Primitive(label) => LastLeaf::Label(label),
+                Leaf::Separate => LastLeaf::Separate,
                 Leaf::Stay => before,
             };
             if now != before {
@@ -213,7 +213,7 @@ impl Machine {
     }
 }
 
-impl Said {
+impl LastLeaf {
     const fn label(self) -> Option<Label> {
         match self {
             Self::Label(label) => Some(label),

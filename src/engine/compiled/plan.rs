@@ -2,7 +2,7 @@
 //!
 //! Three kinds of nodes, each list in evaluation order, equal nodes shared:
 //! - *numbers* and *conditions* depend on the log alone; they are evaluated for a block of frames at a time ([`super::columns`]);
-//! - *memories* depend on `from`, or on a latch that does; they are evaluated frame by frame ([`super::machine`]), and only
+//! - *stateful nodes* depend on `from`, or on a latch that does; they are evaluated frame by frame ([`super::machine`]), and only
 //!   on frames on which something changes.
 //!
 //! `within next` looks ahead: its column comes out late. Every column knows its *delay* in frames, columns that meet are brought to
@@ -20,7 +20,7 @@ pub struct NumberId(pub u32);
 /// Position in [`Plan::conditions`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct BitId(pub u32);
-/// Position in [`Plan::memories`].
+/// Position in [`Plan::stateful`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct StatefulId(pub u32);
 
@@ -238,7 +238,7 @@ pub struct Plan {
     /// The numbers and conditions whose columns are read when they were evaluated.
     pub outputs: Vec<Step>,
     /// Memories.
-    pub memories: Vec<StatefulNode>,
+    pub stateful: Vec<StatefulNode>,
     /// The trees: hands first, then both.
     pub trees: Vec<TreeInstance>,
     /// How many frames the machine is behind the input.
@@ -253,7 +253,7 @@ pub struct Cost {
     /// Conditions computed per frame.
     pub conditions: usize,
     /// Conditions with memory of labels, computed on frames on which something changes.
-    pub memories: usize,
+    pub stateful: usize,
     /// Tests on the longest paths through all trees.
     pub tests: usize,
     /// Bytes of memory from one frame to the next.
@@ -377,7 +377,7 @@ impl Plan {
             Condition::FlipFlop { .. } => 1,
             _ => 0,
         });
-        let memories = self.memories.iter().map(|memory| match memory {
+        let stateful = self.stateful.iter().map(|memory| match memory {
             // Frames are counted, fewer than 2^32.
             StatefulNode::Temporal(Watch::For(_) | Watch::WithinLast(_), ..) => 4,
             StatefulNode::Temporal(watch, ..) => watch.bytes(),
@@ -387,11 +387,11 @@ impl Plan {
         Cost {
             numbers: numbers().count(),
             conditions: conditions().count(),
-            memories: self.memories.len(),
+            stateful: self.stateful.len(),
             tests: self.trees.iter().map(|tree| tree.decision.depth()).sum(),
             state_bytes: kept_numbers.sum::<usize>()
                 + kept_conditions.sum::<usize>()
-                + memories.sum::<usize>()
+                + stateful.sum::<usize>()
                 + self.trees.len() * std::mem::size_of::<Label>(),
             look_ahead_frames: self.delay,
         }

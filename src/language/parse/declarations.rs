@@ -81,7 +81,7 @@ impl Builder<'_, '_, '_> {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => name = Some(self.name(&part)),
-                Rule::promised_type => {
+                Rule::declared_type => {
                     let written = part.into_inner().find(|part| part.as_rule() == Rule::value_type)?;
                     ty = Some(self.value_type(written)?);
                 }

@@ -101,7 +101,7 @@ const fn described(rule: Rule) -> &'static str {
         Rule::choice_name => "a name and `:`",
         Rule::close_bracket => "`]`",
         Rule::close_paren => "`)`",
-        Rule::colon | Rule::promised_type => "`:`",
+        Rule::colon | Rule::declared_type => "`:`",
         Rule::comma => "`,`",
         Rule::declared_primitive | Rule::declared_name => "a capitalised name such as `Grasp`",
         Rule::demand => "a demand such as `lasting 150 ms`",

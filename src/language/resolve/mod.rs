@@ -6,13 +6,12 @@ mod channels;
 mod kinds;
 mod missing_from;
 mod names;
-mod nearest;
 mod params;
 mod signals;
 
+pub use crate::base::nearest::nearest;
 pub use kinds::named;
 pub use names::{Names, State, Value, What};
-pub use nearest::nearest;
 
 use super::codes;
 use super::rules::{Label, PrimitiveId, Rules, SignalId};

@@ -126,35 +126,35 @@ impl Resolver {
         for param in &declared.params {
             self.declare(&param.name, What::Param, false);
         }
-        // A promise gives way to the declaration that keeps it.
-        let kept: BTreeSet<&str> = declared
+        // An abstract signal gives way to its implementation.
+        let implemented: BTreeSet<&str> = declared
             .signals
             .iter()
             .filter(|(signal, _)| signal.value.is_some())
             .map(|(signal, _)| signal.name.text.as_str())
             .collect();
-        let promises: BTreeMap<&str, (&syntax::Name, bool)> = declared
+        let declarations: BTreeMap<&str, (&syntax::Name, bool)> = declared
             .signals
             .iter()
             .filter(|(signal, _)| signal.value.is_none())
             .map(|(signal, per_hand)| (signal.name.text.as_str(), (&signal.name, *per_hand)))
             .collect();
-        let mut promised: BTreeSet<&str> = BTreeSet::new();
+        let mut missing: BTreeSet<&str> = BTreeSet::new();
         let mut misplaced: BTreeSet<&str> = BTreeSet::new();
         for (signal, per_hand) in &declared.signals {
             let name = signal.name.text.as_str();
             if signal.value.is_some() {
-                let promise = promises.get(name).filter(|(_, promised)| promised != per_hand);
-                match promise.filter(|_| !self.names.values.contains_key(name)) {
-                    Some((promise, promised)) if misplaced.insert(name) => {
-                        self.wrong_hand(&signal.name, promise, *promised);
+                let declaration = declarations.get(name).filter(|(_, declared_per_hand)| declared_per_hand != per_hand);
+                match declaration.filter(|_| !self.names.values.contains_key(name)) {
+                    Some((declaration, declared_per_hand)) if misplaced.insert(name) => {
+                        self.wrong_hand(&signal.name, declaration, *declared_per_hand);
                     }
                     _ if misplaced.contains(name) => {}
                     _ => self.declare(&signal.name, What::Signal, *per_hand),
                 }
-            } else if !kept.contains(name) && promised.insert(name) {
+            } else if !implemented.contains(name) && missing.insert(name) {
                 self.declare(&signal.name, What::Signal, *per_hand);
-                self.promise_not_kept(&signal.name);
+                self.not_implemented(&signal.name);
             }
         }
         for (latch, per_hand) in &declared.latches {
@@ -221,17 +221,18 @@ impl Resolver {
         self.report(finding);
     }
 
-    /// Reports a signal that is promised for each hand and kept for none, or the other way round; its name is broken.
-    fn wrong_hand(&mut self, kept: &syntax::Name, promise: &syntax::Name, promised: bool) {
-        self.names.broken.insert(kept.text.clone());
-        let (wanted, found) = if promised { ("each hand", "no hand") } else { ("no hand", "each hand") };
-        let finding = Diagnostic::error(codes::WRONG_PROMISE, format!("`{}` is promised for {wanted}", kept.text))
-            .at(kept.span, format!("declared for {found}"))
-            .at(promise.span, "promised here");
-        self.report(if promised { finding.help("put it into `for each hand { … }`") } else { finding });
+    /// Reports an abstract signal for each hand that is implemented for none, or the other way round; its name is broken.
+    fn wrong_hand(&mut self, implementation: &syntax::Name, declaration: &syntax::Name, per_hand: bool) {
+        self.names.broken.insert(implementation.text.clone());
+        let (wanted, found) = if per_hand { ("each hand", "no hand") } else { ("no hand", "each hand") };
+        let message = format!("the abstract signal `{}` is declared for {wanted}", implementation.text);
+        let finding = Diagnostic::error(codes::WRONG_IMPLEMENTATION, message)
+            .at(implementation.span, format!("implemented for {found}"))
+            .at(declaration.span, "declared here");
+        self.report(if per_hand { finding.help("put it into `for each hand { … }`") } else { finding });
     }
 
-    fn promise_not_kept(&mut self, name: &syntax::Name) {
+    fn not_implemented(&mut self, name: &syntax::Name) {
         self.names.set_state(&name.text, State::Broken);
         if self.names.incomplete || self.names.broken.contains(&name.text) {
             return;
@@ -241,9 +242,12 @@ impl Resolver {
             .filter(|(file, _)| file.starts_with("hand_"))
             .map(|(file, _)| format!("`rules/{file}`"))
             .collect();
-        let finding = Diagnostic::error(codes::PROMISE_NOT_KEPT, format!("no file keeps the promise `{}`", name.text))
-            .at(name.span, "promised here")
-            .help(format!("load a hand file that declares `signal {} = …`: {}", name.text, hands.join(", ")));
+        let finding = Diagnostic::error(
+            codes::NOT_IMPLEMENTED,
+            format!("no file implements the abstract signal `{}`", name.text),
+        )
+        .at(name.span, "declared here")
+        .help(format!("load a hand file that declares `signal {} = …`: {}", name.text, hands.join(", ")));
         self.report(finding);
     }
 }

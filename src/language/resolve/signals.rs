@@ -112,12 +112,13 @@ impl Resolver {
         }
         let scope = if per_hand { Scope::HAND } else { Scope::NOBODY };
         let expr = signal.value.as_ref().and_then(|value| self.expr(value, scope));
-        let promises = declared.signals.iter().filter(|(other, _)| other.name.text == name.text && other.ty.is_some());
+        let declarations =
+            declared.signals.iter().filter(|(other, _)| other.name.text == name.text && other.ty.is_some());
         let mut state = State::Broken;
         if let Some(expr) = expr {
             let mut fits = true;
-            for (promise, _) in promises {
-                fits &= self.keeps(promise, signal, per_hand, expr.ty);
+            for (declared_as, _) in declarations {
+                fits &= self.implements(declared_as, signal, per_hand, expr.ty);
             }
             if let Some(id) = u32::try_from(self.rules.signals.len()).ok().filter(|_| fits) {
                 self.signal_picks.push(self.picked(&expr));
@@ -132,26 +133,32 @@ impl Resolver {
         self.names.set_state(&name.text, state);
     }
 
-    /// Whether a signal has the type that is written for it, here or in a promise.
-    fn keeps(&mut self, promise: &syntax::Signal, kept: &syntax::Signal, per_hand: bool, found: Type) -> bool {
-        let Some(written) = promise.ty else { return true };
+    /// Whether a signal has the type that is written for it, here or in an abstract signal.
+    fn implements(
+        &mut self,
+        declared_as: &syntax::Signal,
+        implementation: &syntax::Signal,
+        per_hand: bool,
+        found: Type,
+    ) -> bool {
+        let Some(written) = declared_as.ty else { return true };
         let hand = if per_hand { Hand::This } else { Hand::Nobody };
         let wanted = Type {
             shape: written.shape,
             dimension: written.dimension,
             axis: written.axis.map(|axis| (axis, found.axis.map_or(hand, |(_, hand)| hand))),
         };
-        let name = &kept.name.text;
+        let name = &implementation.name.text;
         if wanted == found {
-            if promise.value.is_none() {
-                // The files that promised it, or those that use them, read it.
+            if declared_as.value.is_none() {
+                // The files that declare it, or those that use them, read it.
                 self.used.insert(name.clone());
             }
             return true;
         }
-        let place = kept.value.as_ref().map_or(kept.name.span, |value| value.span);
+        let place = implementation.value.as_ref().map_or(implementation.name.span, |value| value.span);
         self.report(
-            Diagnostic::error(codes::WRONG_PROMISE, format!("`{name}` is to be {}", describe(wanted)))
+            Diagnostic::error(codes::WRONG_IMPLEMENTATION, format!("`{name}` is to be {}", describe(wanted)))
                 .at(place, format!("this is {}", describe(found)))
                 .at(written.span, "its type is written here"),
         );

@@ -5,12 +5,11 @@
 
 mod shipped;
 
-pub use shipped::SHIPPED;
+pub use shipped::{SHIPPED, shipped};
 
 use super::syntax::{self, ItemKind};
 use super::{codes, parse};
 use crate::base::diagnostic::{Diagnostic, Source, Sources, Span};
-use shipped::shipped;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Read as _;
 use std::path::{Component, Path, PathBuf};
@@ -135,20 +134,20 @@ impl Loader {
         self.parse(Place::Text, name.to_string(), text.to_string(), 0);
     }
 
-    /// The signals that are promised and not declared.
-    pub fn unkept(&self) -> BTreeSet<&str> {
-        let mut promised = BTreeSet::new();
-        let mut kept = BTreeSet::new();
+    /// The abstract signals that no file implements.
+    pub fn unimplemented(&self) -> BTreeSet<&str> {
+        let mut declared = BTreeSet::new();
+        let mut implemented = BTreeSet::new();
         let items = self.files.iter().flat_map(|file| &file.items).flat_map(|item| match &item.kind {
             ItemKind::ForEachHand(items) => items.as_slice(),
             _ => std::slice::from_ref(item),
         });
         for item in items {
             if let ItemKind::Signal(signal) = &item.kind {
-                if signal.value.is_some() { &mut kept } else { &mut promised }.insert(signal.name.text.as_str());
+                if signal.value.is_some() { &mut implemented } else { &mut declared }.insert(signal.name.text.as_str());
             }
         }
-        &promised - &kept
+        &declared - &implemented
     }
 
     fn load(&mut self, place: Place, shown: &str, user: Option<Span>, depth: usize) {

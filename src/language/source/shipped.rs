@@ -15,18 +15,27 @@ shipped![
     "bimanual.rules",
     "hand_force.rules",
     "hand_flags.rules",
-    "hand_blind.rules",
-    "hand_felt.rules",
+    "contact_times.rules",
+    "wrist_force.rules",
     "hand_wrist.rules",
     "hand_holding.rules",
     "hand_gripper.rules",
     "hand_gripper_pair.rules",
-    "hand_seen.rules",
-    "hand_place.rules"
+    "hand_vision.rules",
+    "hand_mechanism.rules"
+];
+
+/// Former names of shipped files, which rule files and bindings may still use.
+const FORMER: [(&str, &str); 4] = [
+    ("hand_blind.rules", "contact_times.rules"),
+    ("hand_felt.rules", "wrist_force.rules"),
+    ("hand_seen.rules", "hand_vision.rules"),
+    ("hand_place.rules", "hand_mechanism.rules"),
 ];
 
 /// The shipped file that is meant by `contact.rules` or `rules/contact.rules`.
 pub fn shipped(name: &str) -> Option<(&'static str, &'static str)> {
     let name = name.strip_prefix("rules/").unwrap_or(name);
+    let name = FORMER.iter().find(|(former, _)| *former == name).map_or(name, |(_, now)| now);
     SHIPPED.iter().copied().find(|(shipped, _)| *shipped == name)
 }

@@ -28,9 +28,9 @@ fn tree_row(text: &mut String, outline: &Outline, number: usize, at: usize, row:
     let thick = if row.mark == Mark::Taken { format!(", {TAKEN}") } else { String::new() };
     let _ = writeln!(text, "    {node} [label={}, tooltip={}{thick}];", quoted(&row.text()), quoted(&row.place));
     let yes = if row.condition == "else" { "" } else { "yes" };
-    let attributes = |said: &str, marked: bool| {
+    let attributes = |label: &str, marked: bool| {
         let thick = if marked { format!(", {TAKEN}") } else { String::new() };
-        format!("[label={}{thick}]", quoted(said))
+        format!("[label={}{thick}]", quoted(label))
     };
     let taken = row.mark == Mark::Taken;
     match &row.leaf {
@@ -54,8 +54,8 @@ fn tree_row(text: &mut String, outline: &Outline, number: usize, at: usize, row:
 pub fn transitions(all: &[Following]) -> String {
     let mut text = HEAD.to_string();
     for (number, of) in all.iter().enumerate() {
-        let said: Vec<String> = of.now.iter().map(|now| now.said.clone()).chain(legend(of)).collect();
-        let title = format!("{}\n{}", of.tree, said.join("\n"));
+        let caption: Vec<String> = of.now.iter().map(|now| now.caption.clone()).chain(legend(of)).collect();
+        let title = format!("{}\n{}", of.tree, caption.join("\n"));
         let _ = writeln!(text, "  subgraph cluster_{number} {{\n    label={};", quoted(&title));
         for (at, leaf) in of.drawn() {
             let thick = if of.is_now(leaf) { format!(", {TAKEN}") } else { String::new() };

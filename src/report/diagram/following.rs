@@ -31,8 +31,8 @@ pub struct Following {
 /// The leaf of a track on a frame.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Now {
-    /// What is to be said of it: `right at 2.500 s: Grasp`.
-    pub said: String,
+    /// Its caption: `right at 2.500 s: Grasp`.
+    pub caption: String,
     /// The leaf before it.
     pub before: String,
     /// The leaf.

@@ -25,7 +25,7 @@ const TITLE: f64 = 26.0;
 
 const STYLE: &str = "svg{background:#fff;fill:#1b1f27;font:12px ui-monospace,\"DejaVu Sans Mono\",Menlo,Consolas,monospace}\
 .title{font:600 15px system-ui,\"Segoe UI\",Roboto,\"DejaVu Sans\",sans-serif}.name{font-weight:700}\
-.said{font:600 13px system-ui,\"Segoe UI\",Roboto,\"DejaVu Sans\",sans-serif;fill:#1a56db}\
+.caption{font:600 13px system-ui,\"Segoe UI\",Roboto,\"DejaVu Sans\",sans-serif;fill:#1a56db}\
 .box{fill:#fff;stroke:#8a94a3}.leaf{stroke:#5b6472}.line{stroke:#8a94a3;fill:none}.hint{font-size:10px;fill:#5b6472}\
 .taken{stroke:#1a56db;stroke-width:3}.off{opacity:.38}.tip{fill:#8a94a3}.tip.taken{fill:#1a56db;stroke:none}";
 
@@ -55,7 +55,7 @@ pub fn trees(outlines: &[Outline]) -> String {
         if let Some(frame) = &outline.frame {
             y += TITLE - 4.0;
             body.push_str(&format!(
-                "<text class=\"said\" x=\"{MARGIN}\" y=\"{}\">{}</text>\n",
+                "<text class=\"caption\" x=\"{MARGIN}\" y=\"{}\">{}</text>\n",
                 length(y - 8.0),
                 escape(frame)
             ));
@@ -124,13 +124,13 @@ fn leaf_width(leaf: &str) -> f64 {
 fn lines(outline: &Outline, placed: &[Placed], at: usize) -> String {
     let Some(one) = placed.get(at) else { return String::new() };
     let mut drawn = String::new();
-    let mut down = |to: Option<&Placed>, said: &str, taken: bool, asked: bool| {
+    let mut down = |to: Option<&Placed>, label: &str, taken: bool, asked: bool| {
         let Some(to) = to else { return };
         let x = to.x + SPINE;
         let (from, end) = (one.y + one.height, to.y);
         let group = if outline.frame.is_some() && !asked { " class=\"off\"" } else { "" };
         drawn.push_str(&format!(
-            "<g{group}><path class=\"{0}\" d=\"M{1} {2}V{3}\"/>{4}<text class=\"hint\" x=\"{5}\" y=\"{6}\">{said}</text></g>\n",
+            "<g{group}><path class=\"{0}\" d=\"M{1} {2}V{3}\"/>{4}<text class=\"hint\" x=\"{5}\" y=\"{6}\">{label}</text></g>\n",
             class("line", taken),
             length(x),
             length(from),
@@ -141,9 +141,9 @@ fn lines(outline: &Outline, placed: &[Placed], at: usize) -> String {
         ));
     };
     if one.row.leaf.is_none() {
-        let said = if one.row.condition == "else" { "" } else { "yes" };
+        let caption = if one.row.condition == "else" { "" } else { "yes" };
         let taken = one.row.mark == Mark::Taken;
-        down(placed.get(at + 1), said, taken, taken);
+        down(placed.get(at + 1), caption, taken, taken);
     }
     let passed = one.row.mark == Mark::Passed;
     down(outline.otherwise(at).and_then(|next| placed.get(next)), "no", passed, passed);
@@ -202,9 +202,9 @@ fn boxed(one: &Placed, outline: &Outline, leaves_x: f64) -> String {
     if let Some(leaf) = &row.leaf {
         let middle = one.y + one.height / 2.0;
         let from = one.x + one.width;
-        let said = if row.condition == "else" { "" } else { "yes" };
+        let caption = if row.condition == "else" { "" } else { "yes" };
         drawn.push_str(&format!(
-            "<path class=\"{0}\" d=\"M{1} {2}H{3}\"/>{4}<text class=\"hint\" x=\"{5}\" y=\"{6}\">{said}</text>",
+            "<path class=\"{0}\" d=\"M{1} {2}H{3}\"/>{4}<text class=\"hint\" x=\"{5}\" y=\"{6}\">{caption}</text>",
             class("line", taken),
             length(from),
             length(middle),

@@ -13,7 +13,7 @@ const MARGIN: f64 = 18.0;
 const LINE: f64 = 18.0;
 
 const STYLE: &str = "svg{background:#fff;fill:#1b1f27;font:12px system-ui,\"Segoe UI\",Roboto,\"DejaVu Sans\",sans-serif}\
-.title{font-size:15px;font-weight:600}.said{font-weight:600;fill:#1a56db}.quiet{fill:#5b6472}.middle{text-anchor:middle}\
+.title{font-size:15px;font-weight:600}.caption{font-weight:600;fill:#1a56db}.quiet{fill:#5b6472}.middle{text-anchor:middle}\
 .cell{fill:#fff;stroke:#d9dee6}.self{fill:#eef1f5;stroke:#d9dee6}.seen{stroke:#d9dee6}.leaf{stroke:#5b6472}\
 .can{fill:#5b6472}.perhaps{fill:none;stroke:#5b6472;stroke-dasharray:3 2}.taken{stroke:#1a56db;stroke-width:3}";
 
@@ -34,14 +34,14 @@ pub fn transitions(all: &[Following]) -> String {
         };
         line("title", &format!("{}: what can follow what", of.tree), &mut y);
         for now in &of.now {
-            line("said", &format!("{}, after {}", now.said, now.before), &mut y);
+            line("caption", &format!("{}, after {}", now.caption, now.before), &mut y);
         }
         line("quiet", "rows: the leaf before; columns: the leaf that follows", &mut y);
-        for said in legend(of) {
-            let said = said
+        for caption in legend(of) {
+            let caption = caption
                 .replace("an arrow: a frame", "a dot: a frame")
                 .replace("; arrows that it does not show are left out", "");
-            line("quiet", &said, &mut y);
+            line("quiet", &caption, &mut y);
         }
         let (drawn, width, bottom) = matrix(of, y + 8.0);
         body.push_str(&drawn);

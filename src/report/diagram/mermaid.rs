@@ -51,9 +51,9 @@ pub fn transitions(all: &[Following]) -> String {
     let mut edges = Edges::default();
     for (number, of) in all.iter().enumerate() {
         let title: Vec<String> =
-            std::iter::once(of.tree.clone()).chain(of.now.iter().map(|now| now.said.clone())).collect();
-        for said in legend(of) {
-            let _ = writeln!(text, "  %% {said}");
+            std::iter::once(of.tree.clone()).chain(of.now.iter().map(|now| now.caption.clone())).collect();
+        for caption in legend(of) {
+            let _ = writeln!(text, "  %% {caption}");
         }
         let _ = writeln!(text, "  subgraph s{number}[{}]", quoted(&title.join(" — ")));
         for (at, leaf) in of.drawn() {
@@ -81,9 +81,9 @@ struct Edges {
 }
 
 impl Edges {
-    fn add(&mut self, text: &mut String, from: &str, to: &str, line: &str, said: &str, taken: bool) {
-        let said = if said.is_empty() { String::new() } else { format!("|{said}|") };
-        let _ = writeln!(text, "    {from} {line}{said} {to}");
+    fn add(&mut self, text: &mut String, from: &str, to: &str, line: &str, label: &str, taken: bool) {
+        let label = if label.is_empty() { String::new() } else { format!("|{label}|") };
+        let _ = writeln!(text, "    {from} {line}{label} {to}");
         if taken {
             self.taken.push(self.count.to_string());
         }

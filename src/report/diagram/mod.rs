@@ -51,19 +51,19 @@ pub fn transitions(all: &[Following], form: Form) -> String {
 
 /// What a diagram of transitions says below.
 fn legend(of: &Following) -> Vec<String> {
-    let mut said = vec![
+    let mut caption = vec![
         "an arrow: a frame after the one leaf can give the other one, before settling; what latches remember is left open".to_string(),
     ];
     if let Some(log) = &of.log {
-        said.push(format!("numbers: how often in {log}; arrows that it does not show are left out"));
+        caption.push(format!("numbers: how often in {log}; arrows that it does not show are left out"));
     }
     if of.shown().any(|(_, arrow)| !arrow.is_decided) {
-        said.push("dashed: undecided, since it was too much work to find out".into());
+        caption.push("dashed: undecided, since it was too much work to find out".into());
     }
     if !of.never.is_empty() {
-        said.push(format!("never reached: {}", of.never.join(", ")));
+        caption.push(format!("never reached: {}", of.never.join(", ")));
     }
-    said
+    caption
 }
 
 /// The colour of a leaf: that of its primitive, or of paper.

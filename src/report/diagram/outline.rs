@@ -53,8 +53,8 @@ pub enum Mark {
 pub struct Taken {
     /// The position of each choice in its branch, from the root to the leaf.
     pub path: Vec<usize>,
-    /// What is to be said of it.
-    pub said: String,
+    /// Its caption.
+    pub caption: String,
 }
 
 /// The rows of a tree.
@@ -68,7 +68,7 @@ pub fn outline(rules: &Rules, tree: &Tree, taken: Option<&Taken>) -> Outline {
     });
     let mut rows = Vec::new();
     collect(rules, &tree.root, 0, taken.map(|taken| taken.path.as_slice()), &mut rows);
-    let (title, frame) = (format!("{} {whom}{settle}", tree.name), taken.map(|taken| taken.said.clone()));
+    let (title, frame) = (format!("{} {whom}{settle}", tree.name), taken.map(|taken| taken.caption.clone()));
     Outline { title, frame, rows, primitives: rules.by_name() }
 }
 

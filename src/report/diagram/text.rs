@@ -51,14 +51,14 @@ pub fn transitions(all: &[Following]) -> String {
         }
         let _ = writeln!(text, "tree {}: what can follow what", of.tree);
         for now in &of.now {
-            let _ = writeln!(text, "{}, after {}", now.said, now.before);
+            let _ = writeln!(text, "{}, after {}", now.caption, now.before);
         }
         let width = of.drawn().map(|(_, leaf)| leaf.chars().count()).max().unwrap_or_default();
         for (from, leaf) in of.drawn() {
             let _ = writeln!(text, "{}", format!("  {leaf:width$} -> {}", line(of, from)).trim_end());
         }
-        for said in legend(of) {
-            let _ = writeln!(text, "  {said}");
+        for caption in legend(of) {
+            let _ = writeln!(text, "  {caption}");
         }
     }
     text

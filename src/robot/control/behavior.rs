@@ -1,6 +1,6 @@
 //! Behaviors of a hand: what it does by what it senses, beside what was demonstrated.
 //!
-//! A behavior is one file with a type that corrects the target of each step. To add one: write the file, and name it in [`super::behaviors::behaviors`].
+//! A behavior is one file with a type that corrects the target of each step. To add one: write the file, and name it in [`super::behaviors`].
 
 use crate::base::hands::Finger;
 use crate::robot::planning::plan::Target;

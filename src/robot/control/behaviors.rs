@@ -1,12 +1,18 @@
-//! The list of behaviors: every hand has each of them.
+//! The behaviors: every hand has each of them. To add one, write a file in `behaviors`, and name it twice here: as a module, and in the list.
+
+mod grip_force;
+pub mod peg_search;
+mod pose_correction;
+pub mod spiral_path;
+mod sway_damping;
 
 use super::behavior::Behavior;
-use super::grip_force::GripForce;
-use super::peg_search::PegSearch;
-use super::pose_correction::PoseCorrection;
 use crate::base::scene::Scene;
 use crate::command::Task;
 use crate::robot::model::hand::HandModel;
+use grip_force::GripForce;
+use peg_search::PegSearch;
+use pose_correction::PoseCorrection;
 
 /// Returns the behaviors of a hand at the beginning of a group of tasks, in the order in which they correct a target: each sees the target as the one before
 /// has left it.

@@ -1,7 +1,7 @@
 //! A robot that follows targets: inverse kinematics of its arm, controllers of arm and fingers, and its own dynamics, a millisecond at a time.
 
 use super::impedance::{Controller, FingerTarget, Gains, TipTarget};
-use super::palm_compliance::Yielding;
+use super::palm_compliance::PalmCompliance;
 use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
@@ -27,7 +27,7 @@ pub struct Executor {
     before: Option<Target>,
     torques: DVector<f64>,
     idle: Vec<JointPositions>,
-    yielding: Yielding,
+    yielding: PalmCompliance,
 }
 
 impl Executor {
@@ -49,7 +49,7 @@ impl Executor {
             before: None,
             torques,
             idle: fingers,
-            yielding: Yielding::default(),
+            yielding: PalmCompliance::default(),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Yielding: the palm of a gripper gives way to forces, and presses with them, where its jaws cannot.
+//! Palm compliance: the palm of a gripper gives way to forces, and presses with them, where its jaws cannot.
 //!
 //! A finger exerts force in all directions by itself; a jaw only along its line, and across that the arm holds it as firmly as it can. So that a gripper presses
 //! a stamp down, or gives way at the rim of a hole, as fingers do, its palm follows the force that is missing like a spring (admittance control):
@@ -21,11 +21,11 @@ const MOST_M: f64 = 0.02;
 
 /// How far a palm gives way, reference frame, m.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Yielding {
+pub(crate) struct PalmCompliance {
     shift: Vector3<f64>,
 }
 
-impl Yielding {
+impl PalmCompliance {
     /// A target shifted by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
     pub(crate) fn apply(&mut self, target: &Target, jaws: &Jaws, exerted: &[Vector3<f64>], dt: f64) -> Target {
         let gains = Gains::default();

@@ -11,7 +11,7 @@ use nalgebra::Isometry3;
 pub struct GraspCandidate {
     /// The pose of the palm in the frame of the object.
     pub object_from_palm: Isometry3<f64>,
-    /// W; of a gripper what `pinch` says.
+    /// W; of a gripper what `two_finger` says.
     pub measure: f64,
     /// The fingers that touch, in the order of the contacts.
     pub fingers: Vec<Held>,

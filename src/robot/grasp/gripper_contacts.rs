@@ -14,9 +14,9 @@ use nalgebra::{Point3, Vector3};
 
 /// What a grasp of fingers becomes.
 struct Taken {
-    /// The jaw that stands for several fingers, and their names.
+    /// The jaw that stands for several fingers, and these.
     jaw: Finger,
-    fingers: Vec<String>,
+    fingers: Vec<Finger>,
     /// Its contact.
     contact: Contact,
     /// From the mean of the fingers' tips to its own, and from the middle of all tips to that of the jaws' tips; object frame, m.
@@ -31,10 +31,10 @@ impl Jaws {
         for index in 0..task.grasps.len() {
             let taken = self.taken(&task.grasps[index], object, tip_radius);
             let grasp = &mut task.grasps[index];
-            grasp.contacts.retain(|contact| contact.finger == Finger::Thumb.name());
+            grasp.contacts.retain(|contact| contact.finger == Finger::Thumb);
             grasp.contacts.extend(taken.iter().map(|taken| taken.contact.clone()));
             for segment in task.segments.iter_mut().filter(|segment| segment.grasp == Some(index)) {
-                let thumb = segment.tips.iter().find(|tip| tip.finger == Finger::Thumb.name()).cloned();
+                let thumb = segment.tips.iter().find(|tip| tip.finger == Finger::Thumb).cloned();
                 let other = taken.as_ref().map(|taken| taken.tip(segment));
                 segment.tips = thumb.into_iter().chain(other).collect();
                 within(&mut segment.tips, &most);
@@ -49,7 +49,7 @@ impl Jaws {
     /// What takes the place of the fingers beside the thumb; `None` when only that touches.
     fn taken(&self, grasp: &GraspSpec, object: &Body, tip_radius: f64) -> Option<Taken> {
         let (thumb, others): (Vec<&Contact>, Vec<&Contact>) =
-            grasp.contacts.iter().partition(|contact| contact.finger == Finger::Thumb.name());
+            grasp.contacts.iter().partition(|contact| contact.finger == Finger::Thumb);
         if others.is_empty() {
             return None;
         }
@@ -72,8 +72,8 @@ impl Jaws {
         let jaw = self.opponent(Finger::Thumb);
         Some(Taken {
             jaw,
-            fingers: others.iter().map(|contact| contact.finger.clone()).collect(),
-            contact: Contact { finger: jaw.name().into(), point: point.into(), normal: normal.into() },
+            fingers: others.iter().map(|contact| contact.finger).collect(),
+            contact: Contact { finger: jaw, point: point.into(), normal: normal.into() },
             tip_off: own - mean,
             hand_off: after - before,
         })
@@ -91,13 +91,13 @@ impl Taken {
             (position.into(), into_cone(force, &normal).0.into())
         };
         let (position, force) = (0..segment.object.len()).map(at).unzip();
-        Tip { finger: self.jaw.name().into(), position, force }
+        Tip { finger: self.jaw, position, force }
     }
 }
 
 /// Lets jaws press no harder than each may, all in the same measure.
 fn within(tips: &mut [Tip], most: &[(Finger, f64)]) {
-    let may = |tip: &Tip| most.iter().find(|(finger, _)| finger.name() == tip.finger).map_or(f64::INFINITY, |it| it.1);
+    let may = |tip: &Tip| most.iter().find(|(finger, _)| *finger == tip.finger).map_or(f64::INFINITY, |it| it.1);
     let samples = tips.iter().map(|tip| tip.force.len()).min().unwrap_or_default();
     for index in 0..samples {
         let asked = tips.iter().map(|tip| Vector3::from(tip.force[index]).norm() / may(tip)).fold(0.0, f64::max);

@@ -1,7 +1,7 @@
 //! The other hand as something that is in the way: where both hold one object, the second one goes where there is room.
 
 use super::held_path::held;
-use crate::base::hands::{Finger, Side};
+use crate::base::hands::Finger;
 use crate::base::pose::{from_seven, pose};
 use crate::base::quantity::Quantity;
 use crate::base::scene::{Body, Part, Role, Shape};
@@ -32,7 +32,7 @@ pub(crate) fn meeting(tasks: &[Task], (number, grasp): (usize, usize)) -> Vec<(u
 pub(crate) fn bodies(tasks: &[Task], places: &[(usize, usize)], robot: &Robot) -> Vec<Body> {
     let body = |&(number, grasp): &(usize, usize)| {
         let task = &tasks[number];
-        let hand = Side::from_name(&task.track).and_then(|side| robot.hands.get(&side))?;
+        let hand = robot.hands.get(&task.track)?;
         let mapped = task.grasps.get(grasp)?.mapped.as_ref()?;
         let angles = |finger: &FingerModel| {
             let mut angles: JointPositions = [0.0; MAX_DOFS];

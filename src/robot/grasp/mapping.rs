@@ -11,7 +11,7 @@ use super::mapper::Mapper;
 use super::obstacles::{around, to_blame};
 use super::problem::{Contact, Failure, Obstacle, Wanted};
 use crate::base::error::InputError;
-use crate::base::hands::{Finger, Side};
+use crate::base::hands::Finger;
 use crate::base::pose::seven;
 use crate::base::scene::{Body, Scene};
 use crate::command::{self, Commands, MappedFinger, MappedGrasp, Task};
@@ -113,7 +113,7 @@ struct Held {
 impl<'a> Holder<'a> {
     fn new(number: usize, task: &Task, robot: &'a Robot, scene: &'a Scene) -> Result<Self, InputError> {
         let refuse = |message: String| InputError::new(format!("task {} ({})", number + 1, task.task), message);
-        let side = Side::from_name(&task.track).ok_or_else(|| refuse(format!("is of no hand: `{}`", task.track)))?;
+        let side = task.track;
         let hand = robot
             .hands
             .get(&side)
@@ -127,7 +127,7 @@ impl<'a> Holder<'a> {
 
     /// Gives the operator's task to a gripper: to two jaws what several fingers did.
     fn give(&self, task: &mut Task) {
-        let operator = Side::from_name(&task.track).and_then(|side| self.scene.hands.get(&side));
+        let operator = self.scene.hands.get(&task.track);
         if let (Some(jaws), Some(operator)) = (&self.hand.jaws, operator) {
             jaws.take_over(task, self.hand, self.object, operator.tip_radius.0);
         }
@@ -136,7 +136,7 @@ impl<'a> Holder<'a> {
     /// What is to be held with `others` in the way, which are in the frame of the object.
     fn wanted<'b>(&'b self, task: &Task, grasp: usize, others: &'b [Body]) -> Wanted<'b> {
         let obstacles = around(task, grasp, self.scene, others).into_iter().map(|it| it.obstacle).collect();
-        let contacts = task.grasps[grasp].contacts.iter().filter_map(contact).collect();
+        let contacts = task.grasps[grasp].contacts.iter().map(contact).collect();
         Wanted { contacts, object: self.object, obstacles }
     }
 
@@ -211,7 +211,7 @@ impl<'a> Holder<'a> {
         let mut q = vec![0.0; self.robot.tree.dofs.len()];
         found.set(self.hand, &mut q);
         let fingers = found.fingers.iter().map(|held| MappedFinger {
-            finger: held.finger.name().into(),
+            finger: held.finger,
             manipulability: held.manipulability,
             freedom: held.freedom,
             pad_angle_deg: held.pad_angle.to_degrees(),
@@ -237,12 +237,8 @@ impl Held {
     }
 }
 
-fn contact(contact: &command::Contact) -> Option<Contact> {
-    Some(Contact {
-        finger: Finger::from_name(&contact.finger)?,
-        point: Point3::from(contact.point),
-        normal: Vector3::from(contact.normal),
-    })
+fn contact(contact: &command::Contact) -> Contact {
+    Contact { finger: contact.finger, point: Point3::from(contact.point), normal: Vector3::from(contact.normal) }
 }
 
 /// The same contacts with their fingers in the opposite order; a thumb stays where it is.
@@ -261,15 +257,15 @@ fn exchanged(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
 
 /// Gives what a finger did in a grasp to the one that is at its contact now.
 fn rename(task: &mut Task, grasp: usize, before: &[Contact], after: &[Contact]) {
-    let now = |name: &str| {
-        let point = before.iter().find(|contact| contact.finger.name() == name)?.point;
-        after.iter().find(|contact| contact.point == point).map(|contact| contact.finger.name().to_string())
+    let now = |finger: Finger| {
+        let point = before.iter().find(|contact| contact.finger == finger)?.point;
+        after.iter().find(|contact| contact.point == point).map(|contact| contact.finger)
     };
     for contact in &mut task.grasps[grasp].contacts {
-        contact.finger = now(&contact.finger).unwrap_or_else(|| contact.finger.clone());
+        contact.finger = now(contact.finger).unwrap_or(contact.finger);
     }
     for tip in task.segments.iter_mut().filter(|segment| segment.grasp == Some(grasp)).flat_map(|it| &mut it.tips) {
-        tip.finger = now(&tip.finger).unwrap_or_else(|| tip.finger.clone());
+        tip.finger = now(tip.finger).unwrap_or(tip.finger);
     }
 }
 

@@ -33,11 +33,11 @@ pub(super) fn best(
     wanted: &Wanted<'_>,
     reachable: &dyn Fn(&Isometry3<f64>) -> bool,
 ) -> Result<GraspCandidate, Failure> {
-    let pinch = Pinch::new(jaws, &wanted.contacts)?;
+    let two_finger = TwoFingerGrasp::new(jaws, &wanted.contacts)?;
     let shapes = Shapes::new(hand, wanted);
     let (mut found, mut in_the_way): (Vec<GraspCandidate>, Option<(f64, String)>) = (Vec::new(), None);
     for turn in 0..TURNS {
-        match pinch.grasp(hand, &pinch.pose(turn as f64 / TURNS as f64 * TAU), &shapes) {
+        match two_finger.grasp(hand, &two_finger.pose(turn as f64 / TURNS as f64 * TAU), &shapes) {
             Ok(grasp) => found.push(grasp),
             Err((overlap, who)) if in_the_way.as_ref().is_none_or(|(least, _)| overlap < *least) => {
                 in_the_way = Some((overlap, who));
@@ -54,7 +54,7 @@ pub(super) fn best(
 }
 
 /// Jaws on their line in the frame of the object.
-struct Pinch<'a> {
+struct TwoFingerGrasp<'a> {
     jaws: &'a Jaws,
     /// From the thumb to the other jaw.
     along: Unit<Vector3<f64>>,
@@ -67,7 +67,7 @@ struct Pinch<'a> {
     leans: [f64; 2],
 }
 
-impl<'a> Pinch<'a> {
+impl<'a> TwoFingerGrasp<'a> {
     fn new(jaws: &'a Jaws, contacts: &[Contact]) -> Result<Self, Failure> {
         if let Some(contact) = contacts.iter().find(|contact| jaws.jaw(contact.finger).is_none()) {
             return Err(Failure::Lacks(contact.finger));

@@ -46,7 +46,7 @@ impl HandPlanner {
         let lacks = || InputError::new("commands", "are of no hand of the robot");
         let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
         let demonstrated_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
-        let number = tasks.iter().position(|task| task.track == side.name()).ok_or_else(lacks)?;
+        let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
         let groups = groups(tasks);
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
         let mut planner = Self { side, hand, demonstrated_radius, fresh: None };
@@ -76,7 +76,7 @@ impl HandPlanner {
         let fresh = self.fresh.take_if(|(number, _)| group.contains(number));
         let mut palm = fresh.is_none().then_some(palm);
         let mut made = HandPlans::default();
-        for &number in group.iter().filter(|number| tasks[**number].track == self.side.name()) {
+        for &number in group.iter().filter(|number| tasks[**number].track == self.side) {
             let mut plan = self.plan(tasks, group, number, limb, palm.as_ref(), place)?;
             let from_s =
                 stretch(&mut plan, fresh.filter(|(first, _)| *first == number).map_or(0.0, |(_, from_s)| from_s));

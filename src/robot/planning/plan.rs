@@ -544,7 +544,7 @@ fn transfer_time(way: f64, turn: f64) -> f64 {
 
 /// The commanded force of a finger, object frame.
 fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
-    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger.name()) else { return Vector3::zeros() };
+    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger) else { return Vector3::zeros() };
     let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
     let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
     at(index).lerp(&at(index + 1), t)

@@ -61,8 +61,7 @@ impl ResolvedGrasp {
         let mut tips = Vec::new();
         let mut middle = Vector3::zeros();
         for contact in &grasp.contacts {
-            let finger =
-                Finger::from_name(&contact.finger).ok_or_else(|| format!("`{}` is no finger", contact.finger))?;
+            let finger = contact.finger;
             let model = hand.finger(finger).ok_or_else(|| format!("the hand has no {finger} finger"))?;
             let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
             let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));

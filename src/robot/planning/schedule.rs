@@ -116,9 +116,7 @@ pub(crate) fn sides(commands: &Commands, robot: &Robot) -> Result<Vec<Side>, Inp
         let help = "make them again for this one: `teachtree retarget LOG --robot ROBOT -o COMMANDS`";
         return Err(refuse(format!("are for the robot `{other}`, this one is `{}`", robot.name)).help(help));
     }
-    let side =
-        |task: &Task| Side::from_name(&task.track).ok_or_else(|| refuse(format!("are of no hand: `{}`", task.track)));
-    let mut sides = commands.tasks.iter().map(side).collect::<Result<Vec<Side>, InputError>>()?;
+    let mut sides: Vec<Side> = commands.tasks.iter().map(|task| task.track).collect();
     sides.sort();
     sides.dedup();
     Ok(sides)

@@ -72,14 +72,14 @@ impl TimeScale {
                 let shown = part.demonstrated[1] - part.demonstrated[0] >= SAME_S;
                 if !shown && (part.demonstrated[0] - time).abs() < SAME_S { part.needs_s } else { 0.0 }
             };
-            go_on(hands, &mut made, &mut now, &at_once);
+            advance(hands, &mut made, &mut now, &at_once);
             let Some(&next) = times.get(index + 1) else { continue };
             let between = |part: &Part| {
                 let [from, to] = part.demonstrated;
                 let covers = from < time + SAME_S && to > next - SAME_S;
                 if covers && to - from >= SAME_S { part.needs_s * (next - time) / (to - from) } else { 0.0 }
             };
-            go_on(hands, &mut made, &mut now, &between);
+            advance(hands, &mut made, &mut now, &between);
         }
         Self { hands: made, eased_s }
     }
@@ -129,7 +129,7 @@ fn in_order(parts: &[Part]) -> Vec<Part> {
 }
 
 /// Lets time pass until every hand has done what it needs time for.
-fn go_on(hands: &[Vec<Part>], made: &mut [Vec<Knot>], now: &mut f64, needs: &dyn Fn(&Part) -> f64) {
+fn advance(hands: &[Vec<Part>], made: &mut [Vec<Knot>], now: &mut f64, needs: &dyn Fn(&Part) -> f64) {
     let each: Vec<f64> = hands.iter().map(|parts| parts.iter().map(needs).sum()).collect();
     let longest = each.iter().copied().fold(0.0, f64::max);
     if longest <= 0.0 {

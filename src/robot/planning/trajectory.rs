@@ -154,8 +154,8 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
         if let Some((joint, time_s)) = jump(&dofs, &way) {
             let name = &dofs[joint].name;
             let own = |hand: &&Moving| hand.limb.tree.dof(name).is_some();
-            let side = hands.iter().find(own).map_or("", |hand| hand.planner.side.name());
-            let number = numbers.iter().find(|number| tasks[**number].track == side).copied().unwrap_or_default();
+            let side = hands.iter().find(own).map(|hand| hand.planner.side);
+            let number = numbers.iter().find(|number| Some(tasks[**number].track) == side).copied().unwrap_or_default();
             return Err(at_task(tasks, number, format!("makes the joint `{name}` jump, {time_s:.2} s into it")));
         }
         let timed = timed(&way, 1.0 / RATE_HZ, &dofs);

@@ -1,6 +1,6 @@
 //! Observers of a simulation: what is recorded, measured and judged of each step.
 //!
-//! An observer is one file with a type that looks at each step. To add one: write the file, and name it in [`super::run`].
+//! An observer is one file with a type that looks at each step. To add one: write the file, and name it in [`super::observers`].
 
 use super::hand_agent::HandAgent;
 use crate::world::{Observation, STEP_S};

@@ -4,15 +4,12 @@
 //! dynamics and the world's bodies move, and fingertips press on bodies by the law of the virtual environment. Only fingertips touch.
 //! Tasks of both hands that overlap run on one time scale ([`crate::robot::planning::time_scale`]).
 
-use super::arm_clearance::{ArmClearance, MinDistance};
-use super::drop_detection::DropDetection;
-use super::force_tolerance::ForceTolerance;
 use super::hand_agent::HandAgent;
-use super::judge::{Findings, Judge, Outcome};
-use super::observer::{Observer, Step};
-use super::recorder::Recorder;
+use super::observer::Step;
+use super::observers::Observers;
+use super::observers::arm_clearance::MinDistance;
+use super::observers::judge::{Findings, Outcome};
 use super::trace::{Limb, Trace};
-use super::tracer::Tracer;
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::Quantity;
@@ -96,23 +93,6 @@ struct Simulation<'t> {
     outcomes: Vec<Option<Outcome>>,
 }
 
-/// What looks at each step.
-struct Observers {
-    drops: DropDetection,
-    recorder: Recorder,
-    judge: Judge,
-    forces: ForceTolerance,
-    tracer: Tracer,
-    clearance: ArmClearance,
-}
-
-impl Observers {
-    fn all(&mut self) -> [&mut dyn Observer; 6] {
-        let Self { drops, recorder, judge, forces, tracer, clearance } = self;
-        [drops, recorder, judge, forces, tracer, clearance]
-    }
-}
-
 impl<'t> Simulation<'t> {
     /// The hands at their first targets in a scene that has come to rest.
     fn begin(
@@ -141,14 +121,7 @@ impl<'t> Simulation<'t> {
             world.step_moved(&mut hands);
         }
         let limbs = sides.into_iter().zip(limbs).map(|(side, robot)| Limb { side, robot }).collect();
-        let observers = Observers {
-            drops: DropDetection::new(&own),
-            recorder: Recorder::new(&own, world.observation()),
-            judge: Judge::new(tasks.len()),
-            forces: ForceTolerance::new(tasks),
-            tracer: Tracer::new(limbs, &own),
-            clearance: ArmClearance::default(),
-        };
+        let observers = Observers::new(limbs, &own, tasks, world.observation());
         let outcomes = vec![None; tasks.len()];
         Ok(Self { tasks, scene: own, bodies, sight, world, hands, step: 0, observers, outcomes })
     }
@@ -235,7 +208,7 @@ impl<'t> Simulation<'t> {
     fn judge(&mut self, group: &[usize], schedule: &Schedule<'t>) {
         for &number in group {
             let (task, body) = (&self.tasks[number], self.bodies[number]);
-            let Some(hand) = self.hands.iter().find(|hand| hand.planner.side.name() == task.track) else { continue };
+            let Some(hand) = self.hands.iter().find(|hand| hand.planner.side == task.track) else { continue };
             let found = Findings {
                 side: hand.planner.side,
                 searched: hand.searched(number),

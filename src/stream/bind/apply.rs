@@ -11,6 +11,8 @@ use super::{BindingFile, Normals, Template, Threshold};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::base::log_channel::LogChannel;
+use crate::base::nearest::nearest;
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::{Dimension, compound};
@@ -287,7 +289,7 @@ impl Header {
         if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
             return format!("`{sheet}` cannot be read: {why}");
         }
-        match names::nearest(name, self.columns.keys().map(String::as_str)) {
+        match nearest(name, self.columns.keys().map(String::as_str)) {
             Some(near) => format!("the log has no column `{name}`; did you mean `{near}`?"),
             None if self.sheets.len() > 1 => {
                 let parts: Vec<String> = self.sheets.iter().map(|sheet| format!("`{sheet}`")).collect();
@@ -404,13 +406,13 @@ fn fillings<'a>(name: &Template, objects: &[&'a str]) -> Vec<Filling<'a>> {
 
 /// Whether a channel is 0 or 1.
 fn is_flag(channel: &str) -> bool {
-    names::channel(channel).is_some_and(|(shape, ..)| shape == Shape::Bool)
+    LogChannel::parse(channel).is_some_and(|channel| channel.shape() == Shape::Bool)
 }
 
 /// What the columns of a channel make, and their dimension: from its name, else from its columns.
 fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String> {
-    let (wanted, dimension) = match names::channel(channel) {
-        Some((shape, dimension, _)) => (Some(shape), dimension),
+    let (wanted, dimension) = match LogChannel::parse(channel) {
+        Some(channel) => (Some(channel.shape()), channel.dimension()),
         None => {
             let (side, rest) = channel.split_once('.').unwrap_or((channel, ""));
             if Side::from_name(side).is_none() || rest.is_empty() {

@@ -2,8 +2,8 @@
 
 use super::{BindingFile, Filling, Template};
 use crate::base::error::InputError;
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::scene::{Role, Scene};
-use crate::base::units::Dimension;
 use crate::stream::clean::unknown_columns::UnknownColumn;
 use crate::stream::names;
 
@@ -28,20 +28,16 @@ impl BindingFile {
                 continue;
             }
             let channel = template.fill(filling);
-            let column = names::channel(&channel).map_or(channel.clone(), |(shape, ..)| {
-                shape
-                    .components()
-                    .first()
-                    .filter(|it| !it.is_empty())
-                    .map_or(channel.clone(), |it| format!("{channel}.{it}"))
-            });
+            let column = LogChannel::parse(&channel)
+                .and_then(|channel| channel.columns().into_iter().next())
+                .unwrap_or_else(|| channel.clone());
             match UnknownColumn::of(&column, scene) {
                 None => {}
-                Some(stranger @ UnknownColumn::Body(_)) => {
-                    return Err(self.error(key, stranger.message(&column, scene)));
+                Some(unknown @ UnknownColumn::Body(_)) => {
+                    return Err(self.error(key, unknown.message(&column, scene)));
                 }
-                Some(stranger) => {
-                    let message = stranger.message(&channel, scene);
+                Some(unknown) => {
+                    let message = unknown.message(&channel, scene);
                     if message.contains("did you mean") {
                         suspicious_channels.push((channel, self.error(key, message)));
                     }
@@ -49,7 +45,7 @@ impl BindingFile {
             }
         }
         for channel in &self.binding.trust {
-            let is_force = matches!(names::channel(channel), Some((_, Dimension::FORCE, [None, None])));
+            let is_force = matches!(LogChannel::parse(channel), Some(LogChannel::Finger(_, _, FingerPart::Force)));
             if !is_force {
                 let message =
                     format!("`{channel}` is no force of a finger, expected a channel such as `right.thumb.force`");

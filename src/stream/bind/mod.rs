@@ -41,7 +41,7 @@ pub struct Binding {
     #[serde(default)]
     #[allow(dead_code, reason = "the key is for whoever reads the file")]
     about: String,
-    /// The file of the rules that keeps the trees' promised signals for this hardware.
+    /// The file of the rules that implements the trees' abstract signals for this hardware.
     #[serde(default)]
     pub hand_file: Option<String>,
     /// Rule parameters that this hardware needs otherwise, each a value with its unit.

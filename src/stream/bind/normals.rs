@@ -2,10 +2,11 @@
 
 use super::placed::{Placed, columns, vector};
 use crate::base::geometry::face_normal;
+use crate::base::log_channel::{ContactPart, LogChannel};
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::Role;
 use crate::base::units::Dimension;
-use crate::stream::names;
+use crate::stream::names::{self, Meaning};
 use nalgebra::Vector3;
 
 /// Least share of a support's force that points up.
@@ -14,24 +15,20 @@ const BEARS: f64 = 0.5;
 /// Gives contacts a normal where none is logged, since the direction of a force with friction says too little: upwards from a support, level from a
 /// wall, out of the face of a body whose shape is known, and along the force otherwise. Downward where the force of a support does not bear from below.
 pub fn normals_by_role(recording: &mut Recording) {
-    let mut normals: Vec<(String, Vec<Vector3<f64>>)> = vec![];
+    let mut normals: Vec<(Vec<String>, Vec<Vector3<f64>>)> = vec![];
     for name in recording.columns.keys() {
-        let Some(meaning) =
-            names::meaning(name).filter(|meaning| meaning.dimension == Dimension::FORCE && meaning.component == 0)
+        let Some(Meaning { channel, component: 0, .. }) = names::meaning(name) else { continue };
+        let Some(contact @ LogChannel::Contact(a, b, ContactPart::Force)) = LogChannel::parse(channel) else {
+            continue;
+        };
+        let normal = LogChannel::Contact(a, b, ContactPart::Normal);
+        let (Some(force), None) =
+            (columns(recording, &contact, ["x", "y", "z"]), recording.columns.get(&format!("{normal}.x")))
         else {
             continue;
         };
-        let ([Some(a), Some(b)], Some(contact)) = (meaning.bodies, meaning.channel.strip_suffix(".force")) else {
-            continue;
-        };
-        let (Some(force), None) = (
-            columns(recording, meaning.channel, ["x", "y", "z"]),
-            recording.columns.get(&format!("{contact}.normal.x")),
-        ) else {
-            continue;
-        };
         let (one, other) = (Placed::new(recording, a), Placed::new(recording, b));
-        let normal = |row: usize| {
+        let normal_at = |row: usize| {
             let force_on_a = vector(&force, row);
             let touching = force_on_a.norm() > 0.0;
             let normal = || {
@@ -41,12 +38,12 @@ pub fn normals_by_role(recording: &mut Recording) {
             };
             touching.then(normal).flatten().or_else(|| force_on_a.try_normalize(0.0)).unwrap_or_else(Vector3::zeros)
         };
-        normals.push((format!("{contact}.normal"), (0..recording.time.len()).map(normal).collect()));
+        normals.push((normal.columns(), (0..recording.time.len()).map(normal_at).collect()));
     }
-    for (channel, rows) in normals {
-        for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
+    for (columns, rows) in normals {
+        for (axis, column) in columns.into_iter().enumerate() {
             let values = rows.iter().map(|normal| normal[axis]).collect();
-            recording.columns.insert(format!("{channel}.{component}"), Column { dimension: Dimension::NONE, values });
+            recording.columns.insert(column, Column { dimension: Dimension::NONE, values });
         }
     }
 }

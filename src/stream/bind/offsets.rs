@@ -4,9 +4,9 @@ use super::{BindingFile, Offset};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
 use crate::base::geometry::unit;
+use crate::base::log_channel::LogChannel;
 use crate::base::recording::{Column, Recording};
 use crate::base::units::Dimension;
-use crate::stream::names;
 use nalgebra::Vector3;
 
 /// Adds the position of a point that moves with a frame, to be bound under `key`.
@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 /// # Errors
 /// When the key is no position, or the pose of the frame is not bound.
 pub fn place(recording: &mut Recording, file: &BindingFile, key: &str, offset: &Offset) -> Result<(), InputError> {
-    if !matches!(names::channel(key), Some((Shape::Vec3, Dimension::LENGTH, _))) {
+    if !LogChannel::parse(key).is_some_and(|it| it.shape() == Shape::Vec3 && it.dimension() == Dimension::LENGTH) {
         let message = format!("`{key}` is no position, expected a channel such as `right.thumb.position`");
         return Err(file.error(key, message));
     }

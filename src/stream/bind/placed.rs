@@ -1,9 +1,11 @@
 //! Where the bodies of a bound log are.
 
 use crate::base::geometry::pose;
+use crate::base::log_channel::{BodyPart, LogChannel};
 use crate::base::recording::Recording;
 use crate::base::scene::Body;
 use nalgebra::{Isometry3, Vector3};
+use std::fmt::Display;
 
 /// A body with where it is.
 pub struct Placed<'a> {
@@ -18,8 +20,8 @@ impl<'a> Placed<'a> {
     pub fn new(recording: &'a Recording, name: &str) -> Self {
         Self {
             body: recording.scene.bodies.get(name),
-            position: columns(recording, &format!("{name}.position"), ["x", "y", "z"]),
-            rotation: columns(recording, &format!("{name}.rotation"), ["w", "x", "y", "z"]),
+            position: columns(recording, &LogChannel::Body(name, BodyPart::Position), ["x", "y", "z"]),
+            rotation: columns(recording, &LogChannel::Body(name, BodyPart::Rotation), ["w", "x", "y", "z"]),
         }
     }
 
@@ -37,7 +39,7 @@ impl<'a> Placed<'a> {
 /// The columns of a channel, if they are all there.
 pub fn columns<'a, const N: usize>(
     recording: &'a Recording,
-    channel: &str,
+    channel: &impl Display,
     components: [&str; N],
 ) -> Option<[&'a [f64]; N]> {
     let columns = components.map(|component| {

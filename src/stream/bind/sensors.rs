@@ -5,6 +5,7 @@ use super::tool::{self, Tool};
 use super::{BindingFile, Sensor, ToolMass};
 use crate::base::error::InputError;
 use crate::base::geometry::unit;
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::{Column, Recording};
 use crate::base::shown::Shown;
 use crate::base::units::Dimension;
@@ -147,7 +148,7 @@ fn weigh(
 
 /// The vectors of a channel, row by row.
 fn vectors(recording: &Recording, channel: &str, file: &BindingFile) -> Result<Vec<Vector3<f64>>, InputError> {
-    let [x, y, z] = columns(recording, channel, ["x", "y", "z"])
+    let [x, y, z] = columns(recording, &channel, ["x", "y", "z"])
         .ok_or_else(|| file.error(channel, format!("`{channel}` is no vector, it has no frame and bears no tool")))?;
     Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| Vector3::new(*x, *y, *z)).collect())
 }
@@ -198,15 +199,14 @@ fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError>
             variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;
             column.values.iter_mut().for_each(|value| *value -= mean);
         }
-        if let Some(noise) = channel.strip_suffix(".force").map(|finger| format!("{finger}.noise"))
-            && names::channel(&noise).is_some()
-            && !recording.columns.contains_key(&noise)
-        {
-            let values = vec![variance.sqrt(); recording.time.len()];
-            recording.columns.insert(noise, Column { dimension: Dimension::FORCE, values });
-        }
         if !found {
             return Err(file.error("tare", format!("no channel `{channel}` is bound")));
+        }
+        let Some(LogChannel::Finger(side, finger, FingerPart::Force)) = LogChannel::parse(channel) else { continue };
+        let noise = LogChannel::Finger(side, finger, FingerPart::Noise).to_string();
+        if !recording.columns.contains_key(&noise) {
+            let values = vec![variance.sqrt(); recording.time.len()];
+            recording.columns.insert(noise, Column { dimension: Dimension::FORCE, values });
         }
     }
     Ok(())

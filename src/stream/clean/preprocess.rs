@@ -117,20 +117,20 @@ impl<'a> CleanLog<'a> {
     /// When a column is not as long as the time, a vector lacks a component, a flag is no flag, or the time base is unusable.
     pub fn new(recording: &'a Recording, trust: &[String], asked: impl Fn(&str) -> bool) -> Result<Self, InputError> {
         let time = &recording.time;
-        let (mut strangers, mut columns) = (vec![], Columns::new());
+        let (mut unknown, mut columns) = (vec![], Columns::new());
         for (name, column) in &recording.columns {
             if column.values.len() != time.len() {
                 let message = format!("the column has {} values, the time has {}", column.values.len(), time.len());
                 return Err(InputError::new(format!("channel {name}"), message));
             }
             match UnknownColumn::of(name, &recording.scene) {
-                Some(stranger) if !asked(name) => strangers.push((name.as_str(), stranger)),
+                Some(unknown_column) if !asked(name) => unknown.push((name.as_str(), unknown_column)),
                 _ => {
                     columns.insert(name, (column.dimension, Cow::Borrowed(&column.values)));
                 }
             }
         }
-        let mut issues = unknown_columns::ignored(recording, &strangers);
+        let mut issues = unknown_columns::ignored(recording, &unknown);
         issues.extend(dropouts::impossible(time, &mut columns)?);
         issues.extend(never_measured(time, &mut columns));
         whole_vectors(&columns)?;

@@ -10,6 +10,7 @@
 
 use crate::base::channels::Shape;
 use crate::base::geometry::unit;
+use crate::base::log_channel::{BodyPart, LogChannel};
 use crate::base::recording::Recording;
 use crate::base::shown::Shown;
 use crate::base::units::Dimension;
@@ -166,8 +167,8 @@ struct Out {
 impl Jumps {
     /// Of a channel that is looked at.
     pub fn of(channel: &str) -> Option<Self> {
-        let (shape, dimension, bodies) = names::channel(channel)?;
-        Kind::of(shape, dimension, bodies).map(|kind| Self {
+        let channel = LogChannel::parse(channel)?;
+        Kind::of(channel.shape(), channel.dimension(), channel.bodies()).map(|kind| Self {
             kind,
             recent: vec![],
             rows: 0,
@@ -319,8 +320,7 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, jumps)| jumps.kind.is_rate());
     let mut issues = vec![];
     for (channel, mut jumps) in others.into_iter().chain(rates) {
-        let Some((shape, ..)) = names::channel(&channel) else { continue };
-        let columns: Vec<String> = shape.components().iter().map(|letter| format!("{channel}.{letter}")).collect();
+        let Some(columns) = LogChannel::parse(&channel).map(|channel| channel.columns()) else { continue };
         let parts: Vec<&[f64]> = columns
             .iter()
             .filter_map(|name| recording.columns.get(name))
@@ -373,11 +373,11 @@ fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, out: &Out) 
 
 /// How a pose changes from row to row, per second; nothing when the log lacks it. Rows whose pose is not measured are left out.
 fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>) -> Option<Vec<Vector3<f64>>> {
-    let (body, _) = channel.rsplit_once('.')?;
-    let pose = if kind == Kind::Spin { format!("{body}.rotation") } else { format!("{body}.position") };
-    let (shape, ..) = names::channel(&pose)?;
-    let column = |letter: &&str| recording.columns.get(&format!("{pose}.{letter}")).map(|column| &column.values);
-    let parts: Vec<&Vec<f64>> = shape.components().iter().map(column).collect::<Option<_>>()?;
+    let LogChannel::Body(body, _) = LogChannel::parse(channel)? else { return None };
+    let pose = LogChannel::Body(body, if kind == Kind::Spin { BodyPart::Rotation } else { BodyPart::Position });
+    let columns = pose.columns();
+    let column = |name: &String| recording.columns.get(name).map(|column| &column.values);
+    let parts: Vec<&Vec<f64>> = columns.iter().map(column).collect::<Option<_>>()?;
     let sample = |row: usize| {
         let values = parts.iter().map(|part| part.get(row).copied().filter(|value| value.abs() <= LARGEST));
         values.collect::<Option<Vec<f64>>>().map(|values| (recording.time[row], values))

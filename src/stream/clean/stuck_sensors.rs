@@ -9,6 +9,7 @@
 //! A dead force reads zero, so that it is never one long contact. A fingertip that stands still while the others of its hand travel is only reported.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::Recording;
 use crate::base::units::Dimension;
 use crate::stream::clean::preprocess::Columns;
@@ -176,7 +177,7 @@ pub fn frozen(time: &[f64], columns: &Columns) -> Vec<Issue> {
         let tips: Vec<(String, Vector)> = Finger::ALL
             .into_iter()
             .filter(|finger| *finger != Finger::Palm)
-            .map(|finger| format!("{side}.{finger}.position"))
+            .map(|finger| LogChannel::Finger(side, finger, FingerPart::Position).to_string())
             .filter_map(|channel| vector(columns, &channel).map(|values| (channel, values)))
             .collect();
         for (channel, values) in &tips {
@@ -199,7 +200,12 @@ pub fn frozen(time: &[f64], columns: &Columns) -> Vec<Issue> {
 /// The rows in which the sensor behind a channel is dead.
 fn stuck(time: &[f64], columns: &Columns, channel: &str, forces: &[String]) -> Vec<Range<usize>> {
     let Some(force) = vector(columns, channel) else { return vec![] };
-    let tip = channel.strip_suffix(".force").and_then(|finger| vector(columns, &format!("{finger}.position")));
+    let tip = match LogChannel::parse(channel) {
+        Some(LogChannel::Finger(side, finger, FingerPart::Force)) => {
+            vector(columns, &LogChannel::Finger(side, finger, FingerPart::Position).to_string())
+        }
+        _ => None,
+    };
     let others: Vec<Vector> =
         forces.iter().filter(|other| *other != channel).filter_map(|other| vector(columns, other)).collect();
     let moves = |rows: &Range<usize>| {

@@ -1,6 +1,8 @@
 //! Columns that nobody knows: which they are, and what may have been meant.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{BodyPart, FingerPart, LogChannel};
+use crate::base::nearest::nearest;
 use crate::base::recording::Recording;
 use crate::base::scene::Scene;
 use crate::stream::clean::preprocess::over_all;
@@ -60,7 +62,7 @@ impl<'a> UnknownColumn<'a> {
         match self {
             Self::Body(body) => {
                 let bodies: Vec<&str> = scene.bodies.keys().map(String::as_str).collect();
-                match names::nearest(body, bodies.iter().copied()) {
+                match nearest(body, bodies.iter().copied()) {
                     None if !bodies.is_empty() && bodies.len() <= FEW => {
                         format!("the scene has no body `{body}`, only {}", bodies.join(", "))
                     }
@@ -71,11 +73,11 @@ impl<'a> UnknownColumn<'a> {
                 Some(part) => format!(
                     "`{part}` is no finger, expected {}{}",
                     Finger::ALL.map(Finger::name).join(", "),
-                    meant(names::nearest(part, Finger::ALL.map(Finger::name)))
+                    meant(nearest(part, Finger::ALL.map(Finger::name)))
                 ),
                 None => {
                     let known = known(scene);
-                    format!("no channel has this name{}", meant(names::nearest(name, known.iter().map(String::as_str))))
+                    format!("no channel has this name{}", meant(nearest(name, known.iter().map(String::as_str))))
                 }
             },
         }
@@ -83,9 +85,9 @@ impl<'a> UnknownColumn<'a> {
 }
 
 /// Returns an issue for each channel that is ignored.
-pub fn ignored(recording: &Recording, strangers: &[(&str, UnknownColumn)]) -> Vec<Issue> {
+pub fn ignored(recording: &Recording, unknown: &[(&str, UnknownColumn)]) -> Vec<Issue> {
     // One issue a channel: three components have one and the same mistake.
-    let mut channels: Vec<(&str, &UnknownColumn)> = strangers.iter().map(|(name, why)| (whole(name), why)).collect();
+    let mut channels: Vec<(&str, &UnknownColumn)> = unknown.iter().map(|(name, why)| (whole(name), why)).collect();
     channels.dedup_by_key(|(channel, _)| *channel);
     let listed = channels.iter().take(LISTED).map(|(channel, why)| {
         let message = format!("the channel is ignored: {}", why.message(channel, &recording.scene));
@@ -118,16 +120,14 @@ fn no_finger(name: &str) -> Option<&str> {
 
 /// The channels that may have been meant.
 fn known(scene: &Scene) -> Vec<String> {
-    const OF_FINGER: [&str; 3] = ["position", "force", "contact"];
-    const OF_BODY: [&str; 4] = ["position", "rotation", "velocity", "angular_velocity"];
+    const OF_FINGER: [FingerPart; 3] = [FingerPart::Position, FingerPart::Force, FingerPart::Contact];
+    const OF_HAND: [fn(Side) -> LogChannel<'static>; 3] =
+        [LogChannel::PalmRotation, LogChannel::GripperClosed, LogChannel::GripperOpening];
     let of_fingers = Side::BOTH.into_iter().flat_map(|side| {
-        Finger::ALL
-            .into_iter()
-            .flat_map(move |finger| OF_FINGER.iter().map(move |end| format!("{side}.{finger}.{end}")))
+        let parts = |finger| OF_FINGER.map(|part| LogChannel::Finger(side, finger, part));
+        Finger::ALL.into_iter().flat_map(parts).collect::<Vec<_>>()
     });
-    let of_hands = Side::BOTH
-        .into_iter()
-        .flat_map(|side| ["palm.rotation", "gripper.closed", "gripper.opening"].map(|end| format!("{side}.{end}")));
-    let of_bodies = scene.bodies.keys().flat_map(|body| OF_BODY.iter().map(move |end| format!("{body}.{end}")));
-    of_fingers.chain(of_hands).chain(of_bodies).collect()
+    let of_hands = Side::BOTH.into_iter().flat_map(|side| OF_HAND.map(|channel| channel(side)));
+    let of_bodies = scene.bodies.keys().flat_map(|body| BodyPart::ALL.map(|part| LogChannel::Body(body, part)));
+    of_fingers.chain(of_hands).chain(of_bodies).map(|channel| channel.to_string()).collect()
 }

@@ -3,6 +3,7 @@
 //! What is written is read back to the same bits. A file appears whole or not at all.
 
 use crate::base::error::{ErrorKind, InputError};
+use crate::base::nearest::nearest;
 use crate::base::quantity::Frequency;
 use crate::base::recording::{Column, Event, Recording};
 use crate::base::scene::Scene;
@@ -198,7 +199,7 @@ pub(in crate::stream) fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(S
     if let Clock::Column(time, _) = clock
         && !seen.contains_key(time.as_str())
     {
-        let near = names::nearest("time", seen.keys().copied())
+        let near = nearest("time", seen.keys().copied())
             .or_else(|| seen.keys().copied().find(|name| matches!(*name, "t" | "timestamp" | "stamp")));
         let error = InputError::new(&header_place, format!("the log has no column `{time}`"));
         return Err(match near {

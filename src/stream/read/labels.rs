@@ -9,8 +9,9 @@
 //! two rows label differently, is not labeled.
 
 use crate::base::error::InputError;
+use crate::base::hands::Who;
+use crate::base::nearest::nearest;
 use crate::base::shown::Shown;
-use crate::stream::names;
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -44,8 +45,8 @@ pub struct Labels {
 pub struct Interval {
     /// The row of the file, the header being row 1.
     pub row: u64,
-    /// `left`, `right` or `both`; `None` where the file does not say.
-    pub track: Option<String>,
+    /// Whose it is; `None` where the file does not say.
+    pub track: Option<Who>,
     /// What is named.
     pub kind: Kind,
     /// The name, as it stands in the file.
@@ -82,7 +83,7 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
         InputError::new(format!("{file} row 1"), message)
             .help("a label file has the columns `track,label,start_s,end_s` or `start_frame,end_frame,label`")
     })?;
-    let mut tracks: BTreeMap<(Option<String>, Kind), Vec<Interval>> = BTreeMap::new();
+    let mut tracks: BTreeMap<(Option<Who>, Kind), Vec<Interval>> = BTreeMap::new();
     let mut rows = 0;
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
@@ -101,7 +102,7 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
         };
         let interval = columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?;
         if let Some(interval) = interval {
-            tracks.entry((interval.track.clone(), interval.kind)).or_default().push(interval);
+            tracks.entry((interval.track, interval.kind)).or_default().push(interval);
         }
     }
     let mut labels = Labels { file, ..Labels::default() };
@@ -133,7 +134,7 @@ impl Columns {
         const TOLD: usize = 8;
         let any = |names: &[&str]| header.iter().position(|title| names.contains(&title.as_str()));
         let wanted = |names: &[&str]| {
-            let near = names.iter().find_map(|name| names::nearest(name, header.iter().map(String::as_str)));
+            let near = names.iter().find_map(|name| nearest(name, header.iter().map(String::as_str)));
             let meant = near.map_or_else(String::new, |near| format!("; was `{near}` meant?"));
             let more = if header.len() > TOLD { ", …" } else { "" };
             let found: Vec<&str> = header.iter().take(TOLD).map(String::as_str).collect();
@@ -164,9 +165,9 @@ impl Columns {
         if name.len() > MAX_NAME {
             return Err((self.name, format!("the name has {} bytes, at most {MAX_NAME} are read", name.len())));
         }
-        let track = self.track.map(|column| match cell(column) {
-            track @ ("left" | "right" | "both") => Ok(track.to_string()),
-            other => Err((column, format!("found `{}`, expected left, right or both", shown(other)))),
+        let track = self.track.map(|column| {
+            let wrong = || (column, format!("found `{}`, expected left, right or both", shown(cell(column))));
+            Who::from_name(cell(column)).ok_or_else(wrong)
         });
         let kind = match self.kind.map(|column| (column, cell(column))) {
             None | Some((_, "primitive")) => Kind::Primitive,

@@ -4,8 +4,8 @@ use super::goals::{Bring, Carry, Close, Goal, Open, Press, Reach, Slip, Step, To
 use super::grips::{Held, body, refused};
 use super::guided::{Closing, Guided, Pressing};
 use super::hand::{Motion, Performer};
-use super::incidents::Incident;
 use super::motion::{Transport, Turning, duration};
+use super::perturbations::Perturbation;
 use super::plugging::{FIRM, Plugging};
 use super::pressing::PressingOn;
 use super::slipping::Slipping;
@@ -126,7 +126,7 @@ impl<'a> Performer<'a> {
             Goal::Carry(carry) => self.begin_carry(carry, world)?,
             Goal::Bring(bring) => self.begin_bring(bring, world),
             Goal::Insert(insert) => {
-                self.begin_plugging(&insert.socket, -insert.depth.0, insert.speed.0, step.incident, world)?
+                self.begin_plugging(&insert.socket, -insert.depth.0, insert.speed.0, step.perturbation, world)?
             }
             Goal::Withdraw(withdraw) => {
                 self.begin_plugging(&withdraw.socket, withdraw.above.0, withdraw.speed.0, None, world)?
@@ -260,12 +260,12 @@ impl<'a> Performer<'a> {
         socket: &str,
         to: f64,
         speed: f64,
-        incident: Option<Incident>,
+        perturbation: Option<Perturbation>,
         world: &World,
     ) -> Result<Motion, InputError> {
         let place = self.place(socket)?;
         self.hold_firmly();
-        let misses = incident == Some(Incident::RetryAtRim);
+        let misses = perturbation == Some(Perturbation::RetryAtRim);
         let away =
             if misses { 0.5 * place.socket.radius.0 + MISSED_M } else { self.variation().aim.0 * self.chance.share() };
         let axis = place.plug(self.grip.object, &world.observation().bodies).map_or_else(Vector3::z, |plug| plug.axis);

@@ -1,7 +1,7 @@
 //! Goals: what a hand can be made to do, one step after the other. A goal says what is to become of the object; how the hand gets
 //! there, what it feels under way and how operators differ in it is the performer's business.
 
-use super::Incident;
+use super::Perturbation;
 use crate::base::quantity::{Angle, AngularSpeed, Force, Length, Quantity, Speed, Time};
 use serde::Deserialize;
 
@@ -15,9 +15,9 @@ pub struct Step {
     pub phase: Option<String>,
     /// What to do.
     pub goal: Goal,
-    /// The incident that begins with it; nothing that a script says.
-    pub incident: Option<Incident>,
-    /// Whether an incident added it.
+    /// The perturbation that begins with it; nothing that a script says.
+    pub perturbation: Option<Perturbation>,
+    /// Whether a perturbation added it.
     pub added: bool,
     /// Its number in the script as it is written, from 0.
     pub written: usize,
@@ -309,7 +309,7 @@ impl StepText {
         let mut goals = goals.into_iter().flatten();
         match (goals.next(), goals.next(), self.repeat) {
             (Some(goal), None, None) => {
-                steps.push(Step { phase: self.phase, goal, incident: None, added: false, written: 0 })
+                steps.push(Step { phase: self.phase, goal, perturbation: None, added: false, written: 0 })
             }
             (None, _, Some(Repeat { times, steps: Steps(repeated) })) => {
                 if times.saturating_mul(repeated.len()) > MAX_STEPS {

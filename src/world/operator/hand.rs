@@ -3,8 +3,8 @@
 use super::goals::{Goal, Step};
 use super::grips::{Held, tucked};
 use super::guided::{Closing, Guided, LANDING};
-use super::incidents::{Incident, with_incidents};
 use super::motion::{Glide, Transport, Turning};
+use super::perturbations::{Perturbation, with_perturbations};
 use super::plugging::Plugging;
 use super::pressing::PressingOn;
 use super::rng::{Rng, Shaking};
@@ -83,8 +83,8 @@ pub(in crate::world) struct Performer<'a> {
 pub(in crate::world) struct Begun {
     /// A phase of the script.
     pub(in crate::world) phase: Option<String>,
-    /// An incident.
-    pub(in crate::world) incident: Option<Incident>,
+    /// A perturbation.
+    pub(in crate::world) perturbation: Option<Perturbation>,
     /// The object was lost, and the hand goes back for it.
     pub(in crate::world) lost: bool,
 }
@@ -134,7 +134,7 @@ impl<'a> Performer<'a> {
             hand,
             scene,
             operator,
-            steps: with_incidents(operator, script, side, seed),
+            steps: with_perturbations(operator, script, side, seed),
             next: 0,
             pace: chance.factor(variation.pace),
             strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
@@ -204,7 +204,7 @@ impl<'a> Performer<'a> {
         if over || begun.lost || gives_up {
             let Some(step) = self.steps.get(self.next).cloned() else { return Ok(None) };
             self.next += 1;
-            (begun.phase, begun.incident) = (step.phase.clone(), step.incident);
+            (begun.phase, begun.perturbation) = (step.phase.clone(), step.perturbation);
             self.since = 0.0;
             self.motion = self.begin(&step, world)?;
         }

@@ -8,8 +8,8 @@ mod goals;
 mod grips;
 mod guided;
 mod hand;
-mod incidents;
 mod motion;
+mod perturbations;
 mod plugging;
 mod pressing;
 mod rng;
@@ -22,8 +22,8 @@ pub use goals::{
     Along, Bring, Carry, Close, Goal, Insert, Open, Press, Reach, Slip, Step, Together, Turn, Until, Withdraw,
 };
 pub(super) use hand::Performer;
-pub(super) use incidents::cuts;
-pub use incidents::{Incident, Occasions};
+pub(super) use perturbations::cuts;
+pub use perturbations::{Occasions, Perturbation};
 pub(super) use rng::Rng;
 pub(super) use together::Other;
 pub use variation::{ForceNoise, Tremor, Variation};
@@ -44,7 +44,7 @@ pub struct Operator {
     /// How operators differ, and how one operator differs from run to run; a machine when left out.
     #[serde(default, deserialize_with = "variation::read")]
     pub variation: Variation,
-    /// What this script offers to the incidents of its variation.
+    /// What this script offers to the perturbations of its variation.
     #[serde(default)]
     pub occasions: Occasions,
     /// What is recorded, and how exactly.

@@ -34,8 +34,9 @@ pub struct Variation {
     pub tremor: Tremor,
     /// Noise of the force sensors, in the recording only: the world does not feel it.
     pub force_noise: ForceNoise,
-    /// The share of operators to whom each incident bernoulli.
-    pub incidents: f64,
+    /// The share of operators for whom each perturbation occurs.
+    #[serde(alias = "incidents")]
+    pub perturbations: f64,
 }
 
 /// Tremor: in each direction a wave of its own frequency.
@@ -80,7 +81,7 @@ impl Variation {
                 frequency: [Quantity(8.0), Quantity(12.0)],
             },
             force_noise: ForceNoise { sigma: Quantity(0.03), bias: Quantity(0.1) },
-            incidents: 0.12,
+            perturbations: 0.12,
         }
     }
 
@@ -106,7 +107,7 @@ impl Variation {
                 sigma: Quantity(self.force_noise.sigma.0 * by),
                 bias: Quantity(self.force_noise.bias.0 * by),
             },
-            incidents: self.incidents * by,
+            perturbations: self.perturbations * by,
             ..self.clone()
         }
     }
@@ -127,7 +128,7 @@ impl Default for Variation {
             reaction: Quantity(0.15),
             tremor: Tremor::default(),
             force_noise: ForceNoise::default(),
-            incidents: 0.0,
+            perturbations: 0.0,
         }
     }
 }

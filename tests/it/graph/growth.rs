@@ -12,7 +12,7 @@ fn nodes(rules: &str) -> [usize; 2] {
     let tests = |lens: Vec<usize>| lens.into_iter().sum::<usize>();
     let lowered = graph.values.len() + tests(graph.trees.iter().map(|tree| tree.decision.tests.len()).collect());
     let opened = tests(plan.trees.iter().map(|tree| tree.decision.tests.len()).collect());
-    [lowered, plan.numbers.len() + plan.conditions.len() + plan.memories.len() + opened]
+    [lowered, plan.numbers.len() + plan.conditions.len() + plan.stateful.len() + opened]
 }
 
 /// Rules that are twice as long make at most twice as many nodes, and some for what they are all about.

@@ -127,7 +127,7 @@ fn hover_tells_declaration_type_range_and_comments() {
         hover(&mut editor, "main.rules", "g|rasped")
     };
     assert!(grasped.contains("signal grasped") && grasped.contains("a condition, of each hand"), "{grasped}");
-    // What keeps a promise is shown, with what was promised.
+    // The implementation of an abstract signal is shown, with its declaration.
     let squeeze = hover(&mut editor, "main.rules", "s|queeze");
     assert!(squeeze.contains("signal squeeze = ") && squeeze.contains("a force (N)"), "{squeeze}");
     assert!(!squeeze.contains("no value"), "{squeeze}");

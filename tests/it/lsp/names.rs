@@ -67,7 +67,7 @@ fn a_declaration_is_found_in_every_file() {
 }
 
 #[test]
-fn a_promise_leads_to_what_is_promised_and_what_keeps_it() {
+fn an_abstract_signal_leads_to_its_declaration_and_its_implementation() {
     let mut editor = two_files();
     editor.open("asks.rules", "use \"single_hand.rules\"\nsignal held = left.squeeze > 1 N\n");
     let places = definition(&mut editor, "asks.rules", "left.s|queeze");

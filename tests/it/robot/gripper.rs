@@ -202,7 +202,7 @@ fn carried_out(scene: &str, seed: &str, robot: &str) -> (Commands, [(Option<i32>
 }
 
 fn fingers(task: &Task) -> Vec<&str> {
-    task.grasps[0].contacts.iter().map(|contact| contact.finger.as_str()).collect()
+    task.grasps[0].contacts.iter().map(|contact| contact.finger.name()).collect()
 }
 
 #[test]

@@ -170,7 +170,11 @@ bodies:
   base: {role: support, friction: 0.4, position: [0 mm, 0 mm, -10 mm], parts: [{box: [640 mm, 600 mm, 20 mm]}]}
 hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
     );
-    let contacts = [("thumb", [0.0, -0.06, 0.03]), ("index", [-0.015, 0.06, 0.03]), ("middle", [0.015, 0.06, 0.03])];
+    let contacts = [
+        (Finger::Thumb, [0.0, -0.06, 0.03]),
+        (Finger::Index, [-0.015, 0.06, 0.03]),
+        (Finger::Middle, [0.015, 0.06, 0.03]),
+    ];
     let squeezed = [1.5, 0.75, 0.75].map(|force| force * firmly);
     let weight = [0.245, 0.1225, 0.1225];
     let segment = |primitive: &str, seconds: f64, from: f64, to: f64, lifted: f64| {
@@ -189,7 +193,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
                 .zip(squeezed)
                 .zip(weight)
                 .map(|(((finger, point), squeeze), weight)| Tip {
-                    finger: (*finger).into(),
+                    finger: *finger,
                     position: vec![*point; n],
                     force: vec![[0.0, -squeeze * point[1].signum(), weight * lifted]; n],
                 })
@@ -200,16 +204,12 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
     let grasp = GraspSpec {
         contacts: contacts
             .iter()
-            .map(|(finger, point)| Contact {
-                finger: (*finger).into(),
-                point: *point,
-                normal: [0.0, point[1].signum(), 0.0],
-            })
+            .map(|(finger, point)| Contact { finger: *finger, point: *point, normal: [0.0, point[1].signum(), 0.0] })
             .collect(),
         ..GraspSpec::default()
     };
     let task = Task {
-        track: "right".into(),
+        track: Side::Right,
         task: "lift".into(),
         object: "cube".into(),
         grasps: vec![grasp],
@@ -218,7 +218,10 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
             segment("Translate", 1.5, 0.0, 0.06, 1.0),
             segment("Translate", held_s, 0.06, 0.06, 1.0),
         ],
-        ..Task::default()
+        start_s: 0.0,
+        end_s: 0.0,
+        into: None,
+        left_out: vec![],
     };
     (
         Commands {

@@ -5,8 +5,8 @@ use nalgebra::{Isometry3, Translation3, Vector3};
 use proptest::prelude::*;
 use teachtree::base::geometry::{across, pose};
 use teachtree::command::hole_of;
-use teachtree::robot::control::peg_search::WITHIN_M;
-use teachtree::robot::control::spiral_path::SpiralPath;
+use teachtree::robot::control::behaviors::peg_search::WITHIN_M;
+use teachtree::robot::control::behaviors::spiral_path::SpiralPath;
 use teachtree::robot::planning::time_scale::Pause;
 use teachtree::world;
 

@@ -21,18 +21,18 @@ fn a_hand_over_is_carried_out_by_two_arms() {
 
     // This person tried to take it twice: the try is left out, the way to it is not.
     let commands = Commands::read(&std::fs::read_to_string(&commanded).unwrap(), "commands.json").unwrap();
-    let receiver = commands.tasks.iter().find(|task| task.track == "left").unwrap();
+    let receiver = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
     let primitives: Vec<&str> = receiver.segments.iter().map(|segment| segment.primitive.as_str()).collect();
     assert_eq!(primitives, ["Move", "Approach", "Pass", "Translate", "Place", "Release"]);
     assert_eq!(receiver.left_out[0].primitives, ["EqualGrasp", "Release"]);
 
     // While both hold the box there is room for both.
     let robot = shipped("both_hands");
-    let mapped = |side: &str| {
+    let mapped = |side: Side| {
         let task = commands.tasks.iter().find(|task| task.track == side).unwrap();
         task.grasps.last().unwrap().mapped.clone().unwrap()
     };
-    let gap = gap(&robot, [(Side::Left, &mapped("left")), (Side::Right, &mapped("right"))]);
+    let gap = gap(&robot, [(Side::Left, &mapped(Side::Left)), (Side::Right, &mapped(Side::Right))]);
     assert!(gap > -0.5e-3, "the hands are in each other by {} mm", -gap * 1e3);
 
     let (page, joints) = (path("robot.html"), path("joints.json"));

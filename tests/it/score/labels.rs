@@ -1,6 +1,7 @@
 //! Label files: what is read, and what is said of a bad one.
 
 use std::path::PathBuf;
+use teachtree::base::hands::{Side, Who};
 use teachtree::stream::read::labels::{Kind, Labels, read};
 
 /// When the five rows of a log were, s; the third repeats the stamp of the second.
@@ -24,9 +25,12 @@ fn times_are_seconds() {
     let printed: Vec<_> = labels
         .intervals
         .iter()
-        .map(|label| (label.track.as_deref(), label.name.as_str(), label.start_s, label.end_s, label.row))
+        .map(|label| (label.track, label.name.as_str(), label.start_s, label.end_s, label.row))
         .collect();
-    assert_eq!(printed, [(Some("left"), "Move", 0.0, 2.0, 3), (Some("right"), "Grasp", 0.5, 1.25, 2)]);
+    assert_eq!(
+        printed,
+        [(Some(Who::Hand(Side::Left)), "Move", 0.0, 2.0, 3), (Some(Who::Hand(Side::Right)), "Grasp", 0.5, 1.25, 2)]
+    );
 }
 
 #[test]

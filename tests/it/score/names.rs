@@ -3,6 +3,7 @@
 use super::build::RIGHT;
 use teachtree::analysis::Who;
 use teachtree::analysis::score::{Known, NameMap, Span, Truth};
+use teachtree::base::hands::Side;
 use teachtree::base::recording::{Event, Recording};
 use teachtree::stream::read::labels::{Interval, Kind, Labels};
 
@@ -103,26 +104,19 @@ fn maps_that_cannot_be_meant_are_refused() {
 
 #[test]
 fn names_that_nobody_knows_are_refused() {
-    let labels = |name: &str, kind, track: Option<&str>| Labels {
+    let labels = |name: &str, kind, track: Option<Who>| Labels {
         file: "labels.csv".into(),
-        intervals: vec![Interval {
-            row: 7,
-            track: track.map(str::to_string),
-            kind,
-            name: name.into(),
-            start_s: 0.0,
-            end_s: 1.0,
-        }],
+        intervals: vec![Interval { row: 7, track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],
         contradicted_s: 0.0,
     };
     let truth =
         |name: &str, kind, track| Truth::of_labels(&labels(name, kind, track), None, &NameMap::default(), &known());
     let printed = [
-        truth("Grasq", Kind::Primitive, Some("right")),
-        truth("S1", Kind::Primitive, Some("right")),
-        truth("Move", Kind::Task, Some("right")),
+        truth("Grasq", Kind::Primitive, Some(RIGHT)),
+        truth("S1", Kind::Primitive, Some(RIGHT)),
+        truth("Move", Kind::Task, Some(RIGHT)),
         truth("Move", Kind::Primitive, None),
     ];
     insta::assert_snapshot!(printed.map(|truth| format!("{}\n", truth.unwrap_err())).concat());
-    assert_eq!(truth("pick", Kind::Task, Some("left")).unwrap().tracks.len(), 1);
+    assert_eq!(truth("pick", Kind::Task, Some(Who::Hand(Side::Left))).unwrap().tracks.len(), 1);
 }

@@ -4,6 +4,7 @@ use super::{ask, ask_contact};
 use proptest::prelude::*;
 use std::io::Cursor;
 use teachtree::base::channels::DERIVED;
+use teachtree::base::log_channel::LogChannel;
 use teachtree::base::recording::{Column, Recording};
 use teachtree::base::scene::Scene;
 use teachtree::base::yaml;
@@ -62,14 +63,7 @@ fn recordings() -> impl Strategy<Value = Recording> {
             .into_iter()
             .zip(present)
             .filter(|(_, present)| *present)
-            .flat_map(|(channel, _)| {
-                names::channel(channel)
-                    .unwrap()
-                    .0
-                    .components()
-                    .iter()
-                    .map(move |component| format!("{channel}.{component}"))
-            })
+            .flat_map(|(channel, _)| LogChannel::parse(channel).unwrap().columns())
             .collect();
         let values = prop::collection::vec(prop::collection::vec(number(), time.len()), wanted.len());
         values.prop_map(move |values| {

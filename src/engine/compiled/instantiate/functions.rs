@@ -128,8 +128,8 @@ impl Instantiation<'_> {
 
     fn count(&mut self, items: &[Item]) -> Result<Item, InputError> {
         let Some(bits) = super::only_bits(items) else {
-            let memories = items.iter().map(|item| self.memory_of(*item)).collect::<Result<_, _>>()?;
-            self.tallies.push(memories);
+            let stateful = items.iter().map(|item| self.stateful_of(*item)).collect::<Result<_, _>>()?;
+            self.tallies.push(stateful);
             return Ok(Item::Tally(position(self.tallies.len() - 1)));
         };
         let (bits, delay) = self.bits_together(&bits);

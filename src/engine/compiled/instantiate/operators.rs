@@ -1,6 +1,6 @@
 //! The operators of the language for one element: a slot of an array, or a single value.
 
-use super::memory::Targets;
+use super::stateful::Targets;
 use super::{Instantiation, Item, only_bits, tally_misused};
 use crate::base::channels::Shape;
 use crate::base::error::InputError;
@@ -66,11 +66,11 @@ impl Instantiation<'_> {
                     Item::Tally(tally) => {
                         let set = self.compare_tally(tally, beyond, on)?;
                         let back = self.compare_tally(tally, back, off)?;
-                        let (set, clear) = (self.memory_of(set)?, self.memory_of(back)?);
-                        let restart = self.restart_memory(targets)?;
-                        Item::Memory(self.memory(StatefulNode::Latch { set, clear, restart }))
+                        let (set, clear) = (self.stateful_of(set)?, self.stateful_of(back)?);
+                        let restart = self.restart_node(targets)?;
+                        Item::Stateful(self.stateful(StatefulNode::Latch { set, clear, restart }))
                     }
-                    Item::Bit(_) | Item::Memory(_) => {
+                    Item::Bit(_) | Item::Stateful(_) => {
                         return Err(internal("a hysteresis of what is no number"));
                     }
                 }]
@@ -139,8 +139,8 @@ impl Instantiation<'_> {
         number: NumberId,
     ) -> Result<Item, InputError> {
         let Number::Constant(number) = self.plan.numbers[number.index()].0 else { return Err(tally_misused()) };
-        let memories = self.tallies[tally as usize].clone();
-        Ok(Item::Memory(self.memory(StatefulNode::Count(memories, comparison, number))))
+        let stateful = self.tallies[tally as usize].clone();
+        Ok(Item::Stateful(self.stateful(StatefulNode::Count(stateful, comparison, number))))
     }
 
     /// No object is not the same object as no object.
@@ -159,8 +159,8 @@ impl Instantiation<'_> {
                 Item::Bit(self.bit(Condition::Not(bit), delay))
             }
             other => {
-                let memory = self.memory_of(other)?;
-                Item::Memory(self.memory(StatefulNode::Not(memory)))
+                let memory = self.stateful_of(other)?;
+                Item::Stateful(self.stateful(StatefulNode::Not(memory)))
             }
         })
     }
@@ -172,8 +172,8 @@ impl Instantiation<'_> {
                 Item::Bit(self.bit(Condition::And(bits), delay))
             }
             None => {
-                let all = items.iter().map(|item| self.memory_of(*item)).collect::<Result<_, _>>()?;
-                Item::Memory(self.memory(StatefulNode::And(all)))
+                let all = items.iter().map(|item| self.stateful_of(*item)).collect::<Result<_, _>>()?;
+                Item::Stateful(self.stateful(StatefulNode::And(all)))
             }
         })
     }
@@ -185,8 +185,8 @@ impl Instantiation<'_> {
                 Item::Bit(self.bit(Condition::Or(bits), delay))
             }
             None => {
-                let any = items.iter().map(|item| self.memory_of(*item)).collect::<Result<_, _>>()?;
-                Item::Memory(self.memory(StatefulNode::Or(any)))
+                let any = items.iter().map(|item| self.stateful_of(*item)).collect::<Result<_, _>>()?;
+                Item::Stateful(self.stateful(StatefulNode::Or(any)))
             }
         })
     }
@@ -222,8 +222,8 @@ impl Instantiation<'_> {
             }
             (_, Some(_)) => return Err(internal("`within next` looks at what is known only frame by frame")),
             (other, None) => {
-                let (memory, restart) = (self.memory_of(other)?, self.restart_memory(targets)?);
-                Item::Memory(self.memory(StatefulNode::Temporal(watch, memory, restart)))
+                let (memory, restart) = (self.stateful_of(other)?, self.restart_node(targets)?);
+                Item::Stateful(self.stateful(StatefulNode::Temporal(watch, memory, restart)))
             }
         })
     }

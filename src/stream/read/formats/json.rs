@@ -4,7 +4,7 @@
 
 use super::rosmsg::{Failure, MAX_ARRAY};
 use crate::base::json::message_of;
-use crate::stream::names;
+use crate::base::log_channel::LogChannel;
 use crate::stream::read::sheet::InMemoryTable;
 use serde::de::{Deserialize, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 use serde_json::{Map, Number, Value};
@@ -122,8 +122,8 @@ fn spread(value: &Value, path: &mut String, row: &mut InMemoryTable, depth: usiz
         Value::String(text) => row.put_text(path, text)?,
         Value::Array(items) if items.len() > MAX_ARRAY => true,
         Value::Array(items) => {
-            let letters = names::channel(path)
-                .map(|(shape, ..)| shape.components())
+            let letters = LogChannel::parse(path)
+                .map(|channel| channel.shape().components())
                 .filter(|parts| parts.len() == items.len() && parts.len() > 1);
             for (place, item) in items.iter().enumerate() {
                 match letters.and_then(|letters| letters.get(place)) {

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 /// Who gives the labels.
 const ROLE: &str = "assistant";
-/// The key of what is said about the labels in `info.json`, and in the metadata of data files.
+/// The key of what is provenance_json about the labels in `info.json`, and in the metadata of data files.
 const PROVENANCE: &str = "teachtree";
 /// How deep the folders of a set may be nested, and how many files it may have.
 const DEEPEST: usize = 16;
@@ -139,11 +139,18 @@ impl Annotated {
         folder.commit()
     }
 
-    fn write_data(&self, from: &Path, to: &Path, copy: &Path, all: &Episodes, said: &Value) -> Result<(), InputError> {
+    fn write_data(
+        &self,
+        from: &Path,
+        to: &Path,
+        copy: &Path,
+        all: &Episodes,
+        provenance_json: &Value,
+    ) -> Result<(), InputError> {
         let name = from.display().to_string();
         let file = File::create_new(to).map_err(|error| cannot(copy, &error))?;
         let mut out = BufWriter::new(file);
-        language::write(opened(from)?, &name, all, &[(PROVENANCE, said.to_string())], &mut out)?;
+        language::write(opened(from)?, &name, all, &[(PROVENANCE, provenance_json.to_string())], &mut out)?;
         out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| cannot(copy, &error))?;
         drop(out);
         language::compare(opened(from)?, opened(to)?, &name, all)

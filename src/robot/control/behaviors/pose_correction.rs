@@ -3,9 +3,9 @@
 //!
 //! What fingers only push cannot be turned as one likes: they go about it as it turns, and bring its middle back onto its way.
 
-use super::behavior::{Behavior, Progress, Sensed, holds};
 use super::sway_damping::SwayDamping;
 use crate::base::scene::Scene;
+use crate::robot::control::behavior::{Behavior, Progress, Sensed, holds};
 use crate::robot::planning::plan::Target;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 

@@ -1,10 +1,10 @@
 //! The tracer: makes the trace of a simulation.
 
-use super::hand_agent::HandAgent;
-use super::observer::{Observer, Step};
-use super::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use crate::base::scene::Scene;
 use crate::robot::planning::plan::Target;
+use crate::robot::simulation::hand_agent::HandAgent;
+use crate::robot::simulation::observer::{Observer, Step};
+use crate::robot::simulation::trace::{FingerForce, Limb, Moment, Stance, Trace};
 use crate::world::{BodyState, TipState};
 use nalgebra::Vector3;
 
@@ -12,13 +12,13 @@ use nalgebra::Vector3;
 const TRACED: usize = 10;
 
 /// The trace so far.
-pub(super) struct Tracer {
-    pub(super) trace: Trace,
+pub(in crate::robot::simulation) struct Tracer {
+    pub(in crate::robot::simulation) trace: Trace,
 }
 
 impl Tracer {
     /// The trace of limbs in a scene before any step.
-    pub(super) fn new(limbs: Vec<Limb>, scene: &Scene) -> Self {
+    pub(in crate::robot::simulation) fn new(limbs: Vec<Limb>, scene: &Scene) -> Self {
         Self { trace: Trace { limbs, scene: scene.clone(), moments: Vec::new() } }
     }
 }

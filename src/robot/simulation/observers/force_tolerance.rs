@@ -7,11 +7,11 @@
 //!
 //! What is asked for is what was demonstrated, more firmly where the hand feels the object about to slip (`grip_force`).
 
-use super::observer::{Observer, Step};
 use crate::base::hands::Finger;
 use crate::command::Task;
 use crate::robot::model::hand::HandModel;
 use crate::robot::planning::plan::Target;
+use crate::robot::simulation::observer::{Observer, Step};
 use crate::world::TipState;
 use nalgebra::Vector3;
 
@@ -49,18 +49,18 @@ impl Forces {
 }
 
 /// The forces of each task.
-pub(super) struct ForceTolerance {
+pub(in crate::robot::simulation) struct ForceTolerance {
     tasks: Vec<Tally>,
 }
 
 impl ForceTolerance {
     /// The forces of tasks before any step.
-    pub(super) fn new(tasks: &[Task]) -> Self {
+    pub(in crate::robot::simulation) fn new(tasks: &[Task]) -> Self {
         Self { tasks: tasks.iter().map(Tally::of).collect() }
     }
 
     /// Returns how the forces of a task were.
-    pub(super) fn judge(&self, task: usize) -> Forces {
+    pub(in crate::robot::simulation) fn judge(&self, task: usize) -> Forces {
         self.tasks[task].judge()
     }
 }

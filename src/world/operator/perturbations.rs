@@ -1,7 +1,8 @@
-//! Incidents: what bernoulli to operators while they demonstrate. The seed says which, and a script gets the steps that they take.
+//! Perturbations of a demonstration: mistakes of the operator and of the recording that are injected on purpose. The seed selects them, and the script
+//! gets the steps that they take.
 //!
-//! INVARIANT (each to its share): whether an incident bernoulli to a seed is a Weyl sequence of its own, so that among any 200 neighbouring seeds
-//! it bernoulli to its share of them, give or take three, and incidents fall together as if they were independent.
+//! INVARIANT (each to its share): a Weyl sequence per perturbation decides for which seeds it occurs. Among any 200 consecutive seeds it occurs for its
+//! share of them, give or take three, and perturbations occur together as often as if they were independent.
 
 use super::goals::{Carry, Close, Goal, Open, Reach, Slip, Step};
 use super::rng::Rng;
@@ -10,7 +11,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::quantity::{Length, Quantity};
 use serde::Deserialize;
 
-/// Streams of chance of the incidents, one each and hand: after those of hands and sensors.
+/// Streams of chance of the perturbations, one each and hand: after those of hands and sensors.
 const STREAM: u64 = 64;
 /// How long operators stand still when they hesitate, s.
 const HESITATION_S: [f64; 2] = [0.4, 1.2];
@@ -21,10 +22,10 @@ const SLIP_M: [f64; 2] = [0.003, 0.010];
 /// No object slips as far as this and is caught: it drops.
 const DROP_M: f64 = 1.0;
 
-/// What bernoulli.
+/// A perturbation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Incident {
+pub enum Perturbation {
     /// The hand stands still for a while.
     Hesitation,
     /// The plug meets the rim of the socket, is lifted and tried again.
@@ -49,7 +50,7 @@ pub enum Incident {
     EarlyEnd,
 }
 
-/// What a script offers to incidents.
+/// What a script offers to perturbations.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Occasions {
@@ -57,11 +58,11 @@ pub struct Occasions {
     pub touch: Option<String>,
     /// A grip with which another object is touched.
     pub beside: Option<String>,
-    /// Incidents that cannot happen here: nothing falls from a peg that would not stand up again.
-    pub without: Vec<Incident>,
+    /// Perturbations that cannot happen here: nothing falls from a peg that would not stand up again.
+    pub without: Vec<Perturbation>,
 }
 
-impl Incident {
+impl Perturbation {
     /// All of them, in the order in which they are drawn.
     pub const ALL: [Self; 11] = [
         Self::Hesitation,
@@ -94,8 +95,8 @@ impl Incident {
         }
     }
 
-    /// Whether it bernoulli to a seed, when it bernoulli to this share of them.
-    fn bernoulli(self, seed: u64, share: f64) -> bool {
+    /// Whether it occurs for a seed, when it occurs for this share of them.
+    fn occurs(self, seed: u64, share: f64) -> bool {
         // The fractional parts of the square roots of the first primes, times 2^64: steps that fill the circle evenly, none in time with another.
         const STEPS: [u64; 11] = [
             0x6a09_e667_f3bc_c908,
@@ -118,22 +119,24 @@ impl Incident {
 /// At which ends the recording of a seed is cut, and how far into what may be lost, 0 to 1.
 pub(in crate::world) fn cuts(operator: &Operator, seed: u64) -> [Option<f64>; 2] {
     let mut chance = Rng::new(seed, STREAM - 1);
-    [Incident::LateStart, Incident::EarlyEnd].map(|incident| {
+    [Perturbation::LateStart, Perturbation::EarlyEnd].map(|perturbation| {
         let depth = chance.share();
-        let bernoulli =
-            incident.bernoulli(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident);
-        bernoulli.then_some(depth)
+        let occurs = perturbation.occurs(seed, operator.variation.perturbations)
+            && !operator.occasions.without.contains(&perturbation);
+        occurs.then_some(depth)
     })
 }
 
-/// The steps of a script with the incidents of a seed.
-pub(super) fn with_incidents(operator: &Operator, script: &Script, side: Side, seed: u64) -> Vec<Step> {
-    let stream = |incident: Incident| Rng::new(seed, STREAM + 2 * incident as u64 + side.index() as u64);
-    let mut perturbed = Perturbed { operator, chance: stream(Incident::Hesitation), steps: script.steps.clone() };
-    for incident in Incident::ALL {
-        perturbed.chance = stream(incident);
-        if incident.bernoulli(seed, operator.variation.incidents) && !operator.occasions.without.contains(&incident) {
-            perturbed.add(incident);
+/// The steps of a script with the perturbations of a seed.
+pub(super) fn with_perturbations(operator: &Operator, script: &Script, side: Side, seed: u64) -> Vec<Step> {
+    let stream = |perturbation: Perturbation| Rng::new(seed, STREAM + 2 * perturbation as u64 + side.index() as u64);
+    let mut perturbed = Perturbed { operator, chance: stream(Perturbation::Hesitation), steps: script.steps.clone() };
+    for perturbation in Perturbation::ALL {
+        perturbed.chance = stream(perturbation);
+        if perturbation.occurs(seed, operator.variation.perturbations)
+            && !operator.occasions.without.contains(&perturbation)
+        {
+            perturbed.add(perturbation);
         }
     }
     perturbed.steps
@@ -147,15 +150,15 @@ struct Perturbed<'a> {
 }
 
 impl Perturbed<'_> {
-    /// Adds the steps of an incident, where the script has a place for it.
-    fn add(&mut self, incident: Incident) {
+    /// Adds the steps of a perturbation, where the script has a place for it.
+    fn add(&mut self, perturbation: Perturbation) {
         let wait = Goal::Hold(Quantity(self.chance.between(HESITATION_S)));
-        match incident {
-            Incident::Hesitation => {
+        match perturbation {
+            Perturbation::Hesitation => {
                 let at = 1 + (self.chance.share() * (self.steps.len() as f64 - 1.5)).max(0.0) as usize;
-                self.insert(at, incident, vec![wait]);
+                self.insert(at, perturbation, vec![wait]);
             }
-            Incident::RetryAtRim => {
+            Perturbation::RetryAtRim => {
                 if let Some(at) = self.first(|goal| matches!(goal, Goal::Insert(_))) {
                     let missed = self.steps[at].goal.clone();
                     let up = Carry {
@@ -165,10 +168,10 @@ impl Perturbed<'_> {
                         until: None,
                         press: None,
                     };
-                    self.insert(at, incident, vec![missed, Goal::Carry(up)]);
+                    self.insert(at, perturbation, vec![missed, Goal::Carry(up)]);
                 }
             }
-            Incident::AbortedApproach => {
+            Perturbation::AbortedApproach => {
                 if let Some((at, approach)) = self.approach(self.first_grasp()) {
                     let aside = 0.03 * self.chance.either_way();
                     let near =
@@ -176,13 +179,13 @@ impl Perturbed<'_> {
                     let away = Reach { offset: [aside, -0.10, 0.15].map(Quantity), ..approach };
                     let again = self.reach_before(at);
                     let steps = [Goal::Reach(near), wait, Goal::Reach(away)].into_iter().chain(again);
-                    self.insert(at, incident, steps.collect());
+                    self.insert(at, perturbation, steps.collect());
                 }
             }
-            Incident::TouchWithoutGrasp => self.touch(incident, self.operator.occasions.touch.clone()),
-            Incident::SecondObject => self.touch(incident, self.operator.occasions.beside.clone()),
-            Incident::Nudge => self.nudge(),
-            Incident::Regrasp => {
+            Perturbation::TouchWithoutGrasp => self.touch(perturbation, self.operator.occasions.touch.clone()),
+            Perturbation::SecondObject => self.touch(perturbation, self.operator.occasions.beside.clone()),
+            Perturbation::Nudge => self.nudge(),
+            Perturbation::Regrasp => {
                 let first = self.first_grasp();
                 let Some((at, (_, approach))) = first.zip(self.approach(first)) else { return };
                 let opposed = |grip: &super::Grip| grip.contacts.contains_key(&Finger::Thumb);
@@ -191,14 +194,14 @@ impl Perturbed<'_> {
                 }
                 let again = self.steps[at].goal.clone();
                 let off = Goal::Open(Open { by: Quantity(0.006), speed: Quantity(0.06) });
-                self.insert(at + 1, incident, vec![off, again]);
+                self.insert(at + 1, perturbation, vec![off, again]);
             }
-            Incident::Slip => {
+            Perturbation::Slip => {
                 let Some(at) = self.first(|goal| matches!(goal, Goal::Bring(_))) else { return };
                 let distance = Quantity(self.chance.between(SLIP_M));
-                self.insert(at, incident, vec![Goal::Slip(Slip { distance })]);
+                self.insert(at, perturbation, vec![Goal::Slip(Slip { distance })]);
             }
-            Incident::Drop => {
+            Perturbation::Drop => {
                 let Some(at) = self.first(|goal| matches!(goal, Goal::Bring(_))) else { return };
                 let grasp =
                     self.steps[..at].iter().rposition(|step| !step.added && matches!(step.goal, Goal::Close(_)));
@@ -209,14 +212,14 @@ impl Perturbed<'_> {
                 let above = self.reach_before(approach.0);
                 let again = self.steps[approach.0..at].iter().filter(|step| !step.added).map(|step| step.goal.clone());
                 let steps = fallen.into_iter().chain(above).chain(again).collect();
-                self.insert(at, incident, steps);
+                self.insert(at, perturbation, steps);
             }
-            Incident::LateStart | Incident::EarlyEnd => {}
+            Perturbation::LateStart | Perturbation::EarlyEnd => {}
         }
     }
 
     /// A finger on top of something, before the approach.
-    fn touch(&mut self, incident: Incident, grip: Option<String>) {
+    fn touch(&mut self, perturbation: Perturbation, grip: Option<String>) {
         let (Some(grip), Some((at, _))) = (grip, self.approach(self.first_grasp())) else { return };
         let above = Reach { grip, opened: Quantity(0.012), offset: [Length::default(); 3], speed: Quantity(0.25) };
         let lay_on = Close { force: Quantity(0.15), speed: Quantity(0.04) };
@@ -228,7 +231,7 @@ impl Perturbed<'_> {
             [Goal::Reach(above), Goal::Close(lay_on), Goal::Hold(Quantity(stay)), Goal::Open(off), Goal::Carry(up)];
         // Then it begins anew.
         let again = self.reach_before(at);
-        self.insert(at, incident, steps.into_iter().chain(again).collect());
+        self.insert(at, perturbation, steps.into_iter().chain(again).collect());
     }
 
     /// The thumb runs into the object from its side, and waits until that is understood.
@@ -244,7 +247,7 @@ impl Perturbed<'_> {
         let across = if x.abs() > y.abs() { [-further * x.signum(), 0.0] } else { [0.0, -further * y.signum()] };
         let into = Reach { offset: [across[0], across[1], 0.0].map(Quantity), speed: Quantity(0.15), ..approach };
         let wait = Goal::Hold(Quantity(0.15 + 0.2 * self.chance.share()));
-        self.insert(at + 1, Incident::Nudge, vec![Goal::Reach(into), wait, self.steps[at].goal.clone()]);
+        self.insert(at + 1, Perturbation::Nudge, vec![Goal::Reach(into), wait, self.steps[at].goal.clone()]);
     }
 
     /// The approach to a grasp, or to a touch of a script that grasps nothing: the last reach before the fingers close in this step.
@@ -271,10 +274,10 @@ impl Perturbed<'_> {
         self.steps.iter().position(|step| !step.added && wanted(&step.goal))
     }
 
-    /// Puts steps before the step `at`; the first of them is known as the incident.
-    fn insert(&mut self, at: usize, incident: Incident, goals: Vec<Goal>) {
-        let mut first = Some(incident);
-        let added = |goal| Step { phase: None, goal, incident: first.take(), added: true, written: 0 };
+    /// Puts steps before the step `at`; the first of them is known as the perturbation.
+    fn insert(&mut self, at: usize, perturbation: Perturbation, goals: Vec<Goal>) {
+        let mut first = Some(perturbation);
+        let added = |goal| Step { phase: None, goal, perturbation: first.take(), added: true, written: 0 };
         let steps = goals.into_iter().map(added);
         let at = at.min(self.steps.len());
         self.steps.splice(at..at, steps);

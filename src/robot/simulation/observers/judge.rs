@@ -1,11 +1,11 @@
 //! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
 
 use super::force_tolerance::Forces;
-use super::observer::{Observer, Step};
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
 use crate::command::{Task, hole_of};
 use crate::robot::control::behavior::Searched;
+use crate::robot::simulation::observer::{Observer, Step};
 use crate::world::Observation;
 use nalgebra::{Isometry3, Vector3};
 
@@ -50,7 +50,7 @@ pub struct Outcome {
 }
 
 /// What is gathered of each task while it is performed.
-pub(super) struct Judge {
+pub(in crate::robot::simulation) struct Judge {
     tasks: Vec<Tally>,
 }
 
@@ -65,21 +65,21 @@ struct Tally {
 }
 
 /// What of a task other observers found.
-pub(super) struct Findings {
-    pub(super) side: Side,
-    pub(super) searched: Option<Searched>,
-    pub(super) fell_s: Option<f64>,
-    pub(super) forces: Forces,
+pub(in crate::robot::simulation) struct Findings {
+    pub(in crate::robot::simulation) side: Side,
+    pub(in crate::robot::simulation) searched: Option<Searched>,
+    pub(in crate::robot::simulation) fell_s: Option<f64>,
+    pub(in crate::robot::simulation) forces: Forces,
 }
 
 impl Judge {
     /// The judge of so many tasks, before any step.
-    pub(super) fn new(tasks: usize) -> Self {
+    pub(in crate::robot::simulation) fn new(tasks: usize) -> Self {
         Self { tasks: vec![Tally::default(); tasks] }
     }
 
     /// Returns what came of a task (its number and itself) whose object, the body of this index, was to end at `wanted`.
-    pub(super) fn outcome(
+    pub(in crate::robot::simulation) fn outcome(
         &self,
         (number, task): (usize, &Task),
         body: usize,

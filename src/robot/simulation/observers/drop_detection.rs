@@ -1,7 +1,7 @@
 //! What falls off: an object far below everything in the scene is lost, and nothing more can be done with it.
 
-use super::observer::{Observer, Step};
 use crate::base::scene::Scene;
+use crate::robot::simulation::observer::{Observer, Step};
 use nalgebra::Vector3;
 
 /// An object this far below everything that was there in the beginning is lost, m.

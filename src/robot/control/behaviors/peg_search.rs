@@ -5,13 +5,13 @@
 //! [`SpiralPath`]; its tilt is kept. (A force in one direction, a place in the others: M. H. Raibert and J. J. Craig, *Hybrid Position/Force Control of
 //! Manipulators*, 1981.) When the object has dropped, the plan goes on from there. When it gets stuck on the rim again, so does the spiral.
 
-use super::behavior::{Behavior, Progress, Searched, Sensed, holds};
 use super::spiral_path::SpiralPath;
 use crate::base::geometry::across;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::scene::Scene;
 use crate::command::{Opening, Task, hole_of};
+use crate::robot::control::behavior::{Behavior, Progress, Searched, Sensed, holds};
 use crate::robot::planning::plan::Target;
 use nalgebra::{Isometry3, Vector3};
 

@@ -1,7 +1,7 @@
-//! The nearest known word to one that nobody knows.
+//! The known name nearest to an unknown one, for `did you mean`.
 
-/// Words longer than this are not compared: nobody mistypes them.
-const LONGEST: usize = 64;
+/// Longer names are not compared: they are no typing errors, and the comparison takes the product of the lengths.
+const LONGEST: usize = 100;
 
 /// The known word that is nearest to `word`, if one is near: at most a third of its letters are wrong, and at least one is right.
 pub fn nearest<'n>(word: &str, known: impl IntoIterator<Item = &'n str>) -> Option<&'n str> {
@@ -12,6 +12,7 @@ pub fn nearest<'n>(word: &str, known: impl IntoIterator<Item = &'n str>) -> Opti
     known
         .into_iter()
         .filter(|near| near.len().abs_diff(word.len()) <= bound && near.len() <= LONGEST)
+        .filter(|near| *near != word)
         .map(|near| (distance(word, near), near))
         .filter(|(distance, near)| {
             *distance <= bound && *distance < near.chars().count() && *distance < word.chars().count()

@@ -1,9 +1,10 @@
 //! The robot's recording: the columns of the operator's, measured without noise.
 
-use super::observer::{Observer, Step};
+use crate::base::log_channel::{BodyPart, ContactPart, FingerPart, LogChannel, columns};
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
+use crate::robot::simulation::observer::{Observer, Step};
 use crate::world::{Observation, STEP_S};
 use nalgebra::{Isometry3, Vector3};
 
@@ -22,33 +23,22 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     pub(crate) fn new(scene: &Scene, seen: &Observation) -> Self {
-        let mut names: Vec<(String, Dimension)> = Vec::new();
-        let vector = |names: &mut Vec<(String, Dimension)>, name: &str, dimension| {
-            names.extend(["x", "y", "z"].map(|part| (format!("{name}.{part}"), dimension)));
-        };
-        let turn = |names: &mut Vec<(String, Dimension)>, name: &str| {
-            names.extend(["w", "x", "y", "z"].map(|part| (format!("{name}.{part}"), Dimension::NONE)));
-        };
+        let mut channels = Vec::new();
         for (side, hand) in &scene.hands {
             for finger in &hand.fingers {
-                vector(&mut names, &format!("{side}.{finger}.position"), Dimension::LENGTH);
-                vector(&mut names, &format!("{side}.{finger}.force"), Dimension::FORCE);
+                channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
             }
-            vector(&mut names, &format!("{side}.palm.position"), Dimension::LENGTH);
-            turn(&mut names, &format!("{side}.palm.rotation"));
+            channels.extend(LogChannel::palm(*side));
         }
         let bodies: Vec<_> = scene.bodies.iter().collect();
         for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
-            vector(&mut names, &format!("{name}.position"), Dimension::LENGTH);
-            turn(&mut names, &format!("{name}.rotation"));
-            vector(&mut names, &format!("{name}.velocity"), Dimension::SPEED);
-            vector(&mut names, &format!("{name}.angular_velocity"), Dimension::ANGULAR_SPEED);
+            channels.extend(BodyPart::ALL.map(|part| LogChannel::Body(name, part)));
         }
         for contact in &seen.contacts {
             let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
-            vector(&mut names, &format!("contact.{name}.{other}.force"), Dimension::FORCE);
-            vector(&mut names, &format!("contact.{name}.{other}.normal"), Dimension::NONE);
+            channels.extend(ContactPart::VECTORS.map(|part| LogChannel::Contact(name, other, part)));
         }
+        let names = columns(&channels);
         let objects = (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect();
         Self { columns: vec![Vec::new(); names.len()], names, objects, rows: 0 }
     }

@@ -2,9 +2,9 @@
 //!
 //! Pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
 
-use super::observer::{Observer, Step};
 use crate::robot::control::executor::Executor;
 use crate::robot::kinematics::shape::{CollisionShape, SHORT_M};
+use crate::robot::simulation::observer::{Observer, Step};
 use nalgebra::Point3;
 
 /// Where two arms with their hands came nearest to each other.
@@ -30,8 +30,8 @@ const LOOKED_AT: usize = 10;
 
 /// Where two arms came nearest to each other so far.
 #[derive(Clone, Debug, Default)]
-pub(super) struct ArmClearance {
-    pub(super) nearest: Option<MinDistance>,
+pub(in crate::robot::simulation) struct ArmClearance {
+    pub(in crate::robot::simulation) nearest: Option<MinDistance>,
 }
 
 impl Observer for ArmClearance {

@@ -1,9 +1,9 @@
 //! Grip force: forces within what the hand may press with, and the slip reflex. A hand that feels an object about to slip holds it more firmly, as humans do.
 //! People who hold with the least force that will do feel each slip coming; a robot that copied their forces without that would lose what they held.
 
-use super::behavior::{Behavior, Progress, Sensed, holds};
 use crate::base::hands::Finger;
 use crate::command::FRICTION;
+use crate::robot::control::behavior::{Behavior, Progress, Sensed, holds};
 use crate::robot::model::hand::HandModel;
 use crate::robot::planning::plan::Target;
 use crate::world::TipState;

@@ -95,9 +95,9 @@ impl Instantiation<'_> {
                     Item::Bit(self.flip_flop(set, kept, targets, delay))
                 }
                 _ => {
-                    let (set, clear) = (self.memory_of(set)?, self.memory_of(clear)?);
-                    let restart = self.restart_memory(targets)?;
-                    Item::Memory(self.memory(StatefulNode::Latch { set, clear, restart }))
+                    let (set, clear) = (self.stateful_of(set)?, self.stateful_of(clear)?);
+                    let restart = self.restart_node(targets)?;
+                    Item::Stateful(self.stateful(StatefulNode::Latch { set, clear, restart }))
                 }
             }
         } else {
@@ -107,8 +107,8 @@ impl Instantiation<'_> {
         Ok(item)
     }
 
-    pub(super) fn restart_memory(&mut self, targets: Targets) -> Result<Option<StatefulId>, InputError> {
-        self.restart_on(targets, 0).map(|restart| self.memory_of(Item::Bit(restart))).transpose()
+    pub(super) fn restart_node(&mut self, targets: Targets) -> Result<Option<StatefulId>, InputError> {
+        self.restart_on(targets, 0).map(|restart| self.stateful_of(Item::Bit(restart))).transpose()
     }
 
     /// A flip-flop that forgets when a target changes: on such a frame nothing is kept.

@@ -1,0 +1,74 @@
+//! Names of the channels of a log: read, printed, refused.
+
+use teachtree::base::channels::Shape;
+use teachtree::base::hands::{Finger, Side};
+use teachtree::base::log_channel::{BodyPart, FingerPart, LogChannel, columns};
+use teachtree::base::units::Dimension;
+use teachtree::stream::names;
+
+const CHANNELS: [(&str, Shape, Dimension); 17] = [
+    ("right.thumb.position", Shape::Vec3, Dimension::LENGTH),
+    ("left.palm.force", Shape::Vec3, Dimension::FORCE),
+    ("left.little.noise", Shape::Scalar, Dimension::FORCE),
+    ("left.ring.level", Shape::Scalar, Dimension::FORCE),
+    ("right.index.contact", Shape::Bool, Dimension::NONE),
+    ("right.index.contact.cube", Shape::Bool, Dimension::NONE),
+    ("right.palm.rotation", Shape::Rotation, Dimension::NONE),
+    ("right.gripper.closed", Shape::Bool, Dimension::NONE),
+    ("right.gripper.opening", Shape::Scalar, Dimension::LENGTH),
+    ("cube.rotation", Shape::Rotation, Dimension::NONE),
+    ("cube.velocity", Shape::Vec3, Dimension::SPEED),
+    ("cube.angular_velocity", Shape::Vec3, Dimension::ANGULAR_SPEED),
+    ("peg.depth.hole", Shape::Scalar, Dimension::LENGTH),
+    ("valve.angle.bearing", Shape::Scalar, Dimension::ANGLE),
+    ("contact.cube.wall", Shape::Bool, Dimension::NONE),
+    ("contact.cube.wall.force", Shape::Vec3, Dimension::FORCE),
+    ("contact.cube.wall.normal", Shape::Vec3, Dimension::NONE),
+];
+
+#[test]
+fn a_name_is_printed_as_it_was_read() {
+    for (name, shape, dimension) in CHANNELS {
+        let channel = LogChannel::parse(name).unwrap_or_else(|| panic!("{name} is not read"));
+        assert_eq!((channel.to_string().as_str(), channel.shape(), channel.dimension()), (name, shape, dimension));
+        for (at, column) in channel.columns().iter().enumerate() {
+            let meaning = names::meaning(column).unwrap_or_else(|| panic!("{column} is not read"));
+            let found = (meaning.channel, meaning.component, meaning.shape, meaning.dimension, meaning.bodies);
+            assert_eq!(found, (name, at, shape, dimension, channel.bodies()));
+        }
+    }
+}
+
+#[test]
+fn other_names_are_no_channels() {
+    let wrong = [
+        "",
+        "cube",
+        ".position",
+        "cube.",
+        "cube.colour",
+        "right.position",
+        "right.thunb.force",
+        "right.thumb.velocity",
+        "both.position",
+        "time.position",
+        "contact.cube",
+        "contact.cube.wall.torque",
+        "right.thumb.force.cube",
+    ];
+    for name in wrong {
+        assert_eq!(LogChannel::parse(name), None, "{name}");
+    }
+    // A channel of several columns is none of them, and a column of one has no component.
+    assert_eq!(names::meaning("cube.position"), None);
+    assert_eq!(names::meaning("right.gripper.closed.x"), None);
+}
+
+#[test]
+fn columns_are_listed_in_order() {
+    let tip = LogChannel::Finger(Side::Right, Finger::Thumb, FingerPart::Contact);
+    let listed = columns(&[tip, LogChannel::Body("cube", BodyPart::Rotation)]);
+    let names: Vec<&str> = listed.iter().map(|(name, _)| name.as_str()).collect();
+    let rotation = ["cube.rotation.w", "cube.rotation.x", "cube.rotation.y", "cube.rotation.z"];
+    assert_eq!(names, [&["right.thumb.contact"][..], &rotation].concat());
+}
