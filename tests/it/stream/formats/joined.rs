@@ -10,8 +10,8 @@ fn the_middle_of_several_markers_is_a_point() {
     assert_eq!(["x", "y", "z"].map(|axis| values(&recording, &format!("cube.position.{axis}"))[0]), [1.0, 2.0, 3.0]);
     assert!(values(&recording, "cube.position.x")[1].is_nan(), "a marker is lost: the middle is not known");
     let refused = |text: &str| bound_text("log.csv", text, binding).unwrap_err();
-    insta::assert_snapshot!(refused("time,ax,ay,az\n0,0,0,0\n"), @"binding.yaml:1:12: the log has no column `bx`");
-    insta::assert_snapshot!(refused("time,ax,ay,az,bx,by\n0,0,0,0,1,1\n"), @"binding.yaml:1:12: the log has no column `bz`");
+    insta::assert_snapshot!(refused("time,ax,ay,az\n0,0,0,0\n"), @"binding.yaml:1:12: the log has no column `bx`; did you mean `ax`?");
+    insta::assert_snapshot!(refused("time,ax,ay,az,bx,by\n0,0,0,0,1,1\n"), @"binding.yaml:1:12: the log has no column `bz`; did you mean `az`?");
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn logs_may_lack_what_ends_in_a_question_mark() {
     assert!(!recording.columns.contains_key("cube.position.x"));
     // A part of a vector is a mistake all the same.
     let error = bound_text("log.csv", "time,px,py\n0,1,2\n", binding).unwrap_err();
-    insta::assert_snapshot!(error, @"binding.yaml:1:12: the log has no column `pz`");
+    insta::assert_snapshot!(error, @"binding.yaml:1:12: the log has no column `pz`; did you mean `px`?");
 }
 
 /// What is tared reads zero at rest, so that a stuck sensor would pass for one at rest.
