@@ -1,6 +1,7 @@
 """Logs of files, arrays and tables: the same recording gives the same analysis, however it comes in."""
 
 import csv
+import resource
 from pathlib import Path
 
 import pytest
@@ -137,3 +138,20 @@ def test_recordings_of_a_folder_are_listed() -> None:
     assert found == ["demos/dapg_door/door_00.csv", "demos/dapg_door/door_03.csv"]
     with pytest.raises(teachtree.Error, match="no log"):
         teachtree.recordings("rules", each=True)
+
+
+def test_a_table_of_a_million_rows_goes_in_without_a_copy() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    numpy = pytest.importorskip("numpy")
+    if not Path("/proc/self/statm").exists():
+        pytest.skip("needs /proc")
+
+    def resident() -> int:
+        return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+    rows, columns = 1_000_000, 12
+    table = pyarrow.table({"time": numpy.arange(rows) / 1000} | {f"c{i}": numpy.full(rows, float(i)) for i in range(columns)})
+    before = resident()
+    log = teachtree.Log(table)
+    assert resident() - before < table.nbytes / 10
+    assert log.hands == []

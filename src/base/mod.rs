@@ -20,5 +20,6 @@ pub mod recording;
 pub mod scene;
 pub mod shown;
 pub mod socket;
+pub mod touch;
 pub mod units;
 pub mod yaml;

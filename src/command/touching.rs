@@ -4,6 +4,7 @@ use super::columns::vectors;
 use crate::base::hands::{Finger, Side};
 use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::Recording;
+use crate::base::touch;
 
 /// The forces on a fingertip between which it touches, N.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,9 +16,9 @@ pub struct TouchForces {
 }
 
 impl Default for TouchForces {
-    /// The values of the shipped rules (rules/stream.rules: `touch_on`, `touch_off`).
+    /// For rules without the params `touch_on` and `touch_off`.
     fn default() -> Self {
-        Self { on_n: 0.05, off_n: 0.02 }
+        Self { on_n: touch::ON_N, off_n: touch::OFF_N }
     }
 }
 

@@ -12,7 +12,7 @@ use crate::stream::OpenRequest;
 use crate::stream::Opened;
 use crate::stream::read::csv;
 use crate::stream::read::formats;
-use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::sheet::{Cells, InMemoryTable, SharedNumbers};
 use crate::stream::read::table::{MAX_COLUMNS, Source, check_size};
 use crate::stream::streaming::Flow;
 use std::fmt;
@@ -243,6 +243,13 @@ impl Column {
         Self { title, cells: Cells::Numbers(values.into()) }
     }
 
+    /// A column whose values stay in the memory of another library, such as an Arrow array. They are copied only as far as rules read them.
+    ///
+    /// Name and unit as in [`Column::new`].
+    pub fn shared(name: impl Into<String>, unit: &str, values: Arc<dyn AsRef<[f64]> + Send + Sync>) -> Self {
+        Self { cells: Cells::Shared(SharedNumbers::new(values)), ..Self::new(name, unit, []) }
+    }
+
     /// A column of texts, such as `right.label` or `right.target`; a text that is not known is empty.
     pub fn texts(name: impl Into<String>, texts: impl Into<Vec<String>>) -> Self {
         Self { title: name.into(), cells: Cells::Texts(texts.into()) }
@@ -252,10 +259,7 @@ impl Column {
 fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Source, InputError> {
     let mut memory = InMemoryTable::new(name);
     for Column { title, cells } in columns {
-        let rows = match &cells {
-            Cells::Numbers(values) => values.len(),
-            Cells::Texts(texts) => texts.len(),
-        };
+        let rows = cells.len();
         let wrong = |message: String| InputError::new(format!("{name} column {title}"), message);
         if memory.columns().contains_key(&title) {
             return Err(wrong("the column is there twice".into()).help("keep one of them, or rename the other"));

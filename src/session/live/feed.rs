@@ -358,17 +358,14 @@ enum Refused {
 }
 
 fn at(cells: &Cells, row: usize) -> f64 {
-    match cells {
-        Cells::Numbers(values) => values.get(row).copied().unwrap_or(f64::NAN),
-        Cells::Texts(_) => f64::NAN,
-    }
+    cells.numbers().and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN)
 }
 
 /// The number in the only row of a column; `None` where it is text.
 fn cell(cells: &Cells) -> Option<f64> {
     match cells {
-        Cells::Numbers(values) => values.first().copied(),
         Cells::Texts(texts) => number(texts.first()?),
+        numbers => numbers.numbers()?.first().copied(),
     }
 }
 

@@ -10,6 +10,7 @@ use super::source::Source;
 use super::touch;
 use crate::base::geometry::face_normal;
 use crate::base::scene::Role;
+use crate::base::touch as touch_force;
 use crate::stream::clean::preprocess::{CleanLog, Touches};
 use crate::stream::issue::{Issue, IssueKind};
 use nalgebra::Vector3;
@@ -18,10 +19,6 @@ use std::collections::BTreeMap;
 
 /// A force on a contact that is less than this has no direction worth the name, N.
 const DIRECTED_ABOVE: f64 = 1e-6;
-/// Two bodies touch while the force between them is above this, N …
-pub const TOUCH_ON: f64 = 0.05;
-/// … until it is below this, N.
-pub const TOUCH_OFF: f64 = 0.02;
 
 /// The contact between two bodies over the whole log, as seen by the first; everything in the reference frame.
 pub struct Contact<'a> {
@@ -104,8 +101,8 @@ impl<'a> Contact<'a> {
     pub fn touching(&self, frame: usize, was: bool) -> bool {
         match self.flag.as_ref().and_then(|flag| flag.get(frame)) {
             Some(flag) => *flag > 0.5,
-            None if was => self.force(frame).norm() >= TOUCH_OFF,
-            None => self.force(frame).norm() > TOUCH_ON,
+            None if was => self.force(frame).norm() >= touch_force::OFF_N,
+            None => self.force(frame).norm() > touch_force::ON_N,
         }
     }
 }

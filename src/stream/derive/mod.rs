@@ -22,6 +22,7 @@ use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
+use crate::base::touch as touch_force;
 use crate::base::units::Dimension;
 use crate::stream::clean::preprocess::{CleanLog, Touches};
 use crate::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
@@ -285,8 +286,8 @@ fn touch_channel() -> ChannelSpec {
         dimension: Dimension::NONE,
         absent: Absent::NormAbove {
             channel: "fingers.force".into(),
-            on: contacts::TOUCH_ON,
-            off: contacts::TOUCH_OFF,
+            on: touch_force::ON_N,
+            off: touch_force::OFF_N,
             needed: false,
         },
     }

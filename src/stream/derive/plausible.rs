@@ -2,13 +2,14 @@
 //!
 //! Nothing is changed; each finding names the channel and what may be wrong with it (docs/logs.md).
 
-use super::contacts::{Contact, Contacts, TOUCH_ON};
+use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
 use super::motion::{ANCHOR, Motion, vector};
 use super::raw::Array;
 use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Body, Role};
+use crate::base::touch as touch_force;
 use crate::stream::clean::preprocess::CleanLog;
 use crate::stream::frames::HandLayout;
 use crate::stream::issue::{Issue, IssueKind};
@@ -177,7 +178,7 @@ pub fn wrong_signs(
             }
             for frame in frames.start.max(core.start)..frames.end.min(core.end) {
                 let alone = || tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
-                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < TOUCH_ON);
+                let in_air = || of_object.iter().all(|it| it.force(frame).norm() < touch_force::ON_N);
                 if touched(frame, object) && alone() && in_air() {
                     let force: Vector3<f64> = forces.iter().map(|force| vector(force, frame)).sum();
                     found.add(measured, frame, force.dot(&up));
@@ -194,7 +195,7 @@ pub fn wrong_signs(
         let found = findings.contacts.entry((*object, *other)).or_default();
         for frame in core.clone().filter(|frame| !touched(*frame, *object)) {
             let force = contact.force(frame);
-            if force.norm() > TOUCH_ON {
+            if force.norm() > touch_force::ON_N {
                 found.add(measured, frame, force.dot(&up));
             }
         }
@@ -220,7 +221,8 @@ pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track
         let found = findings.pushes.entry((side, *finger)).or_default();
         for frame in frames.iter().copied().filter(|frame| track.touching.get(*frame) == Some(&true)) {
             let force = vector(&force, frame);
-            let Some(target) = track.target.get(frame).copied().flatten().filter(|_| force.norm() > TOUCH_ON) else {
+            let Some(target) = track.target.get(frame).copied().flatten().filter(|_| force.norm() > touch_force::ON_N)
+            else {
                 continue;
             };
             let Some(((_, body), motion)) = measured.scene.bodies.get_index(target).zip(motions.get(target)) else {
@@ -276,7 +278,7 @@ pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
         }
     }
     for ((object, other), found) in &findings.contacts {
-        if let Some(mean) = found.mean(measured).filter(|mean| *mean < -TOUCH_ON) {
+        if let Some(mean) = found.mean(measured).filter(|mean| *mean < -touch_force::ON_N) {
             let (a, b) = (name(*object), name(*other));
             let message = format!(
                 "`{b}` pulls `{a}` down with {} N while no hand touches it: turn the sign, or the order of the names: \

@@ -5,9 +5,10 @@
 //! Where the balance of forces is known, a touch without load is distinguished from a contact that bears a load.
 
 use super::balance::Balance;
-use super::contacts::{Contact, TOUCH_OFF, TOUCH_ON};
+use super::contacts::Contact;
 use super::hands::HandTrack;
 use super::motion::Motion;
+use crate::base::touch as touch_force;
 use crate::stream::clean::preprocess::{CleanLog, State, TouchPair, Touches};
 use crate::stream::derive::convex::{Gap, gaps};
 use nalgebra::Vector3;
@@ -91,10 +92,10 @@ pub fn contacts<'a>(
                 _ => 0.0,
             };
             let noise = balance.as_ref().map_or(0.0, |balance| balance.noise);
-            let on = load > if before.on { TOUCH_OFF.max(noise / 2.0) } else { TOUCH_ON.max(noise) };
+            let on = load > if before.on { touch_force::OFF_N.max(noise / 2.0) } else { touch_force::ON_N.max(noise) };
             if let (true, Some(force)) = (on, forces.get_mut(frame)) {
                 // However small, it is a load: what counts as one is decided here.
-                *force = pair.normal(frame) * load.max(2.0 * TOUCH_ON);
+                *force = pair.normal(frame) * load.max(2.0 * touch_force::ON_N);
             }
             State { on, which: None }
         });
@@ -145,7 +146,7 @@ fn placed(
 pub fn nominal(measured: &CleanLog, object: usize) -> f64 {
     let gravity = measured.scene.gravity.iter().map(|part| part.0 * part.0).sum::<f64>().sqrt();
     let mass = measured.scene.bodies.get_index(object).and_then(|(_, body)| body.mass);
-    mass.map_or(NOMINAL, |mass| mass.0 * gravity).max(2.0 * TOUCH_ON)
+    mass.map_or(NOMINAL, |mass| mass.0 * gravity).max(2.0 * touch_force::ON_N)
 }
 
 /// The gap of two bodies at a frame: of the parts that touch, the one that carries, else of the nearest ones.

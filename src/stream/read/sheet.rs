@@ -6,6 +6,7 @@ use crate::stream::read::table::{
     MAX_COLUMNS, Rows, Stamps, Table, Want, check_size, column_place, date_time, number, see, shown,
 };
 use indexmap::IndexMap;
+use std::sync::Arc;
 
 /// The column that numbers the episodes of a data set.
 pub const EPISODE: &str = "episode_index";
@@ -15,8 +16,64 @@ pub const EPISODE: &str = "episode_index";
 pub enum Cells {
     /// Numbers; NaN where nothing was measured.
     Numbers(Vec<f64>),
+    /// Numbers that another library holds and does not change.
+    Shared(SharedNumbers),
     /// Texts; empty where nothing was said.
     Texts(Vec<String>),
+}
+
+impl Cells {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Texts(texts) => texts.len(),
+            numbers => numbers.numbers().map_or(0, <[f64]>::len),
+        }
+    }
+
+    /// The numbers, if it holds any.
+    pub fn numbers(&self) -> Option<&[f64]> {
+        match self {
+            Self::Numbers(values) => Some(values),
+            Self::Shared(values) => Some(values.get()),
+            Self::Texts(_) => None,
+        }
+    }
+
+    /// The same values, in memory of its own.
+    fn own(&mut self) -> &mut Self {
+        if let Self::Shared(values) = self {
+            *self = Self::Numbers(values.get().to_vec());
+        }
+        self
+    }
+}
+
+/// Numbers in the memory of another library.
+#[derive(Clone)]
+pub struct SharedNumbers(Arc<dyn AsRef<[f64]> + Send + Sync>);
+
+impl SharedNumbers {
+    /// Holds the values until it is dropped.
+    pub fn new(values: Arc<dyn AsRef<[f64]> + Send + Sync>) -> Self {
+        Self(values)
+    }
+
+    fn get(&self) -> &[f64] {
+        (*self.0).as_ref()
+    }
+}
+
+impl PartialEq for SharedNumbers {
+    fn eq(&self, other: &Self) -> bool {
+        self.get() == other.get()
+    }
+}
+
+impl std::fmt::Debug for SharedNumbers {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.get().fmt(f)
+    }
 }
 
 /// Rows in memory, grown row by row: a value that a row does not have is not measured.
@@ -83,9 +140,10 @@ impl InMemoryTable {
     /// When there are too many columns.
     pub fn put(&mut self, name: &str, value: f64) -> Result<bool, InputError> {
         let row = self.rows.saturating_sub(1);
-        Ok(match self.column(name, || Cells::Numbers(vec![]))? {
+        Ok(match self.column(name, || Cells::Numbers(vec![]))?.own() {
             Cells::Numbers(values) => set(values, row, value, || f64::NAN),
             Cells::Texts(values) => set(values, row, value.to_string(), String::new),
+            Cells::Shared(_) => false,
         })
     }
 
@@ -95,18 +153,16 @@ impl InMemoryTable {
     /// When there are too many columns.
     pub fn put_text(&mut self, name: &str, value: &str) -> Result<bool, InputError> {
         let row = self.rows.saturating_sub(1);
-        Ok(match self.column(name, || Cells::Texts(vec![]))? {
+        Ok(match self.column(name, || Cells::Texts(vec![]))?.own() {
             Cells::Numbers(values) => set(values, row, number(value).unwrap_or(f64::NAN), || f64::NAN),
             Cells::Texts(values) => set(values, row, value.to_string(), String::new),
+            Cells::Shared(_) => false,
         })
     }
 
     /// Adds a whole column; it may be shorter than others.
     pub fn push_column(&mut self, name: String, cells: Cells) {
-        self.rows = self.rows.max(match &cells {
-            Cells::Numbers(values) => values.len(),
-            Cells::Texts(values) => values.len(),
-        });
+        self.rows = self.rows.max(cells.len());
         self.columns.insert(name, cells);
     }
 
@@ -138,23 +194,21 @@ impl InMemoryTable {
 
     /// Puts the rows in the order of their stamps, in the column of this name; rows with equal stamps keep their order.
     pub fn sort_by(&mut self, time: &str) {
-        let Some(Cells::Numbers(stamps)) = self.columns.get(time) else { return };
+        let Some(stamps) = self.columns.get(time).and_then(Cells::numbers) else { return };
         if stamps.is_sorted() {
             return;
         }
-        let stamps = stamps.clone();
+        let stamps = stamps.to_vec();
         let mut order: Vec<usize> = (0..self.rows).collect();
         let stamp = |row: usize| stamps.get(row).copied().unwrap_or(f64::NAN);
         order.sort_by(|a, b| stamp(*a).total_cmp(&stamp(*b)));
         for cells in self.columns.values_mut() {
-            match cells {
-                Cells::Numbers(values) => {
-                    *values = order.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
-                }
-                Cells::Texts(values) => {
-                    *values =
-                        order.iter().map(|row| values.get_mut(*row).map(std::mem::take).unwrap_or_default()).collect();
-                }
+            if let Cells::Texts(texts) = cells {
+                let mut taken = |row: &usize| texts.get_mut(*row).map(std::mem::take).unwrap_or_default();
+                *cells = Cells::Texts(order.iter().map(&mut taken).collect());
+            } else if let Some(values) = cells.numbers() {
+                *cells =
+                    Cells::Numbers(order.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect());
             }
         }
     }
@@ -200,14 +254,14 @@ impl Rows for InMemoryTable {
                 _ => 1.0,
             };
             let (seconds, found) = match columns.get_index(column) {
-                Some((_, Cells::Numbers(values))) => {
-                    let value = values.get(row).copied().unwrap_or(f64::NAN);
-                    (value * to_seconds, if value.is_nan() { String::new() } else { value.to_string() })
-                }
                 Some((_, Cells::Texts(texts))) => {
                     let text = texts.get(row).map_or("", String::as_str);
                     let seconds = number(text).map(|value| value * to_seconds).or_else(|| date_time(text));
                     (seconds.unwrap_or(f64::NAN), shown(text))
+                }
+                Some((_, cells)) => {
+                    let value = cells.numbers().and_then(|values| values.get(row)).copied().unwrap_or(f64::NAN);
+                    (value * to_seconds, if value.is_nan() { String::new() } else { value.to_string() })
                 }
                 None => (f64::NAN, String::new()),
             };
@@ -273,16 +327,18 @@ fn measured(
     to_si: f64,
     place: Option<Place>,
 ) -> Result<Vec<f64>, InputError> {
+    let in_si = |value: f64| if value.is_finite() { value * to_si } else { f64::NAN };
     let texts = match cells {
-        Cells::Numbers(mut values) => {
-            if kept.len() < rows {
-                values = kept.iter().map(|row| values.get(*row).copied().unwrap_or(f64::NAN)).collect();
-            }
-            values.resize(kept.len(), f64::NAN);
-            values.iter_mut().for_each(|value| *value = if value.is_finite() { *value * to_si } else { f64::NAN });
+        Cells::Numbers(mut values) if kept.len() == rows => {
+            values.resize(rows, f64::NAN);
+            values.iter_mut().for_each(|value| *value = in_si(*value));
             return Ok(values);
         }
         Cells::Texts(texts) => texts,
+        cells => {
+            let values = cells.numbers().unwrap_or_default();
+            return Ok(kept.iter().map(|row| in_si(values.get(*row).copied().unwrap_or(f64::NAN))).collect());
+        }
     };
     let value = |row: &usize| {
         let text = texts.get(*row).map_or("", String::as_str);
@@ -301,10 +357,11 @@ fn measured(
 /// The texts of some rows.
 fn said(cells: &Cells, rows: &[usize]) -> Vec<String> {
     let text = |row: &usize| match cells {
-        Cells::Numbers(values) => {
-            values.get(*row).filter(|value| !value.is_nan()).map_or_else(String::new, f64::to_string)
-        }
         Cells::Texts(texts) => texts.get(*row).map_or_else(String::new, |text| text.trim().to_string()),
+        numbers => {
+            let value = numbers.numbers().and_then(|values| values.get(*row));
+            value.filter(|value| !value.is_nan()).map_or_else(String::new, f64::to_string)
+        }
     };
     rows.iter().map(text).collect()
 }
