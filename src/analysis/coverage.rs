@@ -57,6 +57,14 @@ impl Coverage {
         Ok(())
     }
 
+    /// The same of the files that `is_counted` takes, by their names.
+    #[must_use]
+    pub fn of_files(mut self, is_counted: impl Fn(&str) -> bool) -> Self {
+        self.choices.retain(|(file, ..), _| is_counted(file));
+        self.conditions.retain(|(file, ..), _| is_counted(file));
+        self
+    }
+
     /// Of how many outcomes how many were seen: a choice has one, being taken; a condition has two.
     pub fn seen(&self) -> (usize, usize) {
         let taken = self.choices.values().filter(|seen| seen.yes).count();

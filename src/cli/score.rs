@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 /// Options of `score`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'\n  teachtree score 'set#*' --binding lab.binding.yaml --labels labels/ --track right"
+    after_help = "Examples:\n  teachtree score demonstration.csv\n  teachtree score recordings/ --format json -o score.json --picture score.svg\n  teachtree score S2_T1.csv --binding yumi.binding.yaml --labels S2_T1_segments.csv --track right --map 'S1=Move|Approach,S2=Grasp,S9=mask'\n  teachtree score 'set#*' --binding lab.binding.yaml --labels labels/ --track right --min-f1 85"
 )]
 pub struct Args {
     /// Recordings; a folder stands for all logs in it, `set#*` for all episodes of a data set
@@ -39,6 +39,15 @@ pub struct Args {
     /// Also score the segments before relabeling
     #[arg(long)]
     raw: bool,
+    /// Fail when the frames right, all recordings together, are less than this, in percent
+    #[arg(long, value_name = "PERCENT")]
+    min_accuracy: Option<f64>,
+    /// Fail when F1 at an overlap of 50 % is less than this, in percent
+    #[arg(long, value_name = "PERCENT")]
+    min_f1: Option<f64>,
+    /// Fail when the edit score is less than this, in percent
+    #[arg(long, value_name = "PERCENT")]
+    min_edit: Option<f64>,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -98,7 +107,33 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let Some(meta) = meta else { return Failure::all(failures) };
     write(args, &scores, &meta, &logs)?;
-    Failure::some(failures, done)
+    let missed = scores.first().map_or_else(Vec::new, |score| args.missed(score));
+    missed.iter().for_each(|missed| output::complain(missed));
+    Failure::some(failures, done)?;
+    if missed.is_empty() { Ok(()) } else { Err(Failure::No) }
+}
+
+impl Args {
+    /// The least scores that are asked for and not reached, in a sentence each.
+    fn missed(&self, score: &Score) -> Vec<String> {
+        let [.., half] = score.all.f1();
+        let least = [
+            ("the share of frames right", self.min_accuracy, score.all.accuracy()),
+            ("F1 at 50 % overlap", self.min_f1, half),
+            ("the edit score", self.min_edit, score.all.edit()),
+        ];
+        let missed = least.into_iter().filter_map(|(name, least, found)| {
+            let least = least?;
+            match found.map(|share| share * 100.0) {
+                Some(percent) if percent >= least => None,
+                Some(percent) => Some(format!("FAILED   {name} is {percent:.1} %, expected at least {least} %")),
+                None => Some(format!(
+                    "FAILED   {name} is not known, since no frame has a label; expected at least {least} %"
+                )),
+            }
+        });
+        missed.collect()
+    }
 }
 
 fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result<(), InputError> {

@@ -7,6 +7,7 @@ use super::{Failure, output};
 use crate::analysis::analyze as find;
 use crate::analysis::coverage::Coverage;
 use crate::analysis::expect::{self, Expectation};
+use crate::base::diagnostic::Span;
 use crate::base::error::InputError;
 use crate::graph::lower;
 use crate::language::Rules;
@@ -15,6 +16,7 @@ use crate::session::files::all_logs;
 use crate::session::{Analysis, leaves};
 use crate::stream::read::text;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -49,10 +51,41 @@ pub struct Args {
     /// Change comparisons, thresholds and times one by one, and list the changes that no expectation notices
     #[arg(long)]
     mutate: bool,
+    /// Coverage and mutation of this rule file alone, such as your extension of the shipped rules; may be repeated
+    #[arg(long, value_name = "FILE.rules")]
+    only: Vec<String>,
     #[command(flatten)]
     rules: RuleArgs,
     #[command(flatten)]
     source: SourceArgs,
+}
+
+impl Args {
+    /// Whether coverage and mutation are of the rule file with this name.
+    fn counts(&self, file: &str) -> bool {
+        self.only.is_empty() || self.only.iter().any(|only| is_file(file, only))
+    }
+
+    /// Refuses `--only` of files that no expectation uses.
+    fn check_only(&self, cases: &[Case]) -> Result<(), InputError> {
+        let files: BTreeSet<&str> =
+            cases.iter().flat_map(|case| &case.rules().sources.files).map(|file| file.name.as_str()).collect();
+        for only in &self.only {
+            if !files.iter().any(|file| is_file(file, only)) {
+                let message = format!(
+                    "no expectation uses this rule file; found {}",
+                    files.iter().copied().collect::<Vec<_>>().join(", ")
+                );
+                return Err(InputError::new(only, message));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether the name of a rule file is the one that is asked for, with or without its folders.
+fn is_file(name: &str, asked: &str) -> bool {
+    Path::new(name).ends_with(asked.trim_start_matches("./")) || name == asked
 }
 
 /// An expectation with what its recording gave.
@@ -156,6 +189,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if args.pending && unmet > 0 {
         printed.push_str("what was found instead is in the `.expect.new` files: `cargo insta review --workspace-root . --extensions expect`, or `--update --replace`\n");
     }
+    args.check_only(&cases)?;
     let mut enough = true;
     if args.coverage || args.min_coverage.is_some() {
         enough = coverage(args, &cases, &mut printed)?;
@@ -165,7 +199,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if unmet > 0 {
             output::print("no mutation: rules are changed only when all is as expected\n")?;
         } else {
-            output::print(&mutate(&cases))?;
+            output::print(&mutate(args, &cases))?;
         }
     }
     Failure::all(failures)?;
@@ -178,6 +212,18 @@ fn expectations(paths: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     let mut open: Vec<PathBuf> = paths.to_vec();
     while let Some(path) = open.pop() {
         if !path.is_dir() {
+            if path.is_file() && path.extension().is_none_or(|ending| ending != ENDING) {
+                let beside = path.with_extension(ENDING);
+                let fix = match beside.is_file() {
+                    true => format!("`teachtree test {}` tests what stands beside it", beside.display()),
+                    false => format!(
+                        "write one with `teachtree test {} --update`",
+                        path.parent().filter(|at| !at.as_os_str().is_empty()).unwrap_or(Path::new(".")).display()
+                    ),
+                };
+                let message = "expected an expectation (`NAME.expect`) or a folder of them, found another file";
+                return Err(InputError::new(path.display().to_string(), message).help(fix));
+            }
             found.push(path);
             continue;
         }
@@ -283,6 +329,7 @@ fn coverage(args: &Args, cases: &[Case], printed: &mut String) -> Result<bool, F
         let run = case.analysis.run()?;
         coverage.add(case.rules(), &run.frames, &run.leaves)?;
     }
+    let coverage = coverage.of_files(|file| args.counts(file));
     let (seen, of) = coverage.seen();
     let percent = coverage.percent();
     let _ = writeln!(printed, "coverage: {seen} of {of} outcomes of choices and conditions seen, {percent:.1} %");
@@ -299,7 +346,7 @@ fn coverage(args: &Args, cases: &[Case], printed: &mut String) -> Result<bool, F
 }
 
 /// Changes the rules one place at a time, and says which changes no expectation notices.
-fn mutate(cases: &[Case]) -> String {
+fn mutate(args: &Args, cases: &[Case]) -> String {
     // Expectations of the same rules are tried together.
     let mut sets: Vec<(String, Vec<&Case>)> = Vec::new();
     for case in cases {
@@ -312,7 +359,8 @@ fn mutate(cases: &[Case]) -> String {
     let mut printed = String::new();
     for (_, cases) in sets {
         let Some(rules) = cases.first().map(|case| case.rules()) else { continue };
-        let all: Vec<_> = mutants(rules).collect();
+        let file = |span: Span| rules.sources.files.get(span.file as usize).map_or("", |file| file.name.as_str());
+        let all: Vec<_> = mutants(rules).filter(|mutant| args.counts(file(mutant.span))).collect();
         let progress = Progress::new("mutating");
         let done = AtomicUsize::new(0);
         let noticed: Vec<bool> = all

@@ -259,3 +259,36 @@ fn options_that_would_not_count_are_refused() {
     assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
     assert!(!folder.path().join(EXPECT).exists());
 }
+
+#[test]
+fn coverage_and_mutation_can_be_of_one_rule_file() {
+    let folder = folder();
+    let hold = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hold.rules");
+    std::fs::copy(hold, folder.path().join("hold.rules")).unwrap();
+    std::fs::remove_file(folder.path().join(EXPECT)).unwrap();
+    let options = ["--rules", "hold.rules", "--binding", "sawyer_lift.binding.yaml"];
+    assert!(teachtree_in(folder.path(), &[&["test", "--update"][..], &options].concat()).status.success());
+    let only = teachtree_in(folder.path(), &["test", "--coverage", "--mutate", "--only", "hold.rules"]);
+    assert!(only.status.success(), "{}", all_said(&only));
+    insta::assert_snapshot!(all_said(&only));
+    let unknown = teachtree_in(folder.path(), &["test", "--coverage", "--only", "tap.rules"]);
+    assert_eq!(unknown.status.code(), Some(2));
+    let said = all_said(&unknown);
+    assert!(
+        said.contains("tap.rules: no expectation uses this rule file; found ") && said.contains("hold.rules"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_log_is_no_expectation() {
+    let folder = folder();
+    let refused = |name: &str| {
+        let output = teachtree_in(folder.path(), &["test", name]);
+        assert_eq!(output.status.code(), Some(2));
+        all_said(&output)
+    };
+    insta::assert_snapshot!(refused("SawyerLift_demo_1.csv"));
+    std::fs::remove_file(folder.path().join(EXPECT)).unwrap();
+    insta::assert_snapshot!(refused("SawyerLift_demo_1.csv"));
+}

@@ -124,3 +124,18 @@ fn what_cannot_be_scored_is_said() {
         assert!(complained(&output).contains(wanted), "{args:?}: {}", complained(&output));
     }
 }
+
+#[test]
+fn a_score_below_the_least_one_is_a_negative_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    let log = folder.path().join("1.csv");
+    let score = |least: &[&str]| teachtree(&[&["score", log.to_str().unwrap()][..], least].concat(), "2");
+    said(&score(&["--min-accuracy", "90", "--min-f1", "80", "--min-edit", "70"]));
+    let below = score(&["--min-accuracy", "90", "--min-f1", "100.1"]);
+    assert_eq!(below.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&below.stdout).contains("edit score"), "the score is printed all the same");
+    let complained = complained(&below);
+    assert!(complained.contains("F1 at 50 % overlap is ") && complained.contains(" %, expected at least 100.1 %"));
+    assert!(!complained.contains("frames right"), "{complained}");
+}
