@@ -5,7 +5,7 @@ use super::many::{Issues, ManyArgs};
 use super::mcap;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
-use super::{Failure, batch, output};
+use super::{Failure, batch, output, trace};
 use crate::analysis::Subject;
 use crate::base::error::{ErrorKind, InputError};
 use crate::report::Style;
@@ -14,6 +14,8 @@ use crate::session::{Analysis, ClosedSegment, Error};
 use crate::stream::atomic_write::Files;
 use crate::stream::issue::IssueKind;
 use crate::stream::read::formats;
+#[cfg(feature = "mcap")]
+use crate::stream::read::formats::mcap::copy::file_of;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -40,7 +42,7 @@ pub struct Args {
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
     /// Write a file for each recording into this folder, named as the recording
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "report", "frames", "mcap"])]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "report", "frames", "mcap", "trace"])]
     pub out_dir: Option<PathBuf>,
     /// Leave out recordings whose file in `--out-dir` is there and was made of the same log, rules, params and version
     #[arg(long, requires = "out_dir")]
@@ -59,13 +61,20 @@ pub struct Args {
     /// Also write labels, tasks and objects of each frame as a table, `.csv` or `.parquet` (one recording only)
     #[arg(long, value_name = "FILE")]
     frames: Option<PathBuf>,
-    /// Signals, latches and channels of the rules whose values the table of `--frames` and the file of `--mcap` have too
+    /// Signals, latches and channels of the rules whose values the files of `--frames`, `--mcap` and `--trace` have too
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     signals: Vec<String>,
     /// Also write labels, signals and poses for viewers, and beside it a layout for Foxglove (one recording only)
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
+    /// Copy all messages of the log into the file of `--mcap` too, so that it can take the place of the log: an MCAP file
+    #[cfg(feature = "mcap")]
+    #[arg(long, requires = "mcap")]
+    into: bool,
+    /// Also write segments and tasks as events for Perfetto or `about:tracing`, a thread for each track (one recording only)
+    #[arg(long, value_name = "FILE.json")]
+    trace: Option<PathBuf>,
 }
 
 /// Forms of an analysis.
@@ -122,10 +131,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.frames {
         formats::check_name(path)?;
     }
+    if args.trace.is_some() && logs.len() > 1 {
+        return Err(InputError::new("--trace", "a trace is of one recording, found several").into());
+    }
     let views = views(args);
-    if !args.signals.is_empty() && args.frames.is_none() && views.is_empty() {
+    if !args.signals.is_empty() && args.frames.is_none() && args.trace.is_none() && views.is_empty() {
         return Err(InputError::new("--signals", "the values of signals are in no output of this command")
-            .help("name one: --frames FILE, or --mcap FILE.mcap")
+            .help("name one: --frames FILE, --mcap FILE.mcap, or --trace FILE.json")
             .into());
     }
     #[cfg(feature = "mcap")]
@@ -134,8 +146,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if logs.len() > 1 {
             return Err(InputError::new("--mcap", "a file for viewers is of one recording, found several").into());
         }
+        if args.into {
+            logs.iter().try_for_each(|log| file_of(log).map(drop))?;
+        }
     }
-    let outputs = args.out.iter().chain(&args.report).chain(&args.frames).chain(&views);
+    let outputs = args.out.iter().chain(&args.report).chain(&args.frames).chain(&args.trace).chain(&views);
     let outputs: Vec<&Path> = outputs.map(PathBuf::as_path).collect();
     output::refuse_one_for_two(&outputs)?;
     let files = if outputs.is_empty() { Vec::new() } else { read_by(&args.source, &args.rules) };
@@ -143,7 +158,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let mut out = String::new();
     let mut failures = Vec::new();
-    let mut pages = Vec::new();
+    let (mut pages, mut traces) = (Vec::new(), Vec::new());
     #[cfg(feature = "mcap")]
     let mut lanes = Vec::new();
     let mut issues = Issues::default();
@@ -158,11 +173,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 text,
                 kinds,
                 page,
+                trace,
                 #[cfg(feature = "mcap")]
                     lanes: of_log,
             }) => {
                 done += 1;
                 pages.extend(page);
+                traces.extend(trace);
                 #[cfg(feature = "mcap")]
                 lanes.extend(of_log);
                 let header = if args.format == Format::Csv && !out.is_empty() {
@@ -189,6 +206,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     for (path, page) in args.report.iter().zip(&pages) {
         output::add(&mut written, path, page, &inputs)?;
     }
+    for (path, trace) in args.trace.iter().zip(&traces) {
+        output::add(&mut written, path, trace, &inputs)?;
+    }
     #[cfg(feature = "mcap")]
     for (path, lanes) in args.mcap.iter().zip(&lanes) {
         written.add(path, |out| lanes.write(out))?;
@@ -214,6 +234,7 @@ pub struct Output {
     /// The kinds of its issues, each with how many there are.
     pub kinds: BTreeMap<IssueKind, usize>,
     page: Option<String>,
+    trace: Option<String>,
     #[cfg(feature = "mcap")]
     lanes: Option<mcap::Lanes>,
 }
@@ -229,6 +250,16 @@ fn views(_: &Args) -> Vec<PathBuf> {
     Vec::new()
 }
 
+/// What is written for viewers.
+#[cfg(feature = "mcap")]
+fn lanes(args: &Args, log: &Path, analysis: &Analysis) -> Result<Option<mcap::Lanes>, Failure> {
+    if args.mcap.is_none() {
+        return Ok(None);
+    }
+    let into = args.into.then(|| mcap::Into::of(log, analysis.log())).transpose()?;
+    mcap::Lanes::new(analysis, &args.signals, into).map(Some)
+}
+
 /// Analyzes a recording, the only one or one of several, and returns its output.
 pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     let prints = args.out.is_none() && args.out_dir.is_none();
@@ -236,7 +267,8 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
         live(args)?
     } else {
         let log = args.source.open(log).map_err(|error| in_parts(args, log, error))?;
-        if args.report.is_some() || args.frames.is_some() || !views(args).is_empty() {
+        let reads_signals = args.trace.is_some() && !args.signals.is_empty();
+        if args.report.is_some() || args.frames.is_some() || reads_signals || !views(args).is_empty() {
             log.read()?;
         }
         args.rules.load(&log)?.analyze(&log)?
@@ -256,12 +288,14 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     for issue in analysis.issues() {
         *kinds.entry(issue.kind).or_default() += 1;
     }
+    let trace = args.trace.as_ref().map(|_| trace::trace(&analysis, &args.signals)).transpose()?;
     Ok(Output {
         text,
         kinds,
         page,
+        trace,
         #[cfg(feature = "mcap")]
-        lanes: args.mcap.as_ref().map(|_| mcap::Lanes::new(&analysis, &args.signals)).transpose()?,
+        lanes: lanes(args, log, &analysis)?,
     })
 }
 

@@ -1,20 +1,50 @@
-//! `analyze --mcap`: an analysis for viewers of robot data, as messages of ROS 2 with the stamps of the log, and a layout that shows them.
+//! `analyze --mcap`: an analysis for viewers of robot data, as messages of ROS 2 with the stamps of the log, and a layout that shows them; with `--into`
+//! among all messages of the log.
 
 use crate::analysis::Segment;
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
-use crate::session::{Analysis, Error, FrameValues};
-use crate::stream::read::formats::mcap::write::{self, Pose, Type, Writer};
+use crate::session::{Analysis, FrameValues, Log};
+use crate::stream::read::formats::mcap::copy::{Original, Survey, file_of};
+use crate::stream::read::formats::mcap::message::{self, Pose, Type};
+use crate::stream::read::formats::mcap::write::Writer;
+use crate::stream::read::table::BagClock;
 use serde_json::{Value, json};
 use std::io::Write;
+use std::path::{Path, PathBuf};
 
 /// The frame that all poses are in.
 const WORLD: &str = "world";
 /// Poses are written at most so often, s: a screen shows no more.
 const POSES_EVERY_S: f64 = 0.01;
 
+/// The file among whose messages the analysis is written.
+pub struct Into {
+    file: PathBuf,
+    survey: Survey,
+    clock: BagClock,
+}
+
+impl Into {
+    /// That of a log.
+    ///
+    /// # Errors
+    /// When the log is no file whose messages can be copied, or its stamps are not those of its messages.
+    pub fn of(path: &Path, log: &Log) -> Result<Self, super::Failure> {
+        let file = file_of(path)?;
+        let survey = Survey::of(&file)?;
+        let Some(clock) = log.opened()?.clock else {
+            let message = "its stamps come from a column or a rate of the binding, expected those of its messages";
+            let error = InputError::new(path.display().to_string(), message);
+            return Err(error.help("leave `time` and `rate` out of the binding").into());
+        };
+        Ok(Self { file, survey, clock })
+    }
+}
+
 /// What is written, apart from when.
 pub struct Lanes {
+    into: Option<Into>,
     /// Topic and type of each channel.
     channels: Vec<(String, Type)>,
     /// Time, channel and message of what changes now and then, in order of time.
@@ -41,20 +71,24 @@ struct Body {
 
 impl Body {
     /// The pose on a row; `None` where it was not measured.
-    fn pose(&self, row: usize) -> Option<Pose<'_>> {
+    fn pose(&self, parent: &'static str, row: usize) -> Option<Pose<'_>> {
         let at = |count: usize| row.min(count.saturating_sub(1));
         let position = *self.position.get(at(self.position.len()))?;
         let rotation = *self.rotation.get(at(self.rotation.len()))?;
         let measured = position.iter().chain(&rotation).all(|value| value.is_finite());
-        measured.then_some(Pose { parent: WORLD, child: &self.name, position, rotation })
+        measured.then_some(Pose { parent, child: &self.name, position, rotation })
     }
 }
 
 impl Lanes {
-    /// Lays out an analysis with the values of signals.
-    pub fn new(analysis: &Analysis, signals: &[String]) -> Result<Self, Error> {
+    /// Lays out an analysis with the values of signals, alone or among the messages of a file.
+    ///
+    /// # Errors
+    /// When there is no such signal, or the file has one of the topics already.
+    pub fn new(analysis: &Analysis, signals: &[String], into: Option<Into>) -> Result<Self, super::Failure> {
         let found = analysis.found();
         let mut lanes = Self {
+            into,
             channels: Vec::new(),
             events: Vec::new(),
             time: Vec::new(),
@@ -91,22 +125,35 @@ impl Lanes {
             }
         }
         lanes.bodies = bodies(&analysis.log().opened()?.recording);
+        if lanes.into.is_some() {
+            lanes.bodies.iter_mut().for_each(|body| body.name.insert_str(0, "teachtree/"));
+        }
         lanes.rows.clone_from(&analysis.log().opened()?.recording.time);
         if !lanes.bodies.is_empty() {
-            lanes.channel("/tf".into(), Type::Poses);
+            lanes.channel(lanes.poses_topic().into(), Type::Poses);
         }
         let meta = analysis.meta();
         let zero = meta.zero_stamp_s;
         lanes.shift_s = zero.max(-found.start_s.min(lanes.rows.first().copied().unwrap_or(0.0)));
         let params: Vec<String> = meta.params.iter().map(|(name, value)| format!("{name}={value}")).collect();
-        lanes.metadata = vec![
+        if let Some(Into { file, survey, clock }) = &lanes.into {
+            if let Some((topic, _)) = lanes.channels.iter().find(|(topic, _)| survey.has_topic(topic)) {
+                let error = InputError::new(file.display().to_string(), format!("has the topic `{topic}` already"));
+                return Err(error.help("label the file that it was made of").into());
+            }
+            // The clock of the file takes the place of the shift.
+            lanes.shift_s = zero;
+            lanes.metadata.push(("origin_ns", clock.origin_ns.to_string()));
+            lanes.metadata.push(("recorded_after_ns", clock.recorded_after_ns.to_string()));
+        }
+        lanes.metadata.extend([
             ("version", env!("CARGO_PKG_VERSION").to_string()),
             ("log", meta.log.clone()),
             ("rules", meta.rules.join(" ")),
             ("digest", meta.digest.clone()),
             ("params", params.join(" ")),
             ("shift_s", lanes.shift_s.to_string()),
-        ];
+        ]);
         Ok(lanes)
     }
 
@@ -119,22 +166,49 @@ impl Lanes {
     fn lane(&mut self, topic: String, spans: &[(f64, f64, String)]) {
         let channel = self.channel(topic, Type::Text);
         for (at, (start, end, text)) in spans.iter().enumerate() {
-            self.events.push((*start, channel, write::text(text)));
+            self.events.push((*start, channel, message::text(text)));
             let goes_on = spans.get(at + 1).is_some_and(|(next, ..)| *next <= *end);
             if !goes_on {
-                self.events.push((*end, channel, write::text("")));
+                self.events.push((*end, channel, message::text("")));
             }
         }
     }
 
+    /// When a message is, by the clock that the stamps in messages are of, and by the clock of the file.
+    fn stamps(&self, time_s: f64) -> (u64, u64) {
+        let since_zero = ((time_s + self.shift_s) * 1e9).round();
+        let Some(Into { clock, .. }) = &self.into else {
+            return (since_zero.max(0.0) as u64, since_zero.max(0.0) as u64);
+        };
+        let stamp = clock.origin_ns.saturating_add(since_zero as i64);
+        let logged = stamp.saturating_add(clock.recorded_after_ns);
+        (u64::try_from(stamp).unwrap_or(0), u64::try_from(logged).unwrap_or(0))
+    }
+
     fn nanoseconds(&self, time_s: f64) -> u64 {
-        ((time_s + self.shift_s) * 1e9).round().max(0.0) as u64
+        self.stamps(time_s).1
+    }
+
+    /// The topic of the poses, and the frame that they are in. A file that is copied may have those of its own robot.
+    fn poses_topic(&self) -> &'static str {
+        if self.into.is_some() { "/teachtree/tf" } else { "/tf" }
+    }
+
+    fn world(&self) -> &'static str {
+        if self.into.is_some() { "teachtree/world" } else { WORLD }
     }
 
     /// Writes the file.
     pub fn write(&self, out: &mut dyn Write) -> std::io::Result<()> {
         let poses = (0..).zip(&self.channels).find(|(_, (_, ty))| *ty == Type::Poses).map(|(id, _)| id);
-        let mut writer = Writer::new(out, self.channels.clone())?;
+        let original = match &self.into {
+            Some(Into { file, survey, .. }) => {
+                let original = Original::open(file, survey.clone());
+                Some(original.map_err(|error| std::io::Error::other(error.to_string()))?)
+            }
+            None => None,
+        };
+        let mut writer = Writer::new(out, &self.channels, original)?;
         let (mut events, mut frames, mut rows) = (0, 0, 0);
         let mut posed = f64::NEG_INFINITY;
         loop {
@@ -150,7 +224,7 @@ impl Lanes {
             } else if frame <= row {
                 for (channel, values) in &self.signals {
                     let value = values.get(frames).copied().unwrap_or(f64::NAN);
-                    writer.message(*channel, self.nanoseconds(frame), &write::number(value))?;
+                    writer.message(*channel, self.nanoseconds(frame), &message::number(value))?;
                 }
                 frames += 1;
             } else {
@@ -158,8 +232,8 @@ impl Lanes {
                 if let Some(channel) =
                     poses.filter(|_| row - posed >= POSES_EVERY_S * 0.999 || rows + 1 == self.rows.len())
                 {
-                    let time = self.nanoseconds(row);
-                    writer.message(channel, time, &write::poses(time, &self.poses(rows)))?;
+                    let (stamp, time) = self.stamps(row);
+                    writer.message(channel, time, &message::poses(stamp, &self.poses(rows)))?;
                     posed = row;
                 }
                 rows += 1;
@@ -169,7 +243,7 @@ impl Lanes {
     }
 
     fn poses(&self, row: usize) -> Vec<Pose<'_>> {
-        self.bodies.iter().filter_map(|body| body.pose(row)).collect()
+        self.bodies.iter().filter_map(|body| body.pose(self.world(), row)).collect()
     }
 
     /// A layout for Foxglove that shows the lanes, the signals and the poses.
@@ -183,8 +257,8 @@ impl Lanes {
         let signals: Vec<Value> = of(Type::Number).map(path).collect();
         let mut panels = serde_json::Map::new();
         panels.insert("StateTransitions!teachtree".into(), json!({ "paths": lanes, "isSynced": true }));
-        let scene = json!({ "followTf": WORLD, "scene": { "transforms": { "showLabel": true, "axisScale": 0.2 } },
-            "topics": { "/tf": { "visible": true } } });
+        let scene = json!({ "followTf": self.world(), "scene": { "transforms": { "showLabel": true, "axisScale": 0.2 } },
+            "topics": { self.poses_topic(): { "visible": true } } });
         panels.insert("3D!teachtree".into(), scene);
         let mut layout = json!({ "first": "3D!teachtree", "second": "StateTransitions!teachtree", "direction": "column",
             "splitPercentage": 60 });
@@ -230,7 +304,7 @@ fn bodies(recording: &Recording) -> Vec<Body> {
 }
 
 /// Where the layout is: beside the file.
-pub fn layout_of(path: &std::path::Path) -> std::path::PathBuf {
+pub fn layout_of(path: &Path) -> PathBuf {
     path.with_extension("foxglove.json")
 }
 
@@ -238,7 +312,7 @@ pub fn layout_of(path: &std::path::Path) -> std::path::PathBuf {
 ///
 /// # Errors
 /// When it is one.
-pub fn check_name(path: &std::path::Path) -> Result<(), InputError> {
+pub fn check_name(path: &Path) -> Result<(), InputError> {
     if path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
         return Ok(());
     }

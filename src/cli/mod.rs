@@ -37,6 +37,7 @@ mod source;
 #[cfg(feature = "world")]
 mod teach;
 mod test;
+mod trace;
 mod truth;
 
 use crate::base::error::{ErrorKind, InputError};

@@ -12,7 +12,7 @@ use crate::stream::frames::Frames;
 use crate::stream::issue::Issue;
 use crate::stream::read::csv;
 use crate::stream::read::formats;
-use crate::stream::read::table::Source;
+use crate::stream::read::table::{BagClock, Source};
 use std::path::{Path, PathBuf};
 
 /// What to open.
@@ -41,6 +41,8 @@ pub struct Opened {
     pub hand_file: Option<String>,
     /// What the clock of the log shows at t = 0, s.
     pub zero_stamp_s: f64,
+    /// The clock of the bag that the log is; `None` of other logs, and where the binding takes the stamps from a column.
+    pub clock: Option<BagClock>,
     /// Rule parameters that the binding overrides, in its order: name, and value with unit.
     pub params: Vec<(String, String)>,
     /// Forces that count as they are, although they stay constant.
@@ -63,9 +65,10 @@ pub fn open(request: &OpenRequest) -> Result<Opened, InputError> {
 /// As [`open`].
 pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, InputError> {
     let log = request.log.clone();
+    let clock = source.clock;
     let Some(binding) = &request.binding else {
         let read = csv::read_source(source, &log, request.scene.as_deref())?;
-        return Ok(canonical(read, log));
+        return Ok(Opened { clock, ..canonical(read, log) });
     };
     let in_binding = |error: InputError| error.or_kind(ErrorKind::Binding);
     let file = BindingFile::read(binding).map_err(in_binding)?;
@@ -82,6 +85,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     };
     let bound = bind(source, &file, scene).map_err(|error| in_binding(in_log(&log, said(error))))?;
     let csv::Read { mut recording, mut issues, row_time } = bound;
+    let clock = clock.filter(|_| file.binding.has_stamps_of_log());
     let Binding { hand_file, params, trust, resample, time_offset, .. } = file.binding;
     if resample.is_none() {
         issues.extend(gap_filling::fill_gaps(&mut recording));
@@ -90,7 +94,7 @@ pub fn open_source(mut source: Source, request: &OpenRequest) -> Result<Opened, 
     // Zero stays zero, without a sign.
     let zero_stamp_s = 0.0 - time_offset.0;
     let params = params.into_iter().collect();
-    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, hand_file, params, trust, suspicious_channels })
+    Ok(Opened { log, recording, issues, row_time, zero_stamp_s, clock, hand_file, params, trust, suspicious_channels })
 }
 
 /// Opens a log with canonical names that is in memory, its scene included: no file beside it is looked for. `log` is its name in messages.
@@ -110,7 +114,18 @@ fn canonical(read: csv::Read, log: PathBuf) -> Opened {
     issues.extend(spikes::reject(&mut recording));
     issues.extend(gap_filling::fill_gaps(&mut recording));
     let (params, trust, suspicious_channels) = (vec![], vec![], vec![]);
-    Opened { log, recording, issues, row_time, zero_stamp_s: 0.0, hand_file: None, params, trust, suspicious_channels }
+    Opened {
+        log,
+        recording,
+        issues,
+        row_time,
+        zero_stamp_s: 0.0,
+        clock: None,
+        hand_file: None,
+        params,
+        trust,
+        suspicious_channels,
+    }
 }
 
 impl Opened {

@@ -36,6 +36,8 @@ mod graph;
 mod hostile;
 #[cfg(feature = "cli")]
 mod inspect;
+#[cfg(all(feature = "cli", feature = "mcap"))]
+mod labeled_bags;
 mod language;
 #[cfg(feature = "cli")]
 mod live;

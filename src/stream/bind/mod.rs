@@ -172,6 +172,13 @@ pub struct BindingFile {
     text: String,
 }
 
+impl Binding {
+    /// Whether its stamps are those that the log has by itself, not those of another column.
+    pub fn has_stamps_of_log(&self) -> bool {
+        self.rate.is_none() && self.time == time_column()
+    }
+}
+
 impl BindingFile {
     /// Reads a binding file.
     ///

@@ -76,6 +76,17 @@ pub struct Source {
     pub issues: Vec<Issue>,
     /// Sheets that are in the file and cannot be read, by name, with the reason.
     pub refused: Vec<(String, String)>,
+    /// The clock of a bag, whose stamps count from its first one here.
+    pub clock: Option<BagClock>,
+}
+
+/// How the times of a bag's log come from the clocks of the bag.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct BagClock {
+    /// The stamp at t = 0, ns: the earliest one of the bag.
+    pub origin_ns: i64,
+    /// How much later than stamped messages were recorded, ns: the median over all messages with a stamp in their header; 0 where there is none.
+    pub recorded_after_ns: i64,
 }
 
 /// A table with stamps of its own.
@@ -223,7 +234,16 @@ impl Source {
     /// A log of these sheets.
     pub fn many(file: impl Into<String>, sheets: Vec<Sheet>) -> Self {
         let file = file.into();
-        Self { header_place: file.clone(), file, sheets, scene: None, events: vec![], issues: vec![], refused: vec![] }
+        Self {
+            header_place: file.clone(),
+            file,
+            sheets,
+            scene: None,
+            events: vec![],
+            issues: vec![],
+            refused: vec![],
+            clock: None,
+        }
     }
 
     /// The columns of all sheets under their full names, units included.

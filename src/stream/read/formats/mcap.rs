@@ -3,6 +3,8 @@
 //! Chunks may be plain, zstd or lz4; messages or the whole file may be zstd too. A topic in another encoding cannot be read, the others can. What is read so far counts when a file
 //! ends in the middle of a record.
 
+pub mod copy;
+pub mod message;
 pub mod write;
 
 use super::rosmsg::{Definition, Wire};

@@ -6,7 +6,7 @@
 use super::rosmsg::{Definition, Failure};
 use crate::base::error::InputError;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
-use crate::stream::read::table::{Sheet, Source};
+use crate::stream::read::table::{BagClock, Sheet, Source};
 use indexmap::IndexMap;
 
 /// The most topics that a bag may have.
@@ -33,6 +33,8 @@ struct Topic {
     rows: InMemoryTable,
     /// The stamp of each row, ns.
     stamps: Vec<i64>,
+    /// How much later it was recorded, ns, of each row with a stamp in its header.
+    delays: Vec<i64>,
     refused: Option<String>,
 }
 
@@ -62,6 +64,7 @@ impl Topics {
         let topic = self.topics.entry(topic.to_string()).or_insert_with(|| Topic {
             rows: InMemoryTable::new(format!("{file} topic {topic}")),
             stamps: vec![],
+            delays: vec![],
             refused: None,
         });
         if topic.refused.is_some() {
@@ -79,7 +82,10 @@ impl Topics {
             Reading::Refused(_) => return Ok(()),
         };
         match decoded {
-            Ok(stamp) => topic.stamps.push(stamp.unwrap_or(recorded)),
+            Ok(stamp) => {
+                topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
+                topic.stamps.push(stamp.unwrap_or(recorded));
+            }
             Err(Failure::Log(error)) => return Err(error),
             Err(Failure::Message(message)) => {
                 topic.refused = Some(format!("message {}: {message}", topic.stamps.len() + 1));
@@ -95,13 +101,15 @@ impl Topics {
     pub fn finish(self) -> Result<Source, InputError> {
         let origin = self.topics.values().filter(|topic| topic.refused.is_none()).flat_map(|topic| &topic.stamps).min();
         let origin = origin.copied().unwrap_or_default();
+        let mut delays = vec![];
         let mut refused = vec![];
         let mut sheets = vec![];
         for (name, topic) in self.topics {
-            let Topic { mut rows, stamps, refused: why } = topic;
+            let Topic { mut rows, stamps, delays: of_topic, refused: why } = topic;
             match why {
                 Some(why) => refused.push((name, why)),
                 None => {
+                    delays.extend(of_topic);
                     let seconds = |stamp: &i64| stamp.saturating_sub(origin) as f64 * 1e-9;
                     rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
                     rows.sort_by("time [s]");
@@ -110,9 +118,19 @@ impl Topics {
             }
         }
         match (sheets.is_empty(), refused.first()) {
-            (false, _) => Ok(Source { refused, ..Source::many(self.file, sheets) }),
+            (false, _) => {
+                let recorded_after_ns = median(&mut delays);
+                let clock = Some(BagClock { origin_ns: origin, recorded_after_ns });
+                Ok(Source { refused, clock, ..Source::many(self.file, sheets) })
+            }
             (true, None) => Err(InputError::new(self.file, "the bag holds no message")),
             (true, Some((name, why))) => Err(InputError::new(format!("{} topic {name}", self.file), why)),
         }
     }
+}
+
+/// The upper median of some values; 0 of none.
+fn median(values: &mut [i64]) -> i64 {
+    let middle = values.len() / 2;
+    if values.is_empty() { 0 } else { *values.select_nth_unstable(middle).1 }
 }

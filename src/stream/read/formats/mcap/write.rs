@@ -1,11 +1,13 @@
-//! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump.
+//! Writes MCAP: messages of ROS 2 in CDR, in compressed chunks with an index and a summary, so that viewers may jump; alone, or among all messages of another file.
 
-use super::MAGIC;
+use super::copy::Original;
+use super::message::Type;
+use super::{Fault, Fields as Read, MAGIC};
 use std::collections::BTreeMap;
-use std::io::{Result, Write};
+use std::io::{Error, Result, Write};
 
 /// Records that are written beside those that are read.
-const HEADER: u8 = 1;
+pub(super) const HEADER: u8 = 1;
 const FOOTER: u8 = 2;
 const SCHEMA: u8 = 3;
 const CHANNEL: u8 = 4;
@@ -13,152 +15,17 @@ const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const MESSAGE_INDEX: u8 = 7;
 const CHUNK_INDEX: u8 = 8;
+pub(super) const ATTACHMENT: u8 = 9;
+const ATTACHMENT_INDEX: u8 = 10;
 const STATISTICS: u8 = 11;
-const METADATA: u8 = 12;
+pub(super) const METADATA: u8 = 12;
 const METADATA_INDEX: u8 = 13;
 const SUMMARY_OFFSET: u8 = 14;
 const DATA_END: u8 = 15;
+/// From here on records are other programs' own.
+pub(super) const PRIVATE: u8 = 0x80;
 /// How many bytes a chunk has, about, before it is compressed.
 const CHUNK_BYTES: usize = 1 << 20;
-
-/// The type of a message.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Type {
-    /// `std_msgs/msg/String`.
-    Text,
-    /// `std_msgs/msg/Float64`.
-    Number,
-    /// `tf2_msgs/msg/TFMessage`.
-    Poses,
-}
-
-impl Type {
-    const ALL: [Self; 3] = [Self::Text, Self::Number, Self::Poses];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Text => "std_msgs/msg/String",
-            Self::Number => "std_msgs/msg/Float64",
-            Self::Poses => "tf2_msgs/msg/TFMessage",
-        }
-    }
-
-    const fn definition(self) -> &'static str {
-        match self {
-            Self::Text => "string data\n",
-            Self::Number => "float64 data\n",
-            Self::Poses => POSES,
-        }
-    }
-
-    /// Its number in the file, from 1 on.
-    const fn id(self) -> u16 {
-        match self {
-            Self::Text => 1,
-            Self::Number => 2,
-            Self::Poses => 3,
-        }
-    }
-}
-
-/// The definition of `TFMessage` with all that it is made of.
-const POSES: &str = "geometry_msgs/TransformStamped[] transforms
-================================================================================
-MSG: geometry_msgs/TransformStamped
-std_msgs/Header header
-string child_frame_id
-geometry_msgs/Transform transform
-================================================================================
-MSG: std_msgs/Header
-builtin_interfaces/Time stamp
-string frame_id
-================================================================================
-MSG: builtin_interfaces/Time
-int32 sec
-uint32 nanosec
-================================================================================
-MSG: geometry_msgs/Transform
-geometry_msgs/Vector3 translation
-geometry_msgs/Quaternion rotation
-================================================================================
-MSG: geometry_msgs/Vector3
-float64 x
-float64 y
-float64 z
-================================================================================
-MSG: geometry_msgs/Quaternion
-float64 x
-float64 y
-float64 z
-float64 w
-";
-
-/// A message that is being written in CDR, little endian: numbers stand at multiples of their size.
-#[derive(Default)]
-pub struct Cdr(Vec<u8>);
-
-impl Cdr {
-    fn number<const N: usize>(&mut self, bytes: [u8; N]) {
-        self.0.resize(self.0.len().next_multiple_of(N), 0);
-        self.0.extend(bytes);
-    }
-
-    fn text(&mut self, text: &str) {
-        self.number(length(text.len() + 1).to_le_bytes());
-        self.0.extend(text.bytes().chain([0]));
-    }
-
-    fn message(self) -> Vec<u8> {
-        // The order of bytes stands before the message.
-        [0, 1, 0, 0].into_iter().chain(self.0).collect()
-    }
-}
-
-/// A text as a message.
-pub fn text(text: &str) -> Vec<u8> {
-    let mut cdr = Cdr::default();
-    cdr.text(text);
-    cdr.message()
-}
-
-/// A number as a message.
-pub fn number(value: f64) -> Vec<u8> {
-    let mut cdr = Cdr::default();
-    cdr.number(value.to_le_bytes());
-    cdr.message()
-}
-
-/// A pose of a body in the frame of another: the names of both, position in m, rotation as w, x, y, z.
-pub struct Pose<'a> {
-    /// In whose frame.
-    pub parent: &'a str,
-    /// Of which body.
-    pub child: &'a str,
-    /// m.
-    pub position: [f64; 3],
-    /// parent_from_child: w, x, y, z.
-    pub rotation: [f64; 4],
-}
-
-/// Poses at a time, ns, as a message.
-pub fn poses(time: u64, poses: &[Pose]) -> Vec<u8> {
-    let mut cdr = Cdr::default();
-    cdr.number(length(poses.len()).to_le_bytes());
-    for Pose { parent, child, position, rotation: [w, x, y, z] } in poses {
-        cdr.number(i32::try_from(time / 1_000_000_000).unwrap_or(i32::MAX).to_le_bytes());
-        cdr.number(((time % 1_000_000_000) as u32).to_le_bytes());
-        cdr.text(parent);
-        cdr.text(child);
-        for value in position.iter().chain([x, y, z, w]) {
-            cdr.number(value.to_le_bytes());
-        }
-    }
-    cdr.message()
-}
-
-fn length(count: usize) -> u32 {
-    u32::try_from(count).unwrap_or(u32::MAX)
-}
 
 /// The fields of a record.
 #[derive(Default)]
@@ -199,51 +66,111 @@ impl Fields {
     }
 }
 
+/// The channel and the time, ns, of a message.
+fn stamp(fields: &mut Read) -> std::result::Result<(u16, u64), Fault> {
+    let (channel, _sequence, time) = (fields.u16()?, fields.u32()?, fields.u64()?);
+    Ok((channel, time))
+}
+
+/// The index of an attachment that is written at a place.
+fn attachment(body: &[u8], at: u64) -> std::result::Result<Vec<u8>, Fault> {
+    let mut fields = Read(body);
+    let (logged, created, name, media, size) =
+        (fields.u64()?, fields.u64()?, fields.text()?, fields.text()?, fields.u64()?);
+    // With the kind and the length before it.
+    let index = Fields::default().u64(at).u64(body.len() as u64 + 9).u64(logged).u64(created).u64(size);
+    Ok(index.text(&name).text(&media).record(ATTACHMENT_INDEX))
+}
+
+fn length(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
 /// A chunk that is being filled.
 #[derive(Default)]
 struct Chunk {
     records: Vec<u8>,
+    index: Index,
+}
+
+/// Which messages a chunk has.
+#[derive(Default)]
+struct Index {
     /// Time and place of each message, by channel.
-    index: BTreeMap<u16, Vec<(u64, u64)>>,
-    start: u64,
-    end: u64,
+    messages: BTreeMap<u16, Vec<(u64, u64)>>,
+    /// Times of the first and the last one.
+    span: Option<(u64, u64)>,
+}
+
+impl Index {
+    fn add(&mut self, channel: u16, time: u64, place: usize) {
+        let (start, end) = self.span.unwrap_or((time, time));
+        self.span = Some((start.min(time), end.max(time)));
+        self.messages.entry(channel).or_default().push((time, place as u64));
+    }
+}
+
+/// The summary of what was written so far.
+#[derive(Default)]
+struct Summary {
+    /// The records of schemas and channels by their numbers.
+    schemas: BTreeMap<u16, Vec<u8>>,
+    channels: BTreeMap<u16, Vec<u8>>,
+    chunks: Vec<Vec<u8>>,
+    attachments: Vec<Vec<u8>>,
+    metadata: Vec<Vec<u8>>,
+    /// Number of messages of each channel.
+    counts: BTreeMap<u16, u64>,
+    /// Times of the first and the last message.
+    span: Option<(u64, u64)>,
 }
 
 /// A file that is being written.
 pub struct Writer<'a> {
     out: &'a mut dyn Write,
     offset: u64,
-    /// Topic and type of each channel, which has its place in the list as its number.
-    channels: Vec<(String, Type)>,
+    /// The number in the file of each channel that messages are given for by their place in a list.
+    ids: Vec<u16>,
+    sequence: BTreeMap<u16, u32>,
     chunk: Chunk,
-    /// The index of all chunks so far.
-    chunks: Vec<Vec<u8>>,
-    counts: BTreeMap<u16, u64>,
-    start: u64,
-    end: u64,
+    summary: Summary,
+    /// The file whose records are copied as time goes on.
+    original: Option<Original>,
 }
 
 impl<'a> Writer<'a> {
-    /// A file with these channels.
+    /// A file with these channels, topic and type each; among the records of another one where there is one.
     ///
     /// # Errors
-    /// When it cannot be written.
-    pub fn new(out: &'a mut dyn Write, channels: Vec<(String, Type)>) -> Result<Self> {
+    /// When it cannot be written, or the original has no numbers left for so many channels.
+    pub fn new(out: &'a mut dyn Write, channels: &[(String, Type)], original: Option<Original>) -> Result<Self> {
         let library = concat!("teachtree ", env!("CARGO_PKG_VERSION"));
-        let mut writer = Self {
-            out,
-            offset: 0,
-            channels,
-            chunk: Chunk::default(),
-            chunks: vec![],
-            counts: BTreeMap::new(),
-            start: u64::MAX,
-            end: 0,
-        };
+        let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().channels.contains_key(id));
+        let ids: Vec<u16> = (0..=u16::MAX).filter(|id| !taken(id)).take(channels.len()).collect();
+        let taken = |id: &u16| original.as_ref().is_some_and(|file| file.survey().schemas.contains(id));
+        let schemas: Vec<u16> = (1..=u16::MAX).filter(|id| !taken(id)).take(Type::ALL.len()).collect();
+        if ids.len() < channels.len() || schemas.len() < Type::ALL.len() {
+            return Err(Error::other("the file that is copied has no number left for another channel"));
+        }
+        let profile = original.as_ref().map_or("ros2", |file| file.survey().profile());
+        let header = Fields::default().text(profile).text(library).record(HEADER);
+        let summary = Summary::default();
+        let mut writer =
+            Self { out, offset: 0, ids, sequence: BTreeMap::new(), chunk: Chunk::default(), summary, original };
         writer.put(&MAGIC)?;
-        writer.put(&Fields::default().text("ros2").text(library).record(HEADER))?;
-        let known = writer.schemas_and_channels();
-        writer.put(&known)?;
+        writer.put(&header)?;
+        let of: BTreeMap<Type, u16> = Type::ALL.into_iter().zip(schemas).collect();
+        for (ty, id) in &of {
+            if channels.iter().any(|(_, used)| used == ty) {
+                let fields = Fields::default().u16(*id).text(ty.name()).text("ros2msg").text(ty.definition());
+                writer.schema(*id, fields.record(SCHEMA))?;
+            }
+        }
+        for (id, (topic, ty)) in writer.ids.clone().into_iter().zip(channels) {
+            let schema = of.get(ty).copied().unwrap_or_default();
+            let fields = Fields::default().u16(id).u16(schema).text(topic).text("cdr").sized(Fields::default());
+            writer.channel(id, fields.record(CHANNEL))?;
+        }
         Ok(writer)
     }
 
@@ -252,64 +179,155 @@ impl<'a> Writer<'a> {
         self.out.write_all(bytes)
     }
 
-    fn schemas(&self) -> Vec<u8> {
-        let used = Type::ALL.into_iter().filter(|ty| self.channels.iter().any(|(_, used)| used == ty));
-        let schema = |ty: Type| Fields::default().u16(ty.id()).text(ty.name()).text("ros2msg").text(ty.definition());
-        used.flat_map(|ty| schema(ty).record(SCHEMA)).collect()
+    fn schema(&mut self, id: u16, record: Vec<u8>) -> Result<()> {
+        self.put(&record)?;
+        self.summary.schemas.entry(id).or_insert(record);
+        Ok(())
     }
 
-    fn channels(&self) -> Vec<u8> {
-        let channels = (0..).zip(&self.channels).flat_map(|(id, (topic, ty))| {
-            let fields = Fields::default().u16(id).u16(ty.id()).text(topic).text("cdr");
-            fields.sized(Fields::default()).record(CHANNEL)
-        });
-        channels.collect()
+    fn channel(&mut self, id: u16, record: Vec<u8>) -> Result<()> {
+        self.put(&record)?;
+        self.summary.channels.entry(id).or_insert(record);
+        Ok(())
     }
 
-    fn schemas_and_channels(&self) -> Vec<u8> {
-        [self.schemas(), self.channels()].concat()
-    }
-
-    /// Writes a message of a channel at a time, ns.
+    /// Writes a message of a channel, by its place in the list, at a time, ns.
     ///
     /// # Errors
     /// When it cannot be written.
     pub fn message(&mut self, channel: u16, time: u64, message: &[u8]) -> Result<()> {
-        let sequence = self.counts.entry(channel).or_default();
-        *sequence += 1;
-        let fields =
-            Fields::default().u16(channel).u32(u32::try_from(*sequence).unwrap_or(u32::MAX)).u64(time).u64(time);
-        let chunk = &mut self.chunk;
-        if chunk.records.is_empty() {
-            (chunk.start, chunk.end) = (time, time);
-        }
-        (chunk.start, chunk.end) = (chunk.start.min(time), chunk.end.max(time));
-        chunk.index.entry(channel).or_default().push((time, chunk.records.len() as u64));
-        chunk.records.extend(fields.with(message).record(MESSAGE));
-        if chunk.records.len() >= CHUNK_BYTES { self.close_chunk() } else { Ok(()) }
+        self.copy_until(time)?;
+        let Some(id) = self.ids.get(usize::from(channel)).copied() else { return Ok(()) };
+        let sequence = self.sequence.entry(id).or_default();
+        *sequence = sequence.saturating_add(1);
+        let fields = Fields::default().u16(id).u32(*sequence).u64(time).u64(time);
+        self.add(id, time, &fields.with(message).record(MESSAGE))
+    }
+
+    /// Adds a message to the chunk that is being filled.
+    fn add(&mut self, channel: u16, time: u64, record: &[u8]) -> Result<()> {
+        self.chunk.index.add(channel, time, self.chunk.records.len());
+        self.chunk.records.extend(record);
+        if self.chunk.records.len() >= CHUNK_BYTES { self.close_chunk() } else { Ok(()) }
     }
 
     fn close_chunk(&mut self) -> Result<()> {
-        let Chunk { records, index, start, end } = std::mem::take(&mut self.chunk);
-        if records.is_empty() {
-            return Ok(());
-        }
-        (self.start, self.end) = (self.start.min(start), self.end.max(end));
+        let Chunk { records, index } = std::mem::take(&mut self.chunk);
+        let Some((start, end)) = index.span else { return Ok(()) };
         let packed = ::zstd::bulk::compress(&records, 3)?;
         let fields = Fields::default().u64(start).u64(end).u64(records.len() as u64).u32(crc32fast::hash(&records));
-        let chunk = fields.text("zstd").u64(packed.len() as u64).with(&packed).record(CHUNK);
+        let body = fields.text("zstd").u64(packed.len() as u64).with(&packed).0;
+        self.put_chunk(&body, &index)
+    }
+
+    /// Writes a chunk and the index of its messages.
+    fn put_chunk(&mut self, body: &[u8], index: &Index) -> Result<()> {
+        let mut head = Read(body);
+        let read = |head: &mut Read| Some((head.u64().ok()?, head.u64().ok()?, head.u64().ok()?, head.u32().ok()?));
+        let cut = || Error::other("a chunk that is copied is damaged");
+        let (start, end, plain, _) = read(&mut head).ok_or_else(cut)?;
+        let compression = head.text().map_err(|_| cut())?;
+        let packed = head.u64().map_err(|_| cut())?;
         let at = self.offset;
-        self.put(&chunk)?;
+        let record = Fields(body.to_vec()).record(CHUNK);
+        self.put(&record)?;
         let (first, mut offsets) = (self.offset, Fields::default());
-        for (channel, messages) in &index {
+        for (channel, messages) in &index.messages {
             offsets = offsets.u16(*channel).u64(self.offset);
             let pairs = messages.iter().fold(Fields::default(), |pairs, (time, place)| pairs.u64(*time).u64(*place));
             self.put(&Fields::default().u16(*channel).sized(pairs).record(MESSAGE_INDEX))?;
+            *self.summary.counts.entry(*channel).or_default() += messages.len() as u64;
         }
-        let fields = Fields::default().u64(start).u64(end).u64(at).u64(chunk.len() as u64).sized(offsets);
-        let fields = fields.u64(self.offset - first).text("zstd").u64(packed.len() as u64).u64(records.len() as u64);
-        self.chunks.push(fields.record(CHUNK_INDEX));
+        if let Some((start, end)) = index.span {
+            let (first, last) = self.summary.span.unwrap_or((start, end));
+            self.summary.span = Some((first.min(start), last.max(end)));
+        }
+        let fields = Fields::default().u64(start).u64(end).u64(at).u64(record.len() as u64).sized(offsets);
+        let fields = fields.u64(self.offset - first).text(&compression).u64(packed).u64(plain);
+        self.summary.chunks.push(fields.record(CHUNK_INDEX));
         Ok(())
+    }
+
+    /// Copies the records of the original that are not later than a time, ns.
+    fn copy_until(&mut self, time: u64) -> Result<()> {
+        while let Some(mut original) = self.original.take() {
+            let next = original.next_until(time);
+            let done = matches!(next, Ok(None));
+            self.original = Some(original);
+            if let Some((kind, body)) = next? {
+                self.copy(kind, &body)?;
+            }
+            if done {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    /// Copies a record as it is; a message into a chunk, since a reader that goes by the index finds it only there.
+    fn copy(&mut self, kind: u8, body: &[u8]) -> Result<()> {
+        let damaged = |_| Error::other("a record that is copied is damaged");
+        let record = || Fields(body.to_vec()).record(kind);
+        let mut fields = Read(body);
+        match kind {
+            SCHEMA => self.schema(fields.u16().map_err(damaged)?, record()),
+            CHANNEL => {
+                let id = fields.u16().map_err(damaged)?;
+                if self.ids.contains(&id) {
+                    return Err(Error::other("the file that is copied has changed in the meantime"));
+                }
+                self.channel(id, record())
+            }
+            MESSAGE => {
+                let (channel, time) = stamp(&mut fields).map_err(damaged)?;
+                self.add(channel, time, &record())
+            }
+            CHUNK => {
+                self.close_chunk()?;
+                let index = self.index(&super::decompressed(body).map_err(damaged)?).map_err(damaged)?;
+                self.put_chunk(body, &index)
+            }
+            ATTACHMENT => {
+                self.summary.attachments.push(attachment(body, self.offset).map_err(damaged)?);
+                self.put(&record())
+            }
+            METADATA => self.metadata(&fields.text().map_err(damaged)?, &record()),
+            PRIVATE.. => self.put(&record()),
+            // The index and the summary are made anew.
+            _ => Ok(()),
+        }
+    }
+
+    /// The messages in the records of a chunk. Its schemas and channels are in the summary from then on.
+    fn index(&mut self, plain: &[u8]) -> std::result::Result<Index, Fault> {
+        let (mut rest, mut index) = (plain, Index::default());
+        loop {
+            let place = plain.len() - rest.len();
+            let (kind, body) = match super::record(&mut rest) {
+                Ok(Some(record)) => record,
+                Ok(None) | Err(Fault::Cut) => return Ok(index),
+                Err(fault) => return Err(fault),
+            };
+            let mut fields = Read(&body);
+            match kind {
+                SCHEMA | CHANNEL => {
+                    let id = fields.u16()?;
+                    let known = if kind == SCHEMA { &mut self.summary.schemas } else { &mut self.summary.channels };
+                    known.entry(id).or_insert_with(|| Fields(body).record(kind));
+                }
+                MESSAGE => {
+                    let (channel, time) = stamp(&mut fields)?;
+                    index.add(channel, time, place);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn metadata(&mut self, name: &str, record: &[u8]) -> Result<()> {
+        let place = Fields::default().u64(self.offset).u64(record.len() as u64);
+        self.summary.metadata.push(place.text(name).record(METADATA_INDEX));
+        self.put(record)
     }
 
     /// Writes what is left, what is said about the file, and the summary.
@@ -317,35 +335,34 @@ impl<'a> Writer<'a> {
     /// # Errors
     /// When it cannot be written.
     pub fn finish(mut self, said: &[(&str, String)]) -> Result<()> {
+        self.copy_until(u64::MAX)?;
         self.close_chunk()?;
         let pairs = said.iter().fold(Fields::default(), |pairs, (key, value)| pairs.text(key).text(value));
-        let metadata = Fields::default().text("teachtree").sized(pairs).record(METADATA);
-        let at = self.offset;
-        self.put(&metadata)?;
-        let metadata = Fields::default().u64(at).u64(metadata.len() as u64).text("teachtree").record(METADATA_INDEX);
+        self.metadata("teachtree", &Fields::default().text("teachtree").sized(pairs).record(METADATA))?;
         self.put(&Fields::default().u32(0).record(DATA_END))?;
-        let total: u64 = self.counts.values().sum();
-        let counts =
-            self.counts.iter().fold(Fields::default(), |counts, (channel, count)| counts.u16(*channel).u64(*count));
-        let used = Type::ALL.into_iter().filter(|ty| self.channels.iter().any(|(_, used)| used == ty)).count();
-        let start = if total == 0 { 0 } else { self.start };
+        let Summary { schemas, channels, chunks, attachments, metadata, counts, span } =
+            std::mem::take(&mut self.summary);
+        let (start, end) = span.unwrap_or_default();
+        let by_channel =
+            counts.iter().fold(Fields::default(), |counts, (channel, count)| counts.u16(*channel).u64(*count));
         let statistics = Fields::default()
-            .u64(total)
-            .u16(used as u16)
-            .u32(length(self.channels.len()))
-            .u32(0)
-            .u32(1)
-            .u32(length(self.chunks.len()))
+            .u64(counts.values().sum())
+            .u16(u16::try_from(schemas.len()).unwrap_or(u16::MAX))
+            .u32(length(channels.len()))
+            .u32(length(attachments.len()))
+            .u32(length(metadata.len()))
+            .u32(length(chunks.len()))
             .u64(start)
-            .u64(self.end)
-            .sized(counts)
+            .u64(end)
+            .sized(by_channel)
             .record(STATISTICS);
         let groups = [
-            (SCHEMA, self.schemas()),
-            (CHANNEL, self.channels()),
+            (SCHEMA, schemas.into_values().collect::<Vec<_>>().concat()),
+            (CHANNEL, channels.into_values().collect::<Vec<_>>().concat()),
             (STATISTICS, statistics),
-            (CHUNK_INDEX, self.chunks.concat()),
-            (METADATA_INDEX, metadata),
+            (CHUNK_INDEX, chunks.concat()),
+            (ATTACHMENT_INDEX, attachments.concat()),
+            (METADATA_INDEX, metadata.concat()),
         ];
         let summary_at = self.offset;
         let (mut summary, mut offsets) = (vec![], vec![]);
