@@ -301,7 +301,7 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
 
 /// An error about a folder that was taken for one recording in parts, with what else it may be.
 fn in_parts(args: &Args, log: &Path, error: Error) -> Failure {
-    let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_bag(log);
+    let is_parts = log.is_dir() && !formats::is_set(log) && !formats::is_zarr(log) && !formats::is_bag(log);
     match Failure::from(error) {
         Failure::Input(error) if is_parts && args.source.binding.is_some() => {
             let is = "the folder was read as one recording in parts, a table each; with --each every file in it is one";

@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
 
 /// How logs in folders end.
-const LOG_ENDINGS: [&str; 10] = ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "hdf5", "h5", "hdf"];
+const LOG_ENDINGS: [&str; 13] =
+    ["csv", "tsv", "parquet", "jsonl", "ndjson", "mcap", "bag", "hdf5", "h5", "hdf", "npz", "npy", "zarr.zip"];
 /// How deep folders may be nested, and how many recordings they may hold.
 const DEEPEST: usize = 32;
 const MAX_LOGS: usize = 1 << 20;
@@ -35,9 +36,15 @@ impl Found {
     }
 }
 
+/// Whether a folder is a data set or a Zarr store.
+fn is_store(path: &Path) -> bool {
+    formats::is_set(path) || path.is_dir() && formats::is_zarr(path)
+}
+
 /// Whether a file may be a log by its name; other tables of text are logs where a scene stands beside them.
 fn is_log(file: &Path) -> bool {
-    let has_ending = |wanted: &&str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+    let name = file.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+    let has_ending = |wanted: &&str| name.strip_suffix(*wanted).is_some_and(|name| name.ends_with('.'));
     // `a.scene.yaml` is that of `a.csv`.
     let [_, own_scene] = beside(file, "scene.yaml");
     let by_name = LOG_ENDINGS.iter().any(has_ending) || formats::text_ending(file) && own_scene.is_file();
@@ -103,7 +110,7 @@ pub fn recordings(paths: &[PathBuf], binding: Option<&Path>, each: bool) -> Resu
                 None => found.iter().any(|found| is_canonical(&found.log)),
             }
         };
-        if !path.is_dir() || formats::is_set(path) || several(path) {
+        if !path.is_dir() || is_store(path) || several(path) {
             if found.is_empty() {
                 return Err(nothing(path));
             }
@@ -151,7 +158,7 @@ fn logs_of(path: &Path) -> Result<Vec<Found>, InputError> {
         return Ok(logs.into_iter().map(|log| Found::new(log, Path::new(""))).collect());
     }
     // A data set by itself is one recording if it has one; which one of several is meant has to be said.
-    if !path.is_dir() || formats::is_set(path) {
+    if !path.is_dir() || is_store(path) {
         return Ok(vec![Found::new(path.to_path_buf(), Path::new(""))]);
     }
     let mut found = Vec::new();
@@ -182,7 +189,7 @@ fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) ->
                 format!("holds more than {MAX_LOGS} recordings, the most that are read"),
             ));
         }
-        if is_folder && !formats::is_set(&path) && !formats::is_bag(&path) {
+        if is_folder && !is_store(&path) && !formats::is_bag(&path) {
             let name = path.file_name().unwrap_or_default();
             logs_in(&path, &below.join(name), depth + 1, found)?;
         } else if is_folder || is_log(&path) {

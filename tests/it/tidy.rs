@@ -31,6 +31,8 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("roxmltree", &["src/robot/model/urdf.rs", "src/stream/read/formats/hdf5/mujoco.rs"]),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/read/formats/"]),
+    ("npyz", &["src/stream/read/formats/"]),
+    ("zip", &["src/stream/read/formats/"]),
     ("hdf5_pure", &["src/stream/read/formats/hdf5.rs", "src/stream/read/formats/hdf5/"]),
     ("clap", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),

@@ -285,7 +285,7 @@ impl Header {
 
     fn lacks(&self, name: &str) -> String {
         let of_sheet =
-            |sheet: &str| name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'));
+            |sheet: &str| name.strip_prefix(sheet).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']));
         if let Some((sheet, why)) = self.refused.iter().find(|(sheet, _)| of_sheet(sheet)) {
             return format!("`{sheet}` cannot be read: {why}");
         }

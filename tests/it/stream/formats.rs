@@ -9,6 +9,8 @@ mod joined;
 mod lines;
 #[cfg(feature = "mcap")]
 mod messages;
+#[cfg(feature = "arrays")]
+mod stores;
 mod text;
 
 use std::path::{Path, PathBuf};

@@ -1,4 +1,4 @@
-//! A folder as a log: each table of text in it is a sheet of its own, named as its file without ending.
+//! A folder as a log: each table of text in it is a sheet of its own, named as its file without ending; without any, each array of NumPy has columns.
 
 use super::{delimited, is_set, text_ending};
 use crate::base::error::InputError;
@@ -19,16 +19,27 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     if is_set(path) {
         return data_set(path, episode);
     }
+    #[cfg(feature = "arrays")]
+    if super::is_zarr(path) {
+        return super::zarr::open(path, episode);
+    }
     if let Some(episode) = episode {
         return Err(InputError::new(
             name,
-            format!("this folder is no data set with an episode {episode}: meta/info.json is not there"),
+            format!(
+                "this folder is no data set with an episode {episode}: there is no meta/info.json and no Zarr store"
+            ),
         ));
     }
     if is_bag(path) {
         return bag(path);
     }
     let mut files = files(path)?;
+    #[cfg(feature = "arrays")]
+    if !files.iter().any(|file| text_ending(file)) && files.iter().any(|file| is_array(file)) {
+        files.retain(|file| is_array(file));
+        return super::npy::open_folder(path, &files);
+    }
     files.retain(|file| text_ending(file) && !is_beside(file));
     if files.is_empty() {
         return Err(InputError::new(name, "the folder holds no log"));
@@ -57,9 +68,15 @@ pub fn is_bag(path: &Path) -> bool {
     path.join("metadata.yaml").is_file()
 }
 
-/// Whether a folder can be one log: a bag, or tables of text that are parts of one.
+/// Whether a folder can be one log: a bag, or tables of text or arrays of NumPy that are parts of one.
 pub fn is_one_log(path: &Path) -> bool {
-    is_bag(path) || files(path).is_ok_and(|files| files.iter().any(|file| text_ending(file) && !is_beside(file)))
+    let is_part = |file: &PathBuf| is_array(file) || text_ending(file) && !is_beside(file);
+    is_bag(path) || files(path).is_ok_and(|files| files.iter().any(is_part))
+}
+
+/// Whether a file is an array of NumPy, by its name.
+fn is_array(file: &Path) -> bool {
+    cfg!(feature = "arrays") && file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("npy"))
 }
 
 #[cfg(feature = "mcap")]

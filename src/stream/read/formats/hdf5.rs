@@ -8,17 +8,15 @@
 pub mod annotate;
 mod mujoco;
 
-use super::arrays::{Spread, width};
+use super::array_log::{self, Array, Computed, Recording, rate, rows};
+use super::arrays::width;
 use super::guard::guarded;
-use super::many::{MAX_RECORDINGS, number_of};
+use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
-use crate::stream::read::sheet::{Cells, InMemoryTable};
-use crate::stream::read::table::{MAX_COLUMNS, Rows, Sheet, Source, Table, Want, check_size};
+use crate::stream::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, VlenStringReadOptions};
 use mujoco::Model;
 use serde_json::Value;
-use std::cmp::Ordering;
-use std::collections::BTreeMap;
 use std::io::Read as _;
 use std::path::Path;
 
@@ -29,8 +27,6 @@ const ALWAYS: u64 = 1 << 20;
 const DEEPEST: usize = 12;
 /// The first bytes of a file.
 pub(super) const MAGIC: [u8; 8] = [0x89, b'H', b'D', b'F', b'\r', b'\n', 0x1a, b'\n'];
-/// The highest rate that is believed, Hz.
-const MAX_RATE_HZ: f64 = 1e5;
 
 /// Opens a recording of a file: `demo_3`, or `3`.
 ///
@@ -40,8 +36,8 @@ pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, Input
     let name = path.display().to_string();
     guarded(&name, || {
         let container = Container::open(path)?;
-        let chosen = container.choose(recording)?;
-        container.source(chosen)
+        let chosen = choose(&container.place, "file", &container.names, recording)?;
+        container.source(chosen.and_then(|chosen| container.names.get(chosen)).map(String::as_str))
     })
 }
 
@@ -104,34 +100,6 @@ impl Container {
         Ok(Self { place, file, parent, names })
     }
 
-    /// The recording that is meant; `None` for a file that is one.
-    fn choose(&self, asked: Option<&str>) -> Result<Option<&str>, InputError> {
-        let (place, names) = (&self.place, &self.names);
-        let like = |name: &String| format!("such as `{place}#{name}`");
-        match (asked, names.as_slice()) {
-            (None, []) => Ok(None),
-            (None, [name]) => Ok(Some(name)),
-            (None, [first, ..]) => {
-                let message = format!("the file has {} recordings, expected the name of one", names.len());
-                Err(InputError::new(place, message)
-                    .help(format!("choose one behind `#`, {}, or all with `{place}#*`", like(first))))
-            }
-            (Some(asked), []) => {
-                let message = format!("the file is one recording, found `#{asked}` behind its name");
-                Err(InputError::new(place, message).help("leave it out"))
-            }
-            (Some(asked), [first, ..]) => {
-                let number = asked.parse::<u64>().ok();
-                let by_number = |name: &&String| number.is_some() && number_of(name) == number;
-                let found = names.iter().find(|name| *name == asked).or_else(|| names.iter().find(by_number));
-                found.map(|name| Some(name.as_str())).ok_or_else(|| {
-                    let message = format!("found {} recordings, none of them is called `{asked}`", names.len());
-                    InputError::new(place, message).help(format!("choose one of them, {}", like(first)))
-                })
-            }
-        }
-    }
-
     /// A recording as a log.
     fn source(&self, chosen: Option<&str>) -> Result<Source, InputError> {
         let place = chosen.map_or_else(|| self.place.clone(), |name| format!("{}#{name}", self.place));
@@ -152,63 +120,28 @@ impl Container {
         }
         let described: Vec<Described> = described.iter().map(Described::new).collect();
         let most = self.file.file_size().saturating_mul(EXPANSION).saturating_add(ALWAYS);
-        let mut arrays: Vec<Array> = found
+        let arrays: Vec<Array> = found
             .into_iter()
-            .filter_map(|(name, dataset)| Array::new(name, dataset, most).transpose())
-            .collect::<Result<_, _>>()
-            .map_err(failed)?;
+            .filter_map(|(name, dataset)| array(&place, name, dataset, most).transpose())
+            .collect::<Result<_, _>>()?;
         let rows = rows(&arrays, described.first().and_then(|own| own.samples));
         let model = described.iter().find_map(|attrs| attrs.model.clone());
-        let states =
-            arrays.iter().find(|array| array.name == "states" && array.rows == rows && array.refused.is_none());
-        let states = states.map(|states| (states.width(), states.numbers()));
-        let mut opened = Opened { place: place.clone(), arrays: vec![], rows, most, time: None, motion: None };
+        let states = arrays.iter().find(|array| array.name == "states" && array.rows == rows);
+        let states = states.and_then(|states| Some((states.width(), states.numbers()?)));
+        let rate_hz = described.iter().find_map(|attrs| attrs.rate_hz);
+        let mut recording = Recording { place, arrays, rows, rate_hz, time: None, computed: None };
         if let Some((width, states)) = states
             && described.iter().any(|attrs| attrs.robosuite)
         {
-            let states = states.map_err(|error| located(&place, "states", error))?;
+            let states = states?;
             let stamps: Vec<f64> = states.chunks_exact(width.max(1)).filter_map(|row| row.first().copied()).collect();
             if stamps.is_sorted_by(|a, b| a < b) {
-                opened.time = Some(stamps);
+                recording.time = Some(stamps);
             }
             let model = model.and_then(|text| Model::read(&text, width));
-            opened.motion = model.map(|model| (model, states));
+            recording.computed = model.map(|model| Box::new(Motion { model, states }) as Box<dyn Computed>);
         }
-        let rate = described.iter().find_map(|attrs| attrs.rate_hz);
-        let named = |array: &Array| ["time", "timestamp", "timestamps", "t"].contains(&array.name.as_str());
-        if arrays.iter().any(|array| named(array) && array.rows == rows) {
-            opened.time = None;
-        } else if let (None, Some(rate)) = (&opened.time, rate) {
-            opened.time = Some((0..rows).map(|row| row as f64 / rate).collect());
-        }
-        let mut refused = vec![];
-        arrays.retain(|array| {
-            refused.extend(array.refused.map(|reason| (array.name.clone(), reason.to_string())));
-            array.refused.is_none()
-        });
-        let mut others: BTreeMap<usize, Vec<Array>> = BTreeMap::new();
-        for array in arrays {
-            // What is said once holds all along.
-            if array.rows == rows || array.rows == 1 {
-                opened.arrays.push(array);
-            } else if array.rows > 0 {
-                others.entry(array.rows).or_default().push(array);
-            }
-        }
-        if rows == 0 || opened.arrays.is_empty() {
-            let message = "found no array with a row a sample, expected data sets such as `actions`";
-            return Err(InputError::new(place, message));
-        }
-        let mut sheets = vec![opened.sheet("")];
-        for (rows, arrays) in others {
-            let other = Opened { place: format!("{place} rows_{rows}"), arrays, rows, most, time: None, motion: None };
-            sheets.push(other.sheet(&format!("rows_{rows}")));
-        }
-        let columns: usize = sheets.iter().map(|sheet| sheet.header.len()).sum();
-        if columns > MAX_COLUMNS {
-            return Err(InputError::new(place, format!("found {columns} columns, at most {MAX_COLUMNS} are read")));
-        }
-        Ok(Source { refused, ..Source::many(place, sheets) })
+        recording.source()
     }
 }
 
@@ -260,198 +193,93 @@ struct Described {
 impl Described {
     fn new(attrs: &std::collections::HashMap<String, AttrValue>) -> Self {
         let text = |key: &str| attrs.get(key).and_then(AttrValue::as_str);
-        let object =
-            |key: &str| text(key).and_then(|text| serde_json::from_str::<Value>(text).ok()).unwrap_or_default();
-        let (args, info) = (object("env_args"), object("env_info"));
-        let at = |value: &Value, path: &[&str]| {
-            path.iter().try_fold(value.clone(), |value, key| value.get(key).cloned())?.as_f64()
+        let object = |key: &str| text(key).and_then(|text| serde_json::from_str(text).ok()).unwrap_or(Value::Null);
+        let attribute = |key: &str| match attrs.get(key) {
+            Some(value) => match (value.as_str(), value.as_f64(), value.as_i64()) {
+                (Some(text), ..) => text.into(),
+                (_, Some(number), _) => number.into(),
+                (.., number) => number.into(),
+            },
+            None => Value::Null,
         };
-        let step = at(&args, &["sim_args", "dt"])
-            .zip(at(&args, &["sim_args", "decimation"]))
-            .map(|(dt, steps)| 1.0 / (dt * steps));
-        let own = ["control_freq", "fps"].iter().find_map(|key| {
-            let value = attrs.get(*key)?;
-            value.as_f64().or_else(|| value.as_i64().map(|value| value as f64))
-        });
-        let rate = at(&args, &["env_kwargs", "control_freq"])
-            .or_else(|| at(&args, &["control_freq"]))
-            .or_else(|| at(&info, &["control_freq"]))
-            .or(step)
-            .or(own);
         Self {
             samples: attrs.get("num_samples").and_then(AttrValue::as_u64).and_then(|count| usize::try_from(count).ok()),
-            rate_hz: rate.filter(|rate| *rate > 0.0 && *rate <= MAX_RATE_HZ),
-            robosuite: info.is_object() || args.get("type").and_then(Value::as_u64) == Some(1),
+            rate_hz: rate(&attribute),
+            robosuite: object("env_info").is_object()
+                || object("env_args").get("type").and_then(Value::as_u64) == Some(1),
             model: text("model_file").filter(|text| text.trim_start().starts_with('<')).map(str::to_string),
         }
     }
 }
 
-/// How many rows the recording has: as many as it says, as its actions have, or as most of its arrays.
-fn rows(arrays: &[Array], said: Option<usize>) -> usize {
-    let with = |rows: usize| arrays.iter().filter(|array| array.rows == rows).count();
-    let actions =
-        arrays.iter().find(|array| matches!(array.name.as_str(), "actions" | "action")).map(|array| array.rows);
-    let known = said.into_iter().chain(actions).find(|rows| *rows > 0 && with(*rows) > 0);
-    let by_count = |a: &&Array, b: &&Array| match with(a.rows).cmp(&with(b.rows)) {
-        Ordering::Equal => a.rows.cmp(&b.rows),
-        order => order,
+/// A data set as an array, if it is of a kind that a log can have.
+fn array(place: &str, name: String, dataset: Dataset, most: u64) -> Result<Option<Array>, InputError> {
+    let failed = |error: Error| damaged(place, &error);
+    let shape = dataset.shape().map_err(failed)?;
+    let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
+    let Some((rows, dimensions)) = shape.split_first() else { return Ok(None) };
+    let texts = match dataset.dtype().map_err(failed)? {
+        DType::String | DType::VariableLengthString => true,
+        DType::Compound(_) | DType::Array(..) | DType::ObjectReference => return Ok(None),
+        _ => false,
     };
-    known.or_else(|| arrays.iter().max_by(by_count).map(|array| array.rows)).unwrap_or(0)
+    let Some(width) = width(dimensions).filter(|width| !texts || *width == 1) else { return Ok(None) };
+    let fits = |elements: Option<u64>, size: u64| {
+        elements.and_then(|count| count.checked_mul(size)).is_some_and(|bytes| bytes <= most)
+    };
+    let size = dataset.element_size().map_err(failed)?;
+    let chunk = dataset.chunk_shape().map_err(failed)?.unwrap_or_default();
+    let chunk = chunk.iter().try_fold(1_u64, |product, size| product.checked_mul(*size));
+    let refused = |reason: &str| Ok(Some(Array::refused(name.clone(), *rows, dimensions, reason)));
+    if has_other_filter(&dataset) {
+        return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
+    }
+    if !fits((*rows as u64).checked_mul(width as u64), size) || !fits(chunk, size) {
+        return refused("promises more data than the file can hold");
+    }
+    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most });
+    Array::new(name, *rows, dimensions, texts, values).map(Some)
 }
 
-/// A data set with a row a sample.
-struct Array {
+/// The values of a data set.
+struct Values {
+    place: String,
     name: String,
     dataset: Dataset,
-    rows: usize,
-    dimensions: Vec<usize>,
-    /// How it becomes columns; `None` for texts.
-    spread: Option<Spread>,
-    /// Why it cannot be read.
-    refused: Option<&'static str>,
-}
-
-impl Array {
-    /// A data set, if it is of a kind that a log can have.
-    fn new(name: String, dataset: Dataset, most: u64) -> Result<Option<Self>, Error> {
-        let shape: Vec<usize> =
-            dataset.shape()?.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
-        let Some((rows, dimensions)) = shape.split_first() else { return Ok(None) };
-        let texts = match dataset.dtype()? {
-            DType::String | DType::VariableLengthString => true,
-            DType::Compound(_) | DType::Array(..) | DType::ObjectReference => return Ok(None),
-            _ => false,
-        };
-        let Some(width) = width(dimensions).filter(|width| !texts || *width == 1) else { return Ok(None) };
-        let (rows, dimensions) = (*rows, dimensions.to_vec());
-        let fits = |elements: Option<u64>, size: u64| {
-            elements.and_then(|count| count.checked_mul(size)).is_some_and(|bytes| bytes <= most)
-        };
-        let size = dataset.element_size()?;
-        let chunk = dataset.chunk_shape()?.unwrap_or_default();
-        let chunk = chunk.iter().try_fold(1_u64, |product, size| product.checked_mul(*size));
-        let mut array = Self { name, dataset, rows, dimensions, spread: None, refused: None };
-        if has_other_filter(&array.dataset) {
-            array.refused =
-                Some("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
-        } else if !fits((rows as u64).checked_mul(width as u64), size) || !fits(chunk, size) {
-            array.refused = Some("promises more data than the file can hold");
-        } else if !texts {
-            let first = if array.dimensions.ends_with(&[4, 4]) && rows > 0 {
-                array.dataset.read_f64_rows(0, 1)?
-            } else {
-                vec![]
-            };
-            array.spread = Spread::new(&array.name, &array.dimensions, &first);
-        }
-        Ok(Some(array))
-    }
-
-    fn width(&self) -> usize {
-        self.dimensions.iter().product()
-    }
-
-    fn numbers(&self) -> Result<Vec<f64>, Error> {
-        self.dataset.read_f64()
-    }
-
-    fn titles(&self) -> Vec<String> {
-        self.spread.as_ref().map_or_else(|| vec![self.name.clone()], Spread::titles)
-    }
-
-    /// Its columns, as long as the recording: what is said once holds all along.
-    fn cells(&self, rows: usize, most: u64) -> Result<Vec<Cells>, Error> {
-        let Some(spread) = &self.spread else {
-            let limit = usize::try_from(most).unwrap_or(usize::MAX);
-            let mut texts = match self.dataset.dtype()? {
-                DType::VariableLengthString => {
-                    self.dataset.read_vlen_strings(VlenStringReadOptions::default().with_max_payload_bytes(limit))?
-                }
-                _ => self.dataset.read_string()?,
-            };
-            if let [text] = texts.as_slice() {
-                texts = vec![text.clone(); rows];
-            }
-            return Ok(vec![Cells::Texts(texts)]);
-        };
-        let columns = spread.columns(&self.numbers()?);
-        let held = |column: Vec<f64>| match column.as_slice() {
-            [value] => vec![*value; rows],
-            _ => column,
-        };
-        Ok(columns.into_iter().map(|column| Cells::Numbers(held(column))).collect())
-    }
-}
-
-/// A recording whose columns are known and not read yet.
-struct Opened {
-    place: String,
-    arrays: Vec<Array>,
-    rows: usize,
+    /// How many bytes its texts may have.
     most: u64,
-    /// The stamps, where no data set has them.
-    time: Option<Vec<f64>>,
-    /// The model of MuJoCo and its states, row by row.
-    motion: Option<(Model, Vec<f64>)>,
 }
 
-impl Opened {
-    /// A sheet of this name.
-    fn sheet(self, name: &str) -> Sheet {
-        Sheet { name: name.into(), header: self.header(), rows: Box::new(self) }
+impl array_log::Values for Values {
+    fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
+        let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
+        read.map_err(|error| located(&self.place, &self.name, error))
     }
 
-    fn header(&self) -> Vec<String> {
-        let time = self.time.iter().map(|_| "time [s]".to_string());
-        let bodies = self.motion.iter().flat_map(|(model, _)| model.titles());
-        time.chain(self.arrays.iter().flat_map(Array::titles)).chain(bodies).collect()
-    }
-}
-
-impl Rows for Opened {
-    fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let place = self.place.clone();
-        let memory = guarded(&place, || self.memory(wants))?;
-        Box::new(memory).read(header, wants, rate_hz)
+    fn texts(&self) -> Result<Vec<String>, InputError> {
+        let limit = usize::try_from(self.most).unwrap_or(usize::MAX);
+        let options = VlenStringReadOptions::default().with_max_payload_bytes(limit);
+        let read = self.dataset.dtype().and_then(|kind| match kind {
+            DType::VariableLengthString => self.dataset.read_vlen_strings(options),
+            _ => self.dataset.read_string(),
+        });
+        read.map_err(|error| located(&self.place, &self.name, error))
     }
 }
 
-impl Opened {
-    /// The columns of which something is wanted; the others are empty.
-    fn memory(self, wants: &[Want]) -> Result<InMemoryTable, InputError> {
-        let wanted = wants.iter().filter(|want| **want != Want::Nothing).count();
-        check_size(&self.place, self.rows, wanted)?;
-        let mut memory = InMemoryTable::new(&self.place);
-        let mut wants = wants.iter();
-        let Self { place, arrays, rows, most, time, motion } = self;
-        if let Some(time) = time {
-            wants.next();
-            memory.push_column("time [s]".into(), Cells::Numbers(time));
-        }
-        for array in arrays {
-            let titles = array.titles();
-            let wanted = wants.by_ref().take(titles.len()).filter(|want| **want != Want::Nothing).count() > 0;
-            let cells = if wanted {
-                array.cells(rows, most).map_err(|error| located(&place, &array.name, error))?
-            } else {
-                vec![]
-            };
-            let mut cells = cells.into_iter();
-            for title in titles {
-                memory.push_column(title, cells.next().unwrap_or_else(|| Cells::Numbers(vec![])));
-            }
-        }
-        if let Some((model, states)) = motion {
-            let titles = model.titles();
-            let wanted = wants.any(|want| *want != Want::Nothing);
-            let columns = if wanted { model.columns(&states) } else { vec![] };
-            let mut columns = columns.into_iter();
-            for title in titles {
-                memory.push_column(title, Cells::Numbers(columns.next().unwrap_or_default()));
-            }
-        }
-        Ok(memory)
+/// The poses of bodies that a model of MuJoCo has in its states, row by row.
+struct Motion {
+    model: Model,
+    states: Vec<f64>,
+}
+
+impl Computed for Motion {
+    fn titles(&self) -> Vec<String> {
+        self.model.titles()
+    }
+
+    fn columns(&self) -> Vec<Vec<f64>> {
+        self.model.columns(&self.states)
     }
 }
 

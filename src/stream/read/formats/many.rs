@@ -29,15 +29,16 @@ impl Choice {
 /// The recordings that a path with a choice behind it stands for, such as `set#*` or `file.hdf5#0..9`; `None` for any other path.
 ///
 /// # Errors
-/// When there is no data set and no HDF5 file at the path, or it does not have what is chosen.
+/// When there is no data set, no store and no HDF5 file at the path, or it does not have what is chosen.
 pub fn chosen(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
     let (log, Some(text)) = split(path) else { return Ok(None) };
     let Some(choice) = Choice::read(&text) else { return Ok(None) };
     let place = log.display().to_string();
     let wrong = |message: String| InputError::new(&place, message);
     let Some(names) = recordings(&log)? else {
-        let message =
-            format!("found one recording, expected a LeRobot data set or an HDF5 file with several for `#{text}`");
+        let message = format!(
+            "found one recording, expected a LeRobot data set, a Zarr store or an HDF5 file with several for `#{text}`"
+        );
         return Err(wrong(message).help("leave out what stands behind the `#`"));
     };
     let Choice::Numbers(first, last) = choice else { return Ok(Some(all(&log, &names))) };
@@ -58,7 +59,7 @@ pub fn chosen(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
     }
 }
 
-/// All recordings of a data set or of an HDF5 file, as `set#3`; `None` for a path that is one recording, or none.
+/// All recordings of a data set, a store or an HDF5 file, as `set#3`; `None` for a path that is one recording, or none.
 ///
 /// # Errors
 /// When the data set or file cannot be read.
@@ -73,7 +74,11 @@ pub fn all_of(path: &Path) -> Result<Option<Vec<PathBuf>>, InputError> {
 pub fn files_of(path: &Path) -> Result<Vec<PathBuf>, InputError> {
     let (log, recording) = split(path);
     if log.is_dir() {
-        return if is_set(&log) { files_of_episode(&log, recording.as_deref()) } else { super::folder::files(&log) };
+        return match () {
+            () if is_set(&log) => files_of_episode(&log, recording.as_deref()),
+            () if is_zarr(&log) => files_of_store(&log, recording.as_deref()),
+            () => super::folder::files(&log),
+        };
     }
     if !log.is_file() {
         return Err(missing(&log));
@@ -116,12 +121,89 @@ pub(super) fn number_of(name: &str) -> Option<u64> {
     name.get(head.len()..)?.parse().ok()
 }
 
-/// The names of the recordings of a data set or HDF5 file.
+/// The place of the recording that is meant among those that a `file` or `store` has; `None` for one that is a recording itself.
+///
+/// # Errors
+/// When it has no such recording, or several and it is not said which one is meant.
+#[cfg(any(feature = "hdf5", feature = "arrays"))]
+pub(super) fn choose(
+    place: &str,
+    what: &str,
+    names: &[String],
+    asked: Option<&str>,
+) -> Result<Option<usize>, InputError> {
+    let Some(first) = names.first() else {
+        let Some(asked) = asked else { return Ok(None) };
+        let message = format!("the {what} is one recording, found `#{asked}` behind its name");
+        return Err(InputError::new(place, message).help("leave it out"));
+    };
+    let like = format!("such as `{place}#{first}`");
+    let Some(asked) = asked else {
+        if names.len() == 1 {
+            return Ok(Some(0));
+        }
+        let message = format!("the {what} has {} recordings, expected the name of one", names.len());
+        return Err(
+            InputError::new(place, message).help(format!("choose one behind `#`, {like}, or all with `{place}#*`"))
+        );
+    };
+    let number = asked.parse::<u64>().ok();
+    let by_number = |name: &String| number.is_some() && number_of(name) == number;
+    let found = names.iter().position(|name| name == asked).or_else(|| names.iter().position(by_number));
+    found.map(Some).ok_or_else(|| {
+        let message = format!("found {} recordings, none of them is called `{asked}`", names.len());
+        InputError::new(place, message).help(format!("choose one of them, {like}"))
+    })
+}
+
+/// The names of the recordings of a data set, a Zarr store or an HDF5 file.
 fn recordings(path: &Path) -> Result<Option<Vec<String>>, InputError> {
+    if path.is_dir() && is_set(path) {
+        return episodes(path).map(Some);
+    }
+    if is_zarr(path) {
+        return in_store(path);
+    }
     if path.is_dir() {
-        return if is_set(path) { episodes(path).map(Some) } else { Ok(None) };
+        return Ok(None);
     }
     if path.is_file() { groups(path) } else { Err(missing(path)) }
+}
+
+/// Whether a folder or file is a Zarr store, and is read by this build.
+#[cfg(feature = "arrays")]
+pub fn is_zarr(path: &Path) -> bool {
+    if path.is_dir() {
+        return super::zarr::is_folder(path);
+    }
+    let is_archive = super::begins_with(path, &super::zipped::MAGIC).unwrap_or(false);
+    is_archive && super::zipped::has(path, super::zarr::is_metadata).unwrap_or(false)
+}
+
+/// Whether a folder or file is a Zarr store, and is read by this build.
+#[cfg(not(feature = "arrays"))]
+pub fn is_zarr(_: &Path) -> bool {
+    false
+}
+
+#[cfg(feature = "arrays")]
+fn in_store(path: &Path) -> Result<Option<Vec<String>>, InputError> {
+    Ok(Some(super::zarr::names(path)?).filter(|names| !names.is_empty()))
+}
+
+#[cfg(not(feature = "arrays"))]
+fn in_store(_: &Path) -> Result<Option<Vec<String>>, InputError> {
+    Ok(None)
+}
+
+#[cfg(feature = "arrays")]
+fn files_of_store(log: &Path, recording: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
+    super::zarr::files(log, recording)
+}
+
+#[cfg(not(feature = "arrays"))]
+fn files_of_store(log: &Path, _: Option<&str>) -> Result<Vec<PathBuf>, InputError> {
+    Err(missing(log))
 }
 
 fn missing(path: &Path) -> InputError {

@@ -1,11 +1,15 @@
 //! The formats of logs, one file each: a path in, tables of raw columns out. The content of a log decides its format before its name does.
 
-#[cfg(feature = "hdf5")]
+#[cfg(any(feature = "hdf5", feature = "arrays"))]
+mod array_log;
+#[cfg(any(feature = "hdf5", feature = "arrays"))]
 mod arrays;
 mod csv_dialect;
 pub mod delimited;
+#[cfg(feature = "arrays")]
+mod elements;
 mod folder;
-#[cfg(any(feature = "parquet", feature = "hdf5"))]
+#[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 mod guard;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
@@ -17,15 +21,21 @@ mod lines;
 mod many;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+#[cfg(feature = "arrays")]
+mod npy;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 mod qualisys;
 mod rosbag;
 mod rosmsg;
 mod topics;
+#[cfg(feature = "arrays")]
+mod zarr;
+#[cfg(feature = "arrays")]
+mod zipped;
 
 pub use folder::{is_bag, is_one_log};
-pub use many::{all_of, chosen, files_of, is_hdf5, is_set, recording_of, stem};
+pub use many::{all_of, chosen, files_of, is_hdf5, is_set, is_zarr, recording_of, stem};
 
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
@@ -40,7 +50,7 @@ use std::path::{Path, PathBuf};
 /// Endings of names that a table of text may have.
 const TEXT_ENDINGS: [&str; 8] = ["csv", "tsv", "txt", "dat", "log", "tab", "asc", "prn"];
 
-/// Opens a log of any format. `set#3` is episode 3 of a data set, `file.hdf5#demo_3` a recording of a file, `-` are JSON lines on standard
+/// Opens a log of any format. `set#3` is episode 3 of a data set or a Zarr store, `file.hdf5#demo_3` a recording of a file, `-` are JSON lines on standard
 /// input.
 ///
 /// # Errors
@@ -65,6 +75,14 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
     if magic.starts_with(&hdf5::MAGIC) {
         return hdf5::open(&path, recording);
     }
+    #[cfg(feature = "arrays")]
+    if (magic.starts_with(&zipped::MAGIC) || magic.starts_with(&zipped::EMPTY)) && !zipped::has(&path, is_array)? {
+        if zipped::has(&path, zarr::is_metadata)? {
+            return zarr::open(&path, recording);
+        }
+        let message = "the archive holds no arrays of NumPy (`.npy`) and no Zarr store";
+        return Err(InputError::new(name, message).help("unpack it and name the log in it"));
+    }
     if let Some(recording) = recording {
         let message = format!("found a file, expected a data set: only data sets have an episode `{recording}`");
         return Err(InputError::new(name, message));
@@ -77,6 +95,10 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         magic if magic.starts_with(&mcap::ZSTD) => mcap::source(bytes, name),
         #[cfg(feature = "parquet")]
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
+        #[cfg(feature = "arrays")]
+        magic if magic.starts_with(&npy::MAGIC) => npy::open(&path),
+        #[cfg(feature = "arrays")]
+        magic if magic.starts_with(&zipped::MAGIC) => npy::open_archive(&path),
         [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
             jsonl::read(BufReader::new(bytes), name)
@@ -141,6 +163,22 @@ pub fn text_ending(path: &Path) -> bool {
     TEXT_ENDINGS.contains(&ending(path).as_str())
 }
 
+/// Whether a file in an archive is an array of NumPy.
+#[cfg(feature = "arrays")]
+fn is_array(name: &str) -> bool {
+    name.ends_with(".npy")
+}
+
+/// Whether a file begins with these bytes.
+#[cfg(feature = "arrays")]
+fn begins_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {
+    let mut begin = vec![];
+    if path.is_file() {
+        File::open(path)?.take(magic.len() as u64).read_to_end(&mut begin)?;
+    }
+    Ok(begin == magic)
+}
+
 /// Whether a file that begins like this may be text.
 fn is_text(magic: &[u8]) -> bool {
     !magic.is_empty() && magic.iter().all(|byte| !byte.is_ascii_control() || byte.is_ascii_whitespace())
@@ -189,9 +227,15 @@ fn unknown(path: &Path) -> InputError {
         "hdf5" | "h5" if cfg!(not(feature = "hdf5")) => {
             error.help("this build cannot read HDF5, its feature `hdf5` is off")
         }
+        "npy" | "npz" | "zip" if cfg!(not(feature = "arrays")) => {
+            error.help("this build cannot read NumPy's arrays and Zarr, its feature `arrays` is off")
+        }
+        "mat" => error.help(
+            "save it as NPZ with SciPy: `numpy.savez(\"log.npz\", **scipy.io.loadmat(\"log.mat\", squeeze_me=True))`",
+        ),
         "mcap" if cfg!(not(feature = "mcap")) => error.help("this build cannot read MCAP, its feature `mcap` is off"),
         _ => error.help(format!(
-            "expected a table of text ({}), Parquet, MCAP, HDF5, a ROS bag, JSON lines or a LeRobot data set",
+            "expected a table of text ({}), Parquet, MCAP, HDF5, NPZ, Zarr, a ROS bag, JSON lines or a LeRobot data set",
             TEXT_ENDINGS.join(", ")
         )),
     }

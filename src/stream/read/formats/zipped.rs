@@ -1,0 +1,39 @@
+//! Archives: NumPy's `.npz`, and Zarr stores in one file.
+
+use crate::base::error::InputError;
+use ::zip::ZipArchive;
+use ::zip::result::ZipError;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// The first bytes of an archive, and of an empty one.
+pub(super) const MAGIC: [u8; 4] = *b"PK\x03\x04";
+pub(super) const EMPTY: [u8; 4] = *b"PK\x05\x06";
+
+/// An archive that is open.
+pub(super) type Archive = ZipArchive<BufReader<File>>;
+
+/// Opens an archive.
+///
+/// # Errors
+/// When it is none, or is damaged.
+pub(super) fn open(path: &Path) -> Result<Archive, InputError> {
+    let place = path.display().to_string();
+    let file = File::open(path).map_err(|error| InputError::unreadable(&place, &error))?;
+    ZipArchive::new(BufReader::new(file)).map_err(|error| damaged(&place, &error))
+}
+
+/// What keeps a file in an archive from being read.
+pub(super) fn damaged(place: &str, error: &ZipError) -> InputError {
+    InputError::new(place, format!("cannot be read as a zip archive: {error}"))
+}
+
+/// Whether a file is an archive with a name in it that is like this.
+///
+/// # Errors
+/// When it is an archive that is damaged.
+pub(super) fn has(path: &Path, like: impl Fn(&str) -> bool) -> Result<bool, InputError> {
+    let archive = open(path)?;
+    Ok(archive.file_names().any(|name| name.is_ok_and(|name| like(&name))))
+}
