@@ -106,7 +106,9 @@ fn episodes_of_a_replay_buffer_are_recordings() {
     std::fs::write(folder.path().join("b.yaml"), format!("{binding}{}", super::SCENE)).unwrap();
     let inspected = teachtree_in(folder.path(), &["inspect", "replay_buffer.zarr#2", "--binding", "b.yaml"]);
     assert!(inspected.status.success(), "{}", all_said(&inspected));
-    let analyzed = teachtree_in(folder.path(), &["analyze", ".", "--binding", "b.yaml", "--out-dir", "out", "--each"]);
+    let elsewhere = tempfile::tempdir().unwrap();
+    let out = elsewhere.path().join("out").display().to_string();
+    let analyzed = teachtree_in(folder.path(), &["analyze", ".", "--binding", "b.yaml", "--out-dir", &out, "--each"]);
     assert!(complained(&analyzed).contains("umi.zarr.zip#3"), "{}", all_said(&analyzed));
 }
 
