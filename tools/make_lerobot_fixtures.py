@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Makes the LeRobot v3.0 sets in tests/fixtures/formats: `lerobot_v30`, one hand and three episodes, and `lerobot_v30_hands`, two hands and one.
+"""Makes LeRobot sets in tests/fixtures/formats: v3.0 `lerobot_v30`, one hand and three episodes, `lerobot_v30_hands`, two hands and one; and v2.1
+`lerobot_v21_nuts`, one hand and two episodes.
 
     python3 -m venv venv && venv/bin/pip install datasets==5.2.0
     venv/bin/python tools/make_lerobot_fixtures.py
@@ -95,6 +96,47 @@ def make(name, task, titles, episodes, files):
     shutil.copy(DEMOS / "LICENSE", folder / "LICENSE")
 
 
+def make_v21(name, task, titles, episodes):
+    """Writes a set of version 2.1: a file an episode, lists as JSON lines, and the modalities of GR00T."""
+    folder = FIXTURES / name
+    shutil.rmtree(folder, ignore_errors=True)
+    (folder / "data/chunk-000").mkdir(parents=True)
+    (folder / "meta").mkdir()
+    width = len(titles)
+    int64, float32 = Value("int64"), Value("float32")
+    features = Features({
+        "observation.state": List(float32, length=width), "timestamp": float32, "frame_index": int64,
+        "episode_index": int64, "index": int64, "task_index": int64,
+    })
+    lines, first = [], 0
+    for number, states in enumerate(episodes):
+        path = folder / f"data/chunk-000/episode_{number:06d}.parquet"
+        Dataset.from_dict(frames(number, states, first), features=features).to_parquet(str(path))
+        lines.append({"episode_index": number, "tasks": [task], "length": len(states)})
+        first += len(states)
+    (folder / "meta/episodes.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    (folder / "meta/tasks.jsonl").write_text(json.dumps({"task_index": 0, "task": task}) + "\n")
+    modality = {
+        "state": {"arm": {"start": 0, "end": width}}, "action": {"arm": {"start": 0, "end": width}},
+        "annotation": {"human.task_description": {"original_key": "task_index"}},
+    }
+    (folder / "meta/modality.json").write_text(json.dumps(modality, indent=4))
+    plain = {"dtype": "int64", "shape": [1], "names": None}
+    info = {
+        "codebase_version": "v2.1", "robot_type": "panda", "total_episodes": len(episodes), "total_frames": first,
+        "total_tasks": 1, "total_videos": 0, "total_chunks": 1, "chunks_size": 1000, "fps": FPS,
+        "splits": {"train": f"0:{len(episodes)}"},
+        "data_path": "data/chunk-{episode_chunk:03d}/episode_{episode_index:06d}.parquet", "video_path": None,
+        "features": {
+            "observation.state": {"dtype": "float32", "shape": [width], "names": titles},
+            "timestamp": {"dtype": "float32", "shape": [1], "names": None},
+            "frame_index": plain, "episode_index": plain, "index": plain, "task_index": plain,
+        },
+    }
+    (folder / "meta/info.json").write_text(json.dumps(info, indent=4))
+    shutil.copy(DEMOS / "LICENSE", folder / "LICENSE")
+
+
 def binding(name, source):
     """The binding of a demo, with the columns of the set."""
     text = (DEMOS / source).read_text().replace("time: t [s]\n\n", "")
@@ -113,6 +155,7 @@ def main():
     titles, states = recording("nut_assembly_panda_demo_1.csv")
     make("lerobot_v30", "put the nuts on the pegs", titles, [states, states[:100], states[150:]], [[0, 1], [2]])
     binding("lerobot_v30", "panda_nut_assembly.binding.yaml")
+    make_v21("lerobot_v21_nuts", "put the nuts on the pegs", titles, [states[:100], states[150:]])
     titles, states = recording("handover_panda_panda_demo_5.csv")
     make("lerobot_v30_hands", "hand the hammer over", titles, [states], [[0]])
     binding("lerobot_v30_hands", "handover.binding.yaml")

@@ -19,10 +19,10 @@ use std::path::{Path, PathBuf};
 /// Options of `annotate`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
 )]
 pub struct Args {
-    /// A LeRobot set of version 3.0, or an HDF5 file of many recordings
+    /// A LeRobot set of version 2.0 to 3.0, or an HDF5 file of many recordings
     #[arg(value_name = "SET")]
     data: PathBuf,
     /// Where to write the copy: a new name
@@ -38,6 +38,21 @@ pub struct Args {
     /// LeRobot: how labels are worded, `{name}[ {object}][ ({partner})]` when left out, `{hand}` for the hand; `NAME=TEMPLATE` for one primitive, task or body; may be repeated
     #[arg(long, value_name = "TEMPLATE")]
     words: Vec<String>,
+    /// LeRobot: write `language_persistent`, as when no other form is named
+    #[arg(long)]
+    language: bool,
+    /// LeRobot: write `meta/subtasks.parquet` and the column `subtask_index`, as lerobot 0.4.4 to 0.5 reads them: the tasks, or the primitives with `--style motion`
+    #[arg(long)]
+    legacy: bool,
+    /// LeRobot: write the stages of SARM into `meta/episodes`: the tasks as `sparse_…`, the primitives as `dense_…`
+    #[arg(long)]
+    sarm: bool,
+    /// LeRobot 2.0 and 2.1: write columns `annotation.teachtree.…`, `meta/tasks.jsonl` and `meta/modality.json`, as GR00T reads them
+    #[arg(long)]
+    gr00t: bool,
+    /// LeRobot: write `meta/lerobot_annotations.json`, which the annotation tab of LeRobot's visualizer opens and `score --labels` reads
+    #[arg(long)]
+    prelabels: bool,
     /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated
     #[arg(long, value_name = "NAME=STEP")]
     signal: Vec<String>,
@@ -83,16 +98,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return lerobot::run(args);
     }
     if args.data.is_file() && formats::is_hdf5(&args.data)? {
-        let words = !args.words.is_empty() || !args.style.is_empty();
-        refuse_options(args, words, "--words and --style are of LeRobot sets")?;
+        let forms = args.language || args.legacy || args.sarm || args.gr00t || args.prelabels;
+        let words = forms || !args.words.is_empty() || !args.style.is_empty();
+        refuse_options(args, words, "--words, --style and the forms of labels are of LeRobot sets")?;
         #[cfg(feature = "hdf5")]
         return hdf5::run(args);
     }
     if args.data.symlink_metadata().is_err() {
         return Err(InputError::unreadable(place, &std::io::ErrorKind::NotFound.into()).into());
     }
-    Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set of version 3.0, or an HDF5 file")
-        .into())
+    Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set, or an HDF5 file").into())
 }
 
 /// Refuses options that say nothing about a set of this kind.

@@ -43,6 +43,8 @@ impl Style {
 pub struct Words {
     /// The row.
     pub row: usize,
+    /// The row behind the last one of what they name, at most that of the next words.
+    pub end: usize,
     /// The words.
     pub content: String,
 }
@@ -130,8 +132,15 @@ impl Phrasing {
                 several => several.iter().map(|(hand, span)| self.phrase(style, span, hand, hands.len() > 1)).collect(),
             };
             let content = content.join("; ");
-            if all.last().is_none_or(|last| last.content != content) {
-                all.push(Words { row, content });
+            let end = current.iter().map(|(_, span)| span.end).max().unwrap_or(row);
+            match all.last_mut() {
+                Some(last) if last.content == content => last.end = last.end.max(end),
+                _ => {
+                    if let Some(last) = all.last_mut() {
+                        last.end = last.end.min(row);
+                    }
+                    all.push(Words { row, end, content });
+                }
             }
         }
         all
@@ -146,6 +155,7 @@ impl Phrasing {
 /// A name that holds from a row on.
 struct Span<'a> {
     row: usize,
+    end: usize,
     name: &'a str,
     subject: &'a Subject,
 }
@@ -167,12 +177,17 @@ fn spans(track: &Track, style: Style) -> Option<(&'static str, Vec<Span<'_>>)> {
         Style::Motion => track
             .relabeled
             .iter()
-            .map(|segment| Span { row: segment.rows.start, name: &segment.primitive, subject: &segment.subject })
+            .map(|segment| Span {
+                row: segment.rows.start,
+                end: segment.rows.end,
+                name: &segment.primitive,
+                subject: &segment.subject,
+            })
             .collect(),
         Style::Subtask => track
             .tasks
             .iter()
-            .map(|task| Span { row: task.rows.start, name: &task.task, subject: &task.subject })
+            .map(|task| Span { row: task.rows.start, end: task.rows.end, name: &task.task, subject: &task.subject })
             .collect(),
     };
     Some((hand, spans))

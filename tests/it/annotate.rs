@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::stream::read::formats::lerobot::annotate::{Annotated, Label};
+use teachtree::stream::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
 
 /// The frames of a data file as JSON.
-fn frames(file: &Path) -> Vec<Value> {
+pub fn frames(file: &Path) -> Vec<Value> {
     let reader = SerializedFileReader::new(File::open(file).unwrap()).unwrap();
     reader.get_row_iter(None).unwrap().map(|row| value(&Field::Group(row.unwrap()))).collect()
 }
@@ -39,7 +39,7 @@ fn data_files(set: &Path) -> Vec<PathBuf> {
 }
 
 /// The words of a style on each frame of each episode, as `active_at` of lerobot finds them: the last row that is not later than the frame.
-fn words(set: &Path, style: &str) -> BTreeMap<u64, Vec<Option<String>>> {
+pub fn words(set: &Path, style: &str) -> BTreeMap<u64, Vec<Option<String>>> {
     let mut all: BTreeMap<u64, Vec<Option<String>>> = BTreeMap::new();
     for frame in data_files(set).iter().flat_map(|file| frames(file)) {
         let time = frame["timestamp"].as_f64().unwrap();
@@ -59,7 +59,7 @@ fn words(set: &Path, style: &str) -> BTreeMap<u64, Vec<Option<String>>> {
 }
 
 /// The words that an analysis has on each frame: `part` of the first track.
-fn expected(folder: &Path, log: &str, part: &str, name: &str) -> Vec<Option<String>> {
+pub fn expected(folder: &Path, log: &str, part: &str, name: &str) -> Vec<Option<String>> {
     let output = teachtree_in(folder, &["analyze", log, "--binding", "b.yaml", "--format", "json"]);
     let document: Value = serde_json::from_str(&said(&output)).unwrap();
     let mut words = vec![None; document["log"]["rows"].as_u64().unwrap() as usize];
@@ -73,11 +73,11 @@ fn expected(folder: &Path, log: &str, part: &str, name: &str) -> Vec<Option<Stri
     words
 }
 
-fn annotate(folder: &Path, set: &str, out: &str, more: &[&str]) -> std::process::Output {
+pub fn annotate(folder: &Path, set: &str, out: &str, more: &[&str]) -> std::process::Output {
     teachtree_in(folder, &[&["annotate", set, "-o", out, "--binding", "b.yaml"], more].concat())
 }
 
-fn info(set: &Path) -> Value {
+pub fn info(set: &Path) -> Value {
     serde_json::from_str(&std::fs::read_to_string(set.join("meta/info.json")).unwrap()).unwrap()
 }
 
@@ -165,9 +165,16 @@ fn labels_that_are_there_are_kept_unless_they_are_to_be_replaced() {
     let folder = with_set();
     let path = |name: &str| folder.path().join(name);
     // Another tool has written a plan, and told the user something.
-    let plan = |row| Label { style: "plan", row, content: format!("plan from {row}") };
+    let plan = |row| Label { style: "plan", row, end: row + 1, content: format!("plan from {row}") };
     let plans = BTreeMap::from([(0, vec![plan(0), plan(50)]), (2, vec![plan(7)])]);
-    Annotated::open(&path("set")).unwrap().write(&path("planned"), &plans, &["plan"], &json!({}), &mut |_| {}).unwrap();
+    let request = Request {
+        forms: &[Form::Language],
+        styles: &["plan"],
+        legacy: "subtask",
+        labels: &plans,
+        provenance: &json!({}),
+    };
+    Annotated::open(&path("set")).unwrap().write(&path("planned"), &request, &mut |_| {}).unwrap();
     assert!(annotate(folder.path(), "planned", "motion", &["--style", "motion"]).status.success());
     assert!(annotate(folder.path(), "motion", "both", &["--style", "subtask"]).status.success());
     let refused = annotate(folder.path(), "both", "other", &[]);
@@ -242,7 +249,7 @@ fn what_cannot_be_annotated_is_refused_and_nothing_is_written() {
         ("none", "new", &[][..], "none: there is no such file"),
         ("file.txt", "new", &[], "is no data set"),
         ("there", "new", &[], "is no data set"),
-        ("old", "new", &[], "found a data set of version `v2.1`, expected v3.0"),
+        ("old", "new", &["--legacy"], "episode_000000.parquet"),
         ("set", "there", &[], "there: is there already"),
         ("set", "b.yaml", &[], "b.yaml: is there already"),
         ("set", "set/copy", &[], "set/copy: is in set, which is copied"),

@@ -5,6 +5,8 @@
 mod analysis;
 #[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
 mod annotate;
+#[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod annotate_forms;
 #[cfg(feature = "world")]
 mod both_hands;
 #[cfg(all(feature = "world", feature = "cli"))]

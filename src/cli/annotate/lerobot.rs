@@ -1,4 +1,4 @@
-//! `annotate` of a LeRobot set: primitives as `motion` and tasks as `subtask`, in words, in the column `language_persistent`.
+//! `annotate` of a LeRobot set: primitives as `motion` and tasks as `subtask`, in words, in the forms that programs read.
 
 use super::super::progress::Progress;
 use super::super::{Failure, output};
@@ -8,7 +8,7 @@ use crate::base::nearest::nearest;
 use crate::report::words::{Phrasing, Style};
 use crate::session::Analysis;
 use crate::stream::read::formats;
-use crate::stream::read::formats::lerobot::annotate::{Annotated, Label};
+use crate::stream::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -28,9 +28,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     let styles: Vec<Style> = Style::ALL.into_iter().filter(wanted).collect();
     let names: Vec<&str> = styles.iter().map(|style| style.name()).collect();
+    let forms = forms(args)?;
+    let legacy = legacy(args, &forms)?;
     let set = Annotated::open(&args.data)?;
+    set.refuse_forms(&forms)?;
     if !args.replace {
-        set.refuse_labeled(&names)?;
+        set.refuse_labeled(&forms, &names)?;
     }
     let logs = formats::all_of(&args.data)?.unwrap_or_default();
     let found = args.many.each("analyzing", &logs, |log| {
@@ -68,12 +71,44 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let progress = (!args.many.quiet).then(|| Progress::new("writing"));
-    set.write(&args.out, &labels, &names, &provenance_json, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
+    let request = Request { forms: &forms, styles: &names, legacy, labels: &labels, provenance: &provenance_json };
+    set.write(&args.out, &request, &mut |part| progress.iter().for_each(|bar| bar.set(part)))?;
     drop(progress);
     if !args.many.quiet {
         output::print(&summary(args, &labels, logs.len()))?;
     }
     Failure::some(failures, analyses.len())
+}
+
+/// The forms that are asked for.
+fn forms(args: &Args) -> Result<Vec<Form>, InputError> {
+    if args.language && args.legacy {
+        let message =
+            "the versions of lerobot that read --legacy load no set with language columns, found --language too";
+        return Err(InputError::new("--legacy", message).help("write two copies"));
+    }
+    let asked = [
+        (args.language, Form::Language),
+        (args.legacy, Form::Legacy),
+        (args.sarm, Form::Sarm),
+        (args.gr00t, Form::Gr00t),
+        (args.prelabels, Form::Prelabels),
+    ];
+    let forms: Vec<Form> = asked.into_iter().filter(|(is_asked, _)| *is_asked).map(|(_, form)| form).collect();
+    Ok(if forms.is_empty() { vec![Form::Language] } else { forms })
+}
+
+/// The style of `subtask_index`, of which there is one.
+fn legacy(args: &Args, forms: &[Form]) -> Result<&'static str, InputError> {
+    match args.style.as_slice() {
+        [] => Ok(Style::Subtask.name()),
+        styles if styles.iter().all(|style| *style == StyleArg::Motion) => Ok(Style::Motion.name()),
+        styles if styles.iter().all(|style| *style == StyleArg::Subtask) => Ok(Style::Subtask.name()),
+        _ if !forms.contains(&Form::Legacy) => Ok(Style::Subtask.name()),
+        _ => {
+            Err(InputError::new("--style", "`subtask_index` has one style, found two").help("name the one of --legacy"))
+        }
+    }
 }
 
 /// Refuses a template for a name that nothing has.
@@ -100,7 +135,7 @@ fn labels(analysis: &Analysis, styles: &[Style], phrasing: &Phrasing) -> Vec<Lab
     let of = |style: &Style| {
         let words = phrasing.of(analysis.found(), *style);
         let style = style.name();
-        words.into_iter().map(move |words| Label { style, row: words.row, content: words.content })
+        words.into_iter().map(move |words| Label { style, row: words.row, end: words.end, content: words.content })
     };
     styles.iter().flat_map(of).collect()
 }

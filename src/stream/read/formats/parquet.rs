@@ -4,8 +4,11 @@
 //! A canonical log is written with `name [unit]` as in a CSV, the scene as YAML under the key `teachtree.scene` of the file's metadata and
 //! the events as JSON under `teachtree.events`; what is written is read back to the same bits.
 
+mod arrow_metadata;
+pub(super) mod column;
 mod flat;
 pub(super) mod language;
+pub(super) mod rewrite;
 mod walk;
 mod write;
 

@@ -1,23 +1,19 @@
 //! The column `language_persistent` of LeRobot sets: a list of rows of language, the same on all frames of an episode.
-//!
-//! A file is written once more with another such column: all other columns are copied as they are stored, byte for byte, and compared
-//! afterwards. Of the file's metadata the schema of Arrow is left out, which describes the columns of before; readers derive it from the file.
 
-use super::{Whole, damaged};
+use super::column::next;
+use super::damaged;
+use super::rewrite::open;
 use crate::base::error::InputError;
 use crate::stream::read::formats::guard::guarded;
-use ::parquet::basic::Compression;
-use ::parquet::column::writer::{ColumnCloseResult, ColumnWriter};
+use ::parquet::column::writer::ColumnWriter;
 use ::parquet::data_type::ByteArray;
 use ::parquet::errors::ParquetError;
-use ::parquet::file::metadata::KeyValue;
-use ::parquet::file::properties::{EnabledStatistics, WriterProperties};
-use ::parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
-use ::parquet::file::writer::SerializedFileWriter;
+use ::parquet::file::reader::FileReader;
+use ::parquet::file::writer::SerializedRowGroupWriter;
 use ::parquet::record::{Field, Row as Record};
 use ::parquet::schema::parser::parse_message_type;
 use ::parquet::schema::types::Type;
-use serde_json::{Value, json};
+use arrow_schema::{DataType, Field as Of};
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Write;
@@ -29,11 +25,6 @@ pub const COLUMN: &str = "language_persistent";
 const EPISODE: &str = "episode_index";
 /// How many frames are written at once.
 const BATCH: usize = 1024;
-/// Metadata that describes the columns of before.
-const ARROW: &str = "ARROW:schema";
-/// Metadata of the Python package `datasets`.
-const DATASETS: &str = "huggingface";
-
 /// The type of the column.
 const SCHEMA: &str = "message schema {
   optional group language_persistent (LIST) { repeated group list { optional group element {
@@ -63,11 +54,20 @@ pub struct Row {
 /// Rows of language by the number of the episode.
 pub type Episodes = BTreeMap<usize, Vec<Row>>;
 
-fn open(file: File, name: &str) -> Result<(Whole, SerializedFileReader<Whole>), InputError> {
-    let length = file.metadata().map_err(|error| InputError::unreadable(name, &error))?.len();
-    let again = file.try_clone().map_err(|error| InputError::unreadable(name, &error))?;
-    let reader = SerializedFileReader::new(Whole { file, length }).map_err(|error| damaged(name, &error))?;
-    Ok((Whole { file: again, length }, reader))
+/// Its type in Parquet.
+pub(super) fn schema() -> Result<Arc<Type>, ParquetError> {
+    let fields = parse_message_type(SCHEMA)?.get_fields().to_vec();
+    fields.into_iter().next().ok_or_else(|| ParquetError::General("the schema of language has no field".into()))
+}
+
+/// Its type in Arrow.
+pub(super) fn arrow_type() -> DataType {
+    let list = |of: DataType| DataType::List(Arc::new(Of::new("element", of, true)));
+    let text = |name: &str| Of::new(name, DataType::Utf8, true);
+    let role = Of::new("role", DataType::Utf8, false);
+    let timestamp = Of::new("timestamp", DataType::Float32, false);
+    let calls = Of::new("tool_calls", list(DataType::Utf8), true);
+    list(DataType::Struct(vec![role, text("content"), text("style"), timestamp, text("camera"), calls].into()))
 }
 
 /// Reads the rows of language of a file, those of the first frame of each episode; `None` where the file has no such column.
@@ -113,7 +113,7 @@ pub fn read(file: File, name: &str) -> Result<Option<Episodes>, InputError> {
 }
 
 /// The rows in a list; `None` where it is none.
-fn rows(list: &Field) -> Option<Vec<Row>> {
+pub(super) fn rows(list: &Field) -> Option<Vec<Row>> {
     match list {
         Field::Null => Some(vec![]),
         Field::ListInternal(list) => list
@@ -156,125 +156,6 @@ fn row(record: &Record) -> Option<Row> {
         }
     }
     Some(row)
-}
-
-/// Writes a file once more, with these rows of language instead of those that it has, and with more metadata. Episodes without rows have an empty
-/// list.
-///
-/// # Errors
-/// When the file is damaged, or `out` cannot be written.
-pub fn write(
-    file: File,
-    name: &str,
-    language: &Episodes,
-    keys: &[(&str, String)],
-    out: &mut (dyn Write + Send),
-) -> Result<(), InputError> {
-    let episodes = episodes(&file, name)?;
-    guarded(name, || {
-        let (whole, reader) = open(file, name)?;
-        copy(&whole, &reader, language, &episodes, keys, out).map_err(|error| damaged(name, &error))
-    })
-}
-
-/// The episode of each frame.
-fn episodes(file: &File, name: &str) -> Result<Vec<usize>, InputError> {
-    let file = file.try_clone().map_err(|error| InputError::unreadable(name, &error))?;
-    let memory = super::read(file, name, |column| column == EPISODE)?;
-    let numbers = match memory.columns().get(EPISODE) {
-        Some(super::Cells::Numbers(numbers)) => numbers.as_slice(),
-        _ => return Err(InputError::new(name, format!("the column `{EPISODE}` is not there"))),
-    };
-    let whole = |number: &f64| (0.0..1e9).contains(number).then_some(number.round() as usize);
-    numbers
-        .iter()
-        .map(whole)
-        .collect::<Option<_>>()
-        .ok_or_else(|| InputError::new(name, format!("a frame has no `{EPISODE}`, expected a whole number from 0 on")))
-}
-
-fn copy(
-    whole: &Whole,
-    reader: &SerializedFileReader<Whole>,
-    language: &Episodes,
-    episodes: &[usize],
-    keys: &[(&str, String)],
-    out: &mut (dyn Write + Send),
-) -> Result<(), ParquetError> {
-    let metadata = reader.metadata();
-    let root = metadata.file_metadata().schema();
-    let mut fields: Vec<Arc<Type>> = root.get_fields().iter().filter(|field| field.name() != COLUMN).cloned().collect();
-    fields.extend(parse_message_type(SCHEMA)?.get_fields().iter().cloned());
-    let schema = Arc::new(Type::group_type_builder(root.name()).with_fields(fields).build()?);
-    let mut pairs: Vec<KeyValue> = metadata.file_metadata().key_value_metadata().cloned().unwrap_or_default();
-    pairs.retain(|pair| pair.key != ARROW && !keys.iter().any(|(key, _)| *key == pair.key));
-    for pair in pairs.iter_mut().filter(|pair| pair.key == DATASETS) {
-        pair.value = pair.value.take().map(|text| with_feature(&text).unwrap_or(text));
-    }
-    pairs.extend(keys.iter().map(|(key, value)| KeyValue::new((*key).to_string(), value.clone())));
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::SNAPPY)
-        .set_statistics_enabled(EnabledStatistics::Chunk)
-        .set_offset_index_disabled(true)
-        .set_key_value_metadata(Some(pairs))
-        .set_created_by(format!("teachtree version {}", env!("CARGO_PKG_VERSION")))
-        .build();
-    let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties))?;
-    let mut before = 0;
-    for group in metadata.row_groups() {
-        let count = usize::try_from(group.num_rows()).unwrap_or(0);
-        let mut part = writer.next_row_group()?;
-        for column in group.columns().iter().filter(|column| !is_language(column.column_path().parts())) {
-            let close = ColumnCloseResult {
-                bytes_written: column.compressed_size().try_into().unwrap_or(0),
-                rows_written: count as u64,
-                metadata: column.clone(),
-                bloom_filter: None,
-                column_index: None,
-                offset_index: None,
-            };
-            part.append_column(whole, close)?;
-        }
-        let frames = episodes.get(before..before + count).ok_or_else(|| {
-            ParquetError::General(format!("a part has {count} rows where the file ends after {}", episodes.len()))
-        })?;
-        before += count;
-        for leaf in LEAVES {
-            let Some(mut column) = part.next_column()? else { break };
-            for frames in frames.chunks(BATCH) {
-                let mut levels = Levels::default();
-                for frame in frames {
-                    levels.frame(leaf, language.get(frame).map_or(&[], Vec::as_slice));
-                }
-                levels.write(column.untyped())?;
-            }
-            column.close()?;
-        }
-        part.close()?;
-    }
-    writer.close()?;
-    Ok(())
-}
-
-fn is_language(path: &[String]) -> bool {
-    path.first().is_some_and(|name| name == COLUMN)
-}
-
-/// The feature list of `datasets` with the column; `None` for what is no such list.
-fn with_feature(text: &str) -> Option<String> {
-    let mut whole: Value = serde_json::from_str(text).ok()?;
-    let features = whole.get_mut("info")?.get_mut("features")?.as_object_mut()?;
-    let plain = |dtype: &str| json!({ "dtype": dtype, "_type": "Value" });
-    // Before version 4 a list was written as a list.
-    let list =
-        |of: Value| if text.contains("\"List\"") { json!({ "feature": of, "_type": "List" }) } else { json!([of]) };
-    let row = json!({
-        "role": plain("string"), "content": plain("string"), "style": plain("string"), "timestamp": plain("float32"),
-        "camera": plain("string"), "tool_calls": list(plain("string")),
-    });
-    features.shift_remove(COLUMN);
-    features.insert(COLUMN.into(), list(row));
-    serde_json::to_string(&whole).ok()
 }
 
 /// What is stored apart of a row of language.
@@ -358,56 +239,19 @@ impl Levels {
     }
 }
 
-/// Compares a copy with the file that it was made from: all columns but that of language are stored in it byte for byte, and it has these rows.
-///
-/// # Errors
-/// The first difference.
-pub fn compare(file: File, copy: File, name: &str, language: &Episodes) -> Result<(), InputError> {
-    let episodes = episodes(&file, name)?;
-    let written = copy.try_clone().map_err(|error| InputError::unreadable(name, &error))?;
-    guarded(name, || {
-        let ((one, ours), (other, theirs)) = (open(file, name)?, open(copy, name)?);
-        let failed = |error: ParquetError| damaged(name, &error);
-        let wrong = |what: &str| InputError::new(name, format!("the copy differs from the data set in {what}"));
-        let (ours, theirs) = (ours.metadata(), theirs.metadata());
-        if ours.num_row_groups() != theirs.num_row_groups() {
-            return Err(wrong("its parts"));
+/// Writes the rows of language of these frames, the next ones of a group.
+pub(super) fn write<W: Write + Send>(
+    frames: &[&[Row]],
+    group: &mut SerializedRowGroupWriter<'_, W>,
+) -> Result<(), ParquetError> {
+    for leaf in LEAVES {
+        let mut column = next(group)?;
+        for frames in frames.chunks(BATCH) {
+            let mut levels = Levels::default();
+            frames.iter().for_each(|rows| levels.frame(leaf, rows));
+            levels.write(column.untyped())?;
         }
-        for (mine, yours) in ours.row_groups().iter().zip(theirs.row_groups()) {
-            let others = |column: &&_| -> bool { !is_language(path_of(column)) };
-            let (mut mine, mut yours) = (mine.columns().iter().filter(others), yours.columns().iter().filter(others));
-            loop {
-                let (column, copied) = match (mine.next(), yours.next()) {
-                    (None, None) => break,
-                    (Some(column), Some(copied)) => (column, copied),
-                    _ => return Err(wrong("its columns")),
-                };
-                let bytes = |of: &Whole, column: &::parquet::file::metadata::ColumnChunkMetaData| {
-                    let (start, length) = column.byte_range();
-                    of.get_bytes(start, usize::try_from(length).unwrap_or(usize::MAX)).map_err(failed)
-                };
-                if column.column_descr() != copied.column_descr()
-                    || column.num_values() != copied.num_values()
-                    || column.compression() != copied.compression()
-                    || bytes(&one, column)? != bytes(&other, copied)?
-                {
-                    return Err(wrong(&format!("the column `{}`", column.column_path().string())));
-                }
-            }
-        }
-        Ok(())
-    })?;
-    let mut known: Vec<usize> = episodes;
-    known.dedup();
-    let read = read(written, name)?.unwrap_or_default();
-    match known.iter().find(|episode| read.get(*episode) != Some(language.get(*episode).unwrap_or(&vec![]))) {
-        None => Ok(()),
-        Some(episode) => {
-            Err(InputError::new(name, format!("the copy has other language than was written in episode {episode}")))
-        }
+        column.close()?;
     }
-}
-
-fn path_of(column: &::parquet::file::metadata::ColumnChunkMetaData) -> &[String] {
-    column.column_path().parts()
+    Ok(())
 }

@@ -1,0 +1,83 @@
+//! The files of a copy.
+
+use crate::base::error::InputError;
+use serde_json::Value;
+use std::fs::File;
+use std::io::{Read as _, Write as _};
+use std::path::{Path, PathBuf};
+
+/// How deep the folders of a set may be nested, and how many files it may have.
+const DEEPEST: usize = 16;
+const MAX_FILES: usize = 1 << 20;
+
+pub(super) fn opened(path: &Path) -> Result<File, InputError> {
+    File::open(path).map_err(|error| InputError::unreadable(path.display().to_string(), &error))
+}
+
+pub(super) fn cannot(copy: &Path, error: &std::io::Error) -> InputError {
+    InputError::new(copy.display().to_string(), format!("cannot be written: {error}"))
+}
+
+/// The files of a folder and its subfolders, by path. Links are followed, as those of a cache.
+pub(super) fn files_in(root: &Path, below: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), InputError> {
+    let folder = root.join(below);
+    let failed = |error: std::io::Error| InputError::unreadable(folder.display().to_string(), &error);
+    if depth > DEEPEST || found.len() > MAX_FILES {
+        let message = format!("found more than {MAX_FILES} files, or folders nested deeper than {DEEPEST}");
+        return Err(InputError::new(root.display().to_string(), message));
+    }
+    let mut names = vec![];
+    for entry in std::fs::read_dir(&folder).map_err(failed)? {
+        names.push(entry.map_err(failed)?.file_name());
+    }
+    names.sort();
+    for name in names {
+        let file = below.join(name);
+        if root.join(&file).is_dir() {
+            files_in(root, &file, depth + 1, found)?;
+        } else {
+            found.push(file);
+        }
+    }
+    Ok(())
+}
+
+/// Copies a file and compares the copy with it.
+pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path) -> Result<(), InputError> {
+    std::fs::copy(from, to).map_err(|error| cannot(copy, &error))?;
+    let (mut one, mut other) = (opened(from)?, opened(to)?);
+    other.sync_all().map_err(|error| cannot(copy, &error))?;
+    let failed = |error: std::io::Error| InputError::unreadable(from.display().to_string(), &error);
+    let (mut ours, mut theirs) = (vec![0; 1 << 16], vec![0; 1 << 16]);
+    loop {
+        let count = one.read(&mut ours).map_err(failed)?;
+        let Some((read, copied)) = ours.get(..count).zip(theirs.get_mut(..count)) else { return Ok(()) };
+        let same = other.read_exact(copied).is_ok() && read == &*copied;
+        if count == 0 && other.read(&mut theirs).map_err(failed)? == 0 {
+            return Ok(());
+        }
+        if count == 0 || !same {
+            return Err(InputError::new(from.display().to_string(), "the copy differs from the file"));
+        }
+    }
+}
+
+/// Makes the folder that a file of the copy is in.
+pub(super) fn make_parent(to: &Path, copy: &Path) -> Result<(), InputError> {
+    to.parent().map_or(Ok(()), |parent| std::fs::create_dir_all(parent).map_err(|error| cannot(copy, &error)))
+}
+
+/// Writes a file of the copy.
+pub(super) fn write_bytes(to: &Path, copy: &Path, bytes: &[u8]) -> Result<(), InputError> {
+    let mut file = File::create_new(to).map_err(|error| cannot(copy, &error))?;
+    file.write_all(bytes).and_then(|()| file.sync_all()).map_err(|error| cannot(copy, &error))
+}
+
+/// JSON as lerobot writes it.
+pub(super) fn printed(value: &Value, place: &str) -> Result<Vec<u8>, InputError> {
+    let mut bytes = vec![];
+    let form = serde_json::ser::PrettyFormatter::with_indent(b"    ");
+    let mut out = serde_json::Serializer::with_formatter(&mut bytes, form);
+    serde::Serialize::serialize(value, &mut out).map_err(|error| InputError::new(place, error.to_string()))?;
+    Ok(bytes)
+}

@@ -1,0 +1,241 @@
+//! Columns that are written into copies of Parquet files: a value a row, in the types that LeRobot sets have.
+
+use super::language::{self, Row};
+use ::parquet::basic::{LogicalType, Repetition, Type as Physical};
+use ::parquet::column::writer::ColumnWriter;
+use ::parquet::data_type::ByteArray;
+use ::parquet::errors::ParquetError;
+use ::parquet::file::writer::{SerializedColumnWriter, SerializedRowGroupWriter};
+use ::parquet::record::Field as Stored;
+use ::parquet::schema::types::Type;
+use arrow_schema::{DataType, Field};
+use serde_json::{Value, json};
+use std::io::Write;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// A column with a value for each row of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Column<'a> {
+    /// Its name.
+    pub name: String,
+    /// What is in it.
+    pub values: Values<'a>,
+}
+
+/// The values of a column, one a row; lists that are `None` are lacking.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values<'a> {
+    /// Rows of language.
+    Language(Vec<&'a [Row]>),
+    /// Whole numbers.
+    Wholes(Vec<i64>),
+    /// Texts.
+    Texts(Vec<String>),
+    /// Lists of texts.
+    TextLists(Vec<Option<Vec<String>>>),
+    /// Lists of whole numbers.
+    WholeLists(Vec<Option<Vec<i64>>>),
+    /// Lists of numbers.
+    NumberLists(Vec<Option<Vec<f64>>>),
+}
+
+/// What is defined of a list: nothing, an empty one, and an element.
+const NO_LIST: i16 = 0;
+const EMPTY: i16 = 1;
+const ELEMENT: i16 = 3;
+
+impl Column<'_> {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        match &self.values {
+            Values::Language(values) => values.len(),
+            Values::Wholes(values) => values.len(),
+            Values::Texts(values) => values.len(),
+            Values::TextLists(values) => values.len(),
+            Values::WholeLists(values) => values.len(),
+            Values::NumberLists(values) => values.len(),
+        }
+    }
+
+    /// Its type in Parquet.
+    pub(super) fn schema(&self) -> Result<Arc<Type>, ParquetError> {
+        let primitive = |name: &str, physical, logical| {
+            let built = Type::primitive_type_builder(name, physical).with_repetition(Repetition::OPTIONAL);
+            built.with_logical_type(logical).build().map(Arc::new)
+        };
+        let list = |physical, logical| {
+            let element = primitive("element", physical, logical)?;
+            let inner = Type::group_type_builder("list").with_repetition(Repetition::REPEATED);
+            let inner = Arc::new(inner.with_fields(vec![element]).build()?);
+            let outer = Type::group_type_builder(&self.name).with_repetition(Repetition::OPTIONAL);
+            outer.with_logical_type(Some(LogicalType::List)).with_fields(vec![inner]).build().map(Arc::new)
+        };
+        let text = Some(LogicalType::String);
+        match &self.values {
+            Values::Language(_) => language::schema(),
+            Values::Wholes(_) => primitive(&self.name, Physical::INT64, None),
+            Values::Texts(_) => primitive(&self.name, Physical::BYTE_ARRAY, text),
+            Values::TextLists(_) => list(Physical::BYTE_ARRAY, text),
+            Values::WholeLists(_) => list(Physical::INT64, None),
+            Values::NumberLists(_) => list(Physical::DOUBLE, None),
+        }
+    }
+
+    /// Its type in Arrow.
+    pub(super) fn field(&self) -> Field {
+        let list = |of| DataType::List(Arc::new(Field::new("element", of, true)));
+        let of = match &self.values {
+            Values::Language(_) => language::arrow_type(),
+            Values::Wholes(_) => DataType::Int64,
+            Values::Texts(_) => DataType::Utf8,
+            Values::TextLists(_) => list(DataType::Utf8),
+            Values::WholeLists(_) => list(DataType::Int64),
+            Values::NumberLists(_) => list(DataType::Float64),
+        };
+        Field::new(&self.name, of, true)
+    }
+
+    /// Its feature for the Python package `datasets`; before version 4 a list was written as a list.
+    pub(super) fn feature(&self, has_lists: bool) -> Value {
+        let plain = |dtype: &str| json!({ "dtype": dtype, "_type": "Value" });
+        let list = |of: Value| if has_lists { json!({ "feature": of, "_type": "List" }) } else { json!([of]) };
+        match &self.values {
+            Values::Language(_) => {
+                let calls = list(plain("string"));
+                list(json!({
+                    "role": plain("string"), "content": plain("string"), "style": plain("string"),
+                    "timestamp": plain("float32"), "camera": plain("string"), "tool_calls": calls,
+                }))
+            }
+            Values::Wholes(_) => plain("int64"),
+            Values::Texts(_) => plain("string"),
+            Values::TextLists(_) => list(plain("string")),
+            Values::WholeLists(_) => list(plain("int64")),
+            Values::NumberLists(_) => list(plain("float64")),
+        }
+    }
+
+    /// Writes the values of these rows, the next ones of a group.
+    pub(super) fn write<W: Write + Send>(
+        &self,
+        rows: Range<usize>,
+        group: &mut SerializedRowGroupWriter<'_, W>,
+    ) -> Result<(), ParquetError> {
+        let short = || ParquetError::General(format!("the column `{}` ends too early", self.name));
+        match &self.values {
+            Values::Language(values) => language::write(values.get(rows).ok_or_else(short)?, group),
+            Values::Wholes(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
+            Values::Texts(values) => flat(next(group)?, values.get(rows).ok_or_else(short)?, texts),
+            Values::TextLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, texts),
+            Values::WholeLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, wholes),
+            Values::NumberLists(values) => lists(next(group)?, values.get(rows).ok_or_else(short)?, numbers),
+        }
+    }
+
+    /// Whether a row is stored as it was to be written.
+    pub(super) fn is_stored(&self, row: usize, stored: &Stored) -> bool {
+        fn same<T>(values: Option<&Option<Vec<T>>>, stored: &Stored, equal: impl Fn(&T, &Stored) -> bool) -> bool {
+            match (values, stored) {
+                (Some(None), Stored::Null) => true,
+                (Some(Some(values)), Stored::ListInternal(list)) => {
+                    let elements = list.elements();
+                    elements.len() == values.len() && values.iter().zip(elements).all(|(one, other)| equal(one, other))
+                }
+                _ => false,
+            }
+        }
+        let is_text = |text: &String, stored: &Stored| matches!(stored, Stored::Str(other) if other == text);
+        let is_whole = |number: &i64, stored: &Stored| matches!(stored, Stored::Long(other) if other == number);
+        let is_number = |number: &f64, stored: &Stored| matches!(stored, Stored::Double(other) if other.to_bits() == number.to_bits());
+        match &self.values {
+            Values::Language(values) => {
+                values.get(row).is_some_and(|rows| language::rows(stored).as_deref() == Some(*rows))
+            }
+            Values::Wholes(values) => values.get(row).is_some_and(|value| is_whole(value, stored)),
+            Values::Texts(values) => values.get(row).is_some_and(|value| is_text(value, stored)),
+            Values::TextLists(values) => same(values.get(row), stored, is_text),
+            Values::WholeLists(values) => same(values.get(row), stored, is_whole),
+            Values::NumberLists(values) => same(values.get(row), stored, is_number),
+        }
+    }
+}
+
+/// The next stored column of a group.
+pub(super) fn next<'a, W: Write + Send>(
+    group: &'a mut SerializedRowGroupWriter<'_, W>,
+) -> Result<SerializedColumnWriter<'a>, ParquetError> {
+    group.next_column()?.ok_or_else(|| ParquetError::General("a column is missing".into()))
+}
+
+/// Writes values with their levels into a column.
+type Put<T> = fn(&mut ColumnWriter<'_>, &[T], &[i16], Option<&[i16]>) -> Result<usize, ParquetError>;
+
+fn wholes(
+    column: &mut ColumnWriter<'_>,
+    values: &[i64],
+    defined: &[i16],
+    repeated: Option<&[i16]>,
+) -> Result<usize, ParquetError> {
+    match column {
+        ColumnWriter::Int64ColumnWriter(writer) => writer.write_batch(values, Some(defined), repeated),
+        _ => Err(other_type()),
+    }
+}
+
+fn numbers(
+    column: &mut ColumnWriter<'_>,
+    values: &[f64],
+    defined: &[i16],
+    repeated: Option<&[i16]>,
+) -> Result<usize, ParquetError> {
+    match column {
+        ColumnWriter::DoubleColumnWriter(writer) => writer.write_batch(values, Some(defined), repeated),
+        _ => Err(other_type()),
+    }
+}
+
+fn texts(
+    column: &mut ColumnWriter<'_>,
+    values: &[String],
+    defined: &[i16],
+    repeated: Option<&[i16]>,
+) -> Result<usize, ParquetError> {
+    let values: Vec<ByteArray> = values.iter().map(|text| ByteArray::from(text.as_bytes().to_vec())).collect();
+    match column {
+        ColumnWriter::ByteArrayColumnWriter(writer) => writer.write_batch(&values, Some(defined), repeated),
+        _ => Err(other_type()),
+    }
+}
+
+fn other_type() -> ParquetError {
+    ParquetError::General("a column has another type".into())
+}
+
+fn flat<T>(mut column: SerializedColumnWriter<'_>, values: &[T], put: Put<T>) -> Result<(), ParquetError> {
+    put(column.untyped(), values, &vec![1; values.len()], None)?;
+    column.close()
+}
+
+fn lists<T: Clone>(
+    mut column: SerializedColumnWriter<'_>,
+    values: &[Option<Vec<T>>],
+    put: Put<T>,
+) -> Result<(), ParquetError> {
+    let (mut all, mut defined, mut repeated) = (vec![], vec![], vec![]);
+    for list in values {
+        match list.as_deref() {
+            None | Some([]) => {
+                defined.push(if list.is_some() { EMPTY } else { NO_LIST });
+                repeated.push(0);
+            }
+            Some(list) => {
+                defined.resize(defined.len() + list.len(), ELEMENT);
+                repeated.extend((0..list.len()).map(|at| i16::from(at > 0)));
+                all.extend_from_slice(list);
+            }
+        }
+    }
+    put(column.untyped(), &all, &defined, Some(&repeated))?;
+    column.close()
+}
