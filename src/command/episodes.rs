@@ -6,7 +6,7 @@
 
 use super::RATE_HZ;
 use super::form::LeftOut;
-use super::series::{Episode, Piece, Series};
+use super::series::{Episode, FingerSeries, Piece, Series};
 use crate::analysis::{Segment, TaskSpan};
 use crate::base::meaning::Meaning;
 use nalgebra::Vector3;
@@ -18,6 +18,8 @@ const PAUSE_S: f64 = 0.3;
 const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
+/// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
+const ON_THE_SPOT_M: f64 = 0.02;
 /// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
 const COMES_OFF_S: f64 = 0.5;
 const BRUSH_S: f64 = 0.35;
@@ -114,7 +116,8 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     for segments in kept {
         let mut pieces: Vec<Piece> = Vec::with_capacity(segments.len());
         for (number, segment) in segments.iter().enumerate() {
-            let Some(mut piece) = piece(segment, series, waits, &mut left_out) else { continue };
+            let touches_next = segments.get(number + 1).is_some_and(|next| !is_free(next));
+            let Some(mut piece) = piece(segment, series, waits, touches_next, &mut left_out) else { continue };
             // Between two pushes that are one, the fingers stay at the object.
             let goes_on = segments.get(number + 1).is_some_and(|next| !lets_go(next));
             if let Some(pushing) = pieces.last().filter(|_| piece.does == Meaning::Open && goes_on) {
@@ -181,9 +184,18 @@ fn leave(segments: &[&Segment], why: &str) -> LeftOut {
     }
 }
 
-fn piece(segment: &Segment, series: &Series, waits: bool, left_out: &mut Vec<LeftOut>) -> Option<Piece> {
+fn piece(
+    segment: &Segment,
+    series: &Series,
+    waits: bool,
+    touches_next: bool,
+    left_out: &mut Vec<LeftOut>,
+) -> Option<Piece> {
     let (start, end) = (sample_at(segment.start_s, series), sample_at(segment.end_s, series));
     let mut samples: Vec<usize> = (start..=end).collect();
+    if is_free(segment) && touches_next {
+        samples = without_failed_try(samples, segment, series, left_out);
+    }
     if is_free(segment) && !waits {
         samples = without_pauses(samples, segment, series, left_out);
     }
@@ -194,6 +206,37 @@ fn piece(segment: &Segment, series: &Series, waits: bool, left_out: &mut Vec<Lef
         samples,
         touching,
     })
+}
+
+/// Ends a free motion where the hand touches, if it comes off again and then touches for good at the same place: rules call such a touch in passing a part
+/// of the approach, and it was a failed try.
+fn without_failed_try(
+    mut samples: Vec<usize>,
+    segment: &Segment,
+    series: &Series,
+    left_out: &mut Vec<LeftOut>,
+) -> Vec<usize> {
+    let touches = |at: usize| series.fingers.iter().any(|finger| finger.touches[at]);
+    // What it touches at the beginning is what it lets go of.
+    let Some(free) = samples.iter().position(|at| !touches(*at)) else { return samples };
+    let Some(touch) = samples.iter().skip(free).position(|at| touches(*at)).map(|after| free + after) else {
+        return samples;
+    };
+    let comes_off = samples.iter().skip(touch).any(|at| !touches(*at));
+    let (from, to) = (samples[touch], samples[samples.len() - 1]);
+    let way = |finger: &FingerSeries| (finger.tip_in_world[to] - finger.tip_in_world[from]).norm();
+    if !comes_off || series.fingers.iter().any(|finger| way(finger) > ON_THE_SPOT_M) {
+        return samples;
+    }
+    let time = |at: usize| series.start_s + at as f64 / RATE_HZ;
+    left_out.push(LeftOut {
+        primitives: vec![segment.primitive.clone()],
+        start_s: time(from),
+        end_s: time(to),
+        why: "failed try".into(),
+    });
+    samples.truncate(touch + 1);
+    samples
 }
 
 /// Takes out of a free motion the samples on which the hand stands still for long.

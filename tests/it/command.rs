@@ -245,7 +245,7 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     check(&|task| task["end_s"] = 1e300.into(), &["has the time 1e300 s, expected at most 1e11 s"]);
     check(&|task| task["end_s"] = 60.0.into(), &["ends at 60 s, but the last of it was demonstrated from"]);
     check(&|task| task["end_s"] = 1.0.into(), &["ends at 1 s, but the last of it was demonstrated from"]);
-    check(&|task| task["start_s"] = 0.5.into(), &["segment 1", "s on, expected 0.5 s or later"]);
+    check(&|task| task["start_s"] = 1.0.into(), &["segment 1", "s on, expected 1 s or later"]);
     check(
         &|task| task["segments"][2]["demonstrated_start_s"] = 0.1.into(),
         &["segment 3", "was demonstrated from 0.1 s on, expected", "s or later, when what is ahead of it began"],
@@ -478,6 +478,17 @@ fn what_was_lost_as_it_was_lifted_is_lifted_once() {
         let (way, taken) = (second.object.last().unwrap()[axis], third.object[0][axis]);
         assert!((way - taken).abs() < 1e-6, "{way} m and {taken} m");
     }
+}
+
+/// This person grasps, lets go and grasps again at once, which rules call one approach: the robot does not do it twice.
+#[test]
+fn a_grasp_that_is_made_again_at_once_is_made_once() {
+    let commands = commanded("pick_and_place", "3");
+    let [task] = &commands.tasks[..] else { panic!("{} tasks", commands.tasks.len()) };
+    assert_eq!(task.left_out.iter().map(|left| left.why.as_str()).collect::<Vec<_>>(), ["failed try"]);
+    let approach = task.segments.iter().find(|segment| segment.primitive == "Approach").unwrap();
+    // The approach of 1.13 s has a touch after 0.66 s.
+    assert!((approach.duration_s - 0.66).abs() < 0.02, "{} s", approach.duration_s);
 }
 
 /// This person's left hand comes off the box three times, for a third of a second, while both push it: to the robot that is one push, by the same fingers.
