@@ -7,6 +7,7 @@
 mod analyze;
 #[cfg(any(feature = "parquet", feature = "hdf5"))]
 mod annotate;
+mod audit;
 mod batch;
 mod check;
 #[cfg(feature = "world")]
@@ -71,6 +72,8 @@ enum Command {
     #[cfg(any(feature = "parquet", feature = "hdf5"))]
     /// Write the labels of all recordings of a data set into a copy of it: words for LeRobot, signals for MimicGen
     Annotate(annotate::Args),
+    /// Report the recordings of a set that are no good demonstrations: idle, cut off, failed grasps, out of order, unlike the others
+    Audit(audit::Args),
     /// Label a log while it is being made: segments and tasks as they close
     Live(live::Args),
     /// Explain why a recording has its labels at a time, and why not others
@@ -262,6 +265,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Analyze(args) => analyze::run(args),
         #[cfg(any(feature = "parquet", feature = "hdf5"))]
         Command::Annotate(args) => annotate::run(args),
+        Command::Audit(args) => audit::run(args),
         Command::Live(args) => live::run(args),
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),

@@ -7,6 +7,8 @@ mod analysis;
 mod annotate;
 #[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
 mod annotate_forms;
+#[cfg(all(feature = "world", feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod audit;
 #[cfg(feature = "world")]
 mod both_hands;
 #[cfg(all(feature = "world", feature = "cli"))]

@@ -84,6 +84,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     documents.extend(manifest.lines().map(str::to_string));
     run(&["analyze", "two.csv", "--trace", "trace.json", "--signals", "near,squeeze"]);
     documents.push(std::fs::read_to_string(folder.path().join("trace.json")).unwrap());
+    documents.push(run(&["audit", "cut.csv", "one.csv", "two.csv", "--format", "json"]));
     let live = run(&["live", "cut.csv", "--format", "json"]);
     documents.extend(live.lines().map(str::to_string));
     let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";

@@ -63,8 +63,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         LayoutArg::Mimicgen => Layout::MimicGen,
         LayoutArg::Isaac => Layout::Isaac,
     });
-    let request =
-        Request { layout, signals: &signals, complete: &complete, provenance: &provenance_json, replace: args.replace };
+    let request = Request {
+        layout,
+        signals: &signals,
+        mask: MASK,
+        complete: &complete,
+        provenance: &provenance_json,
+        replace: args.replace,
+    };
     annotate(&args.data, &args.out, &request)?;
     if !args.many.quiet {
         output::print(&table(args, &wanted, &rows, complete.len()))?;

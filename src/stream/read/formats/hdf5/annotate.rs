@@ -20,8 +20,8 @@ const MIMICGEN: &str = "datagen_info";
 const ISAAC: &str = "obs/datagen_info";
 /// The list of the recordings that have all signals, as robomimic's filter keys.
 pub const MASK: &str = "mask/teachtree_ok";
-/// The attribute that says what the signals were made by.
-const PROVENANCE: &str = "teachtree";
+/// The list of the recordings in which an audit finds nothing wrong.
+pub const AUDITED: &str = "mask/teachtree_audit";
 /// The most data sets that a file may have.
 const MAX_DATASETS: usize = 1 << 22;
 /// How many bytes of a data set are compared at once.
@@ -60,12 +60,19 @@ pub struct Request<'a> {
     pub layout: Option<Layout>,
     /// The signals of each recording, by its name.
     pub signals: &'a BTreeMap<String, Signals>,
-    /// The recordings that have all signals.
+    /// The data set of the list: [`MASK`] or [`AUDITED`].
+    pub mask: &'static str,
+    /// The recordings that are listed: those that have all signals.
     pub complete: &'a [String],
-    /// What the signals were made by, JSON.
+    /// What the signals or the list were made by, JSON.
     pub provenance: &'a str,
     /// Whether signals of these names that are there are replaced.
     pub replace: bool,
+}
+
+/// The attribute that says what was made by what: a list of an audit does not replace what is said of the signals.
+fn provenance(mask: &str) -> &'static str {
+    if mask == AUDITED { "teachtree_audit" } else { "teachtree" }
 }
 
 /// Writes a copy of a file with signals.
@@ -104,12 +111,22 @@ struct Paths {
     old: BTreeSet<String>,
     /// Groups that are made, outer ones first.
     groups: Vec<String>,
+    /// The data set of the list.
+    mask: &'static str,
+    /// The attribute that says what the signals or the list were made by.
+    provenance: &'static str,
 }
 
 impl Paths {
     fn new(container: &Container, request: &Request) -> Result<Self, InputError> {
         let Container { place, file, parent, names } = container;
-        let mut paths = Self { new: BTreeMap::new(), old: BTreeSet::new(), groups: vec![] };
+        let mut paths = Self {
+            new: BTreeMap::new(),
+            old: BTreeSet::new(),
+            groups: vec![],
+            mask: request.mask,
+            provenance: provenance(request.mask),
+        };
         for (name, signals) in request.signals {
             if !names.contains(name) {
                 return Err(InputError::new(place, format!("there is no recording `{name}`")));
@@ -125,10 +142,10 @@ impl Paths {
                 }
             }
         }
-        let all: Vec<String> = paths.new.keys().cloned().chain([MASK.to_string()]).collect();
+        let all: Vec<String> = paths.new.keys().cloned().chain([request.mask.to_string()]).collect();
         for path in &all {
             let is_dataset = file.dataset(path).is_ok();
-            if is_dataset && !request.replace && path != MASK {
+            if is_dataset && !request.replace && path != request.mask {
                 let message = format!("has the signal `{path}` already");
                 return Err(InputError::new(place, message).help("--replace leaves it out of the copy"));
             }
@@ -153,7 +170,7 @@ impl Paths {
 
     /// Whether a path is one that is written.
     fn has(&self, path: &str) -> bool {
-        path == MASK || self.new.contains_key(path)
+        path == self.mask || self.new.contains_key(path)
     }
 }
 
@@ -177,7 +194,7 @@ fn edit(target: &Path, paths: &Paths, request: &Request) -> Result<(), Error> {
     let mut names: Vec<&str> = request.complete.iter().map(String::as_str).collect();
     names.sort_unstable();
     let mut failed = None;
-    root.create_dataset(MASK, |data| {
+    root.create_dataset(request.mask, |data| {
         // A list without names has no length of names.
         let written = if names.is_empty() { data.with_strings_sized(&names, 1) } else { data.with_strings(&names) };
         failed = written.err();
@@ -185,7 +202,7 @@ fn edit(target: &Path, paths: &Paths, request: &Request) -> Result<(), Error> {
     if let Some(error) = failed {
         return Err(error.into());
     }
-    root.set_attr(PROVENANCE, AttrValue::String(request.provenance.into()))?;
+    root.set_attr(paths.provenance, AttrValue::String(request.provenance.into()))?;
     drop(root);
     file.commit()?;
     file.close()
@@ -260,9 +277,10 @@ fn same_attributes(
     failed: &dyn Fn(Error) -> InputError,
 ) -> Result<(), InputError> {
     let (ours, mut theirs) = (attributes(one.attrs().map_err(failed)?), attributes(other.attrs().map_err(failed)?));
-    if prefix.is_empty() && ours.get(PROVENANCE) != theirs.get(PROVENANCE) {
-        theirs.remove(PROVENANCE);
-        ours.get(PROVENANCE).iter().for_each(|old| drop(theirs.insert(PROVENANCE.into(), (*old).clone())));
+    let name = paths.provenance;
+    if prefix.is_empty() && ours.get(name) != theirs.get(name) {
+        theirs.remove(name);
+        ours.get(name).iter().for_each(|old| drop(theirs.insert(name.into(), (*old).clone())));
     }
     if ours != theirs {
         return Err(wrong(&format!("{prefix} attributes")));
