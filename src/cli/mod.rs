@@ -244,6 +244,13 @@ fn usage(error: &clap::Error) -> u8 {
     u8::try_from(error.exit_code()).unwrap_or(2)
 }
 
+/// What is shown while a command works that may take long; nothing with `--quiet`, and where the command prints as it goes.
+fn at_work(matches: &clap::ArgMatches) -> Option<String> {
+    let (name, of) = matches.subcommand()?;
+    let is_quiet = of.try_get_one::<bool>("quiet").ok().flatten() == Some(&true);
+    (!is_quiet && !matches!(name, "live" | "lsp")).then(|| name.to_string())
+}
+
 /// Runs the command line of this process.
 pub fn main() -> ExitCode {
     ExitCode::from(run(std::env::args_os()))
@@ -252,11 +259,16 @@ pub fn main() -> ExitCode {
 /// Runs a command line, whose first word is the name of the program; returns the exit status.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     interruptible();
-    let read = command().try_get_matches_from(words).and_then(|matches| Cli::from_arg_matches(&matches));
+    let mut label = None;
+    let read = command().try_get_matches_from(words).and_then(|matches| {
+        label = at_work(&matches);
+        Cli::from_arg_matches(&matches)
+    });
     let cli = match read {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
+    let working = label.map(|label| progress::Working::new(&label));
     let outcome = match &cli.command {
         #[cfg(feature = "world")]
         Command::Demo(args) => demo::run(args),
@@ -288,6 +300,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Completions(args) => help::completions(args, command()),
         Command::Man(args) => help::man(args, command()),
     };
+    drop(working);
     match outcome {
         Ok(()) => 0,
         Err(failure) => failure.report(),

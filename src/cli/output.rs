@@ -1,5 +1,6 @@
 //! Writing: files whole or not at all, colour and width only for a terminal.
 
+use super::progress;
 use crate::base::error::InputError;
 use crate::stream::atomic_write::Files;
 use crate::stream::read::csv::beside;
@@ -160,7 +161,8 @@ pub fn print(text: &str) -> Result<(), InputError> {
 
 /// Prints a text on standard error, without what would steer a terminal. A failure to print it is ignored.
 pub fn complain(text: &str) {
-    let _ = writeln!(std::io::stderr(), "{}", shortened(&printable(text, color_on_stderr())));
+    let text = printable(text, color_on_stderr());
+    let _ = progress::aside(|| writeln!(std::io::stderr(), "{}", shortened(&text)));
 }
 
 /// Prints what other programs read: tables, patches, scripts. Byte for byte, but on a terminal as [`print`].
@@ -227,8 +229,11 @@ fn put(text: &str) -> Result<(), InputError> {
 
 /// Whether anyone reads it.
 fn put_more(text: &str) -> Result<bool, InputError> {
-    let mut out = std::io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+    let write = || {
+        let mut out = std::io::stdout().lock();
+        out.write_all(text.as_bytes()).and_then(|()| out.flush())
+    };
+    match progress::aside(write) {
         Ok(()) => Ok(true),
         Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(false),
         Err(error) => Err(InputError::new("standard output", format!("cannot be written: {error}"))),

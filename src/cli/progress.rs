@@ -1,6 +1,50 @@
-//! A progress bar on long work, silent when standard error is not a terminal.
+//! What is shown of long work on a terminal: a bar where it is known how much there is to do, else a sign that the program is at work and for how long.
+//! Nothing of it is shown where standard error is no terminal.
 
+use crate::stream::read::counted;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::io::IsTerminal;
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// How often the sign of work is drawn.
+const TICK: Duration = Duration::from_millis(100);
+/// After how many of these with nothing else on the terminal it appears.
+const PATIENCE: u32 = 10;
+
+/// What is on the terminal. Whoever draws or prints holds it.
+static SHOWN: Mutex<Shown> = Mutex::new(Shown { bars: 0, ticks: 0, sign: None });
+
+struct Shown {
+    /// Number of bars.
+    bars: usize,
+    /// For how many ticks there was nothing else.
+    ticks: u32,
+    sign: Option<ProgressBar>,
+}
+
+impl Shown {
+    /// Takes the sign of work away.
+    fn clear(&mut self) {
+        self.ticks = 0;
+        if let Some(sign) = self.sign.take() {
+            sign.finish_and_clear();
+        }
+    }
+}
+
+fn shown() -> MutexGuard<'static, Shown> {
+    SHOWN.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Prints something while nothing else is drawn.
+pub fn aside<R>(print: impl FnOnce() -> R) -> R {
+    let mut shown = shown();
+    shown.clear();
+    print()
+}
 
 /// A bar with a label that moves from 0 to 1.
 pub struct Progress {
@@ -12,6 +56,9 @@ const STEPS: u64 = 1000;
 impl Progress {
     /// A bar at 0.
     pub fn new(label: &str) -> Self {
+        let mut shown = shown();
+        shown.clear();
+        shown.bars += 1;
         // `indicatif` hides the bar itself when standard error is no terminal.
         let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::stderr());
         if let Ok(style) = ProgressStyle::with_template("{msg} {bar:40} {percent:>3} %  {elapsed}") {
@@ -36,5 +83,65 @@ impl Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
+        let mut shown = shown();
+        shown.bars = shown.bars.saturating_sub(1);
+        shown.ticks = 0;
     }
+}
+
+/// The sign that a command is at work, with what was read of the log and for how long it takes. It appears after a second without a bar or output, and goes
+/// when either comes, or when this is dropped.
+pub struct Working(Option<(Sender<()>, JoinHandle<()>)>);
+
+impl Working {
+    /// A sign with this label.
+    pub fn new(label: &str) -> Self {
+        if !std::io::stderr().is_terminal() {
+            return Self(None);
+        }
+        let (stop, stopped) = channel();
+        let label = label.to_string();
+        let watch = move || {
+            let mut waited = Duration::ZERO;
+            while stopped.recv_timeout(TICK) == Err(RecvTimeoutError::Timeout) {
+                waited += TICK;
+                tick(&label, waited);
+            }
+            shown().clear();
+        };
+        // Without a thread there is no sign.
+        let watching = std::thread::Builder::new().name("progress".into()).spawn(watch);
+        Self(watching.ok().map(|watching| (stop, watching)))
+    }
+}
+
+impl Drop for Working {
+    fn drop(&mut self) {
+        if let Some((stop, watching)) = self.0.take() {
+            // Either the thread is told, or it is gone.
+            let _ = stop.send(());
+            let _ = watching.join();
+        }
+    }
+}
+
+fn tick(label: &str, waited: Duration) {
+    let mut shown = shown();
+    if shown.bars > 0 {
+        return;
+    }
+    shown.ticks += 1;
+    if shown.ticks < PATIENCE {
+        return;
+    }
+    let sign = shown.sign.get_or_insert_with(|| {
+        let sign = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr()).with_elapsed(waited);
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
+            sign.set_style(style);
+        }
+        sign
+    });
+    let read = counted::share().map_or(String::new(), |share| format!(", {:.0} % of the log read", share * 100.0));
+    sign.set_message(format!("{label}{read}"));
+    sign.tick();
 }

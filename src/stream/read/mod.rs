@@ -1,5 +1,6 @@
 //! Read: a path in, raw columns with their stamps out. Nothing here knows what a column means to a rule.
 
+pub mod counted;
 pub mod csv;
 pub mod formats;
 pub mod labels;

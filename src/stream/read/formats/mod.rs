@@ -41,6 +41,7 @@ use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::atomic_write::{self, Files};
 use crate::stream::issue::{Issue, IssueKind};
+use crate::stream::read::counted::Counted;
 use crate::stream::read::csv;
 use crate::stream::read::table::Source;
 use std::fs::File;
@@ -87,24 +88,26 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         let message = format!("found a file, expected a data set: only data sets have an episode `{recording}`");
         return Err(InputError::new(name, message));
     }
+    let length = bytes.metadata().map_or(0, |file| file.len());
+    let counted = |bytes| Counted::new(bytes, length);
     match magic.as_slice() {
-        [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(bytes), name),
+        [b'N', b'O', b'_', b'O', b'F', b'_', ..] => qualisys::source(BufReader::new(counted(bytes)), name),
         #[cfg(feature = "mcap")]
-        [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(bytes, name),
+        [0x89, b'M', b'C', b'A', b'P', ..] => mcap::source(counted(bytes), name),
         #[cfg(feature = "mcap")]
-        magic if magic.starts_with(&mcap::ZSTD) => mcap::source(bytes, name),
+        magic if magic.starts_with(&mcap::ZSTD) => mcap::source(counted(bytes), name),
         #[cfg(feature = "parquet")]
         [b'P', b'A', b'R', b'1', ..] => parquet::source(bytes, name),
         #[cfg(feature = "arrays")]
         magic if magic.starts_with(&npy::MAGIC) => npy::open(&path),
         #[cfg(feature = "arrays")]
         magic if magic.starts_with(&zipped::MAGIC) => npy::open_archive(&path),
-        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(bytes), name),
+        [b'#', b'R', b'O', b'S', b'B', b'A', b'G', ..] => rosbag::source(BufReader::new(counted(bytes)), name),
         [b'{', ..] if matches!(ending(&path).as_str(), "jsonl" | "ndjson" | "json") => {
-            jsonl::read(BufReader::new(bytes), name)
+            jsonl::read(BufReader::new(counted(bytes)), name)
         }
         magic if text_ending(&path) || ending(&path).is_empty() && is_text(magic) => {
-            delimited::source(Box::new(BufReader::new(bytes)), name)
+            delimited::source(Box::new(BufReader::new(counted(bytes))), name)
         }
         _ => Err(unknown(&path)),
     }
