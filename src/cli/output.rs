@@ -85,7 +85,7 @@ pub fn refuse_inputs(path: &Path, inputs: &[&Path]) -> Result<(), InputError> {
         let log = formats::without_episode(input);
         let in_folder = log.is_dir() && std::fs::canonicalize(&log).is_ok_and(|folder| place.starts_with(folder));
         let files = || BESIDE.iter().flat_map(|ending| beside(input, ending));
-        in_folder || is_at(input, place) || files().any(|file| is_at(&file, place))
+        in_folder || is_at(input, place) || is_at(&log, place) || files().any(|file| is_at(&file, place))
     };
     refuse(path, inputs, &is_beside)
 }

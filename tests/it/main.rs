@@ -85,6 +85,8 @@ mod subjects;
 mod tidy;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod views;
+#[cfg(all(feature = "cli", unix))]
+mod waiting;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod worked_example;
 #[cfg(feature = "world")]

@@ -145,7 +145,7 @@ fn what_cannot_be_a_signal_is_refused_and_nothing_is_written() {
         (
             "lift.hdf5",
             &["--signal", "a=start of Grasp", "--words", "{name}"],
-            "--words and --style are of LeRobot sets",
+            "--words, --style and the forms of labels are of LeRobot sets",
         ),
         ("damaged.hdf5", &["--signal", "a=start of Grasp"], "damaged.hdf5"),
         ("one.hdf5", &["--signal", "a=start of Grasp"], "is one recording"),
