@@ -4,6 +4,7 @@ use super::rules::RuleArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::session::{Calibration, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
+use crate::stream::bind::RowBinder;
 use crate::stream::read::text;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -30,6 +31,7 @@ const FEW_WAITING: usize = 16;
 #[command(after_help = "Examples:
   robot_driver | teachtree live - --scene cell.scene.yaml
   teachtree live udp://127.0.0.1:9000 --format json
+  arm_driver | teachtree live - --binding arm.binding.yaml
   teachtree live demonstration.csv --calibration demonstration.csv --no-labels")]
 pub struct Args {
     /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, or a file. Rows are JSON objects or CSV with a header
@@ -39,6 +41,9 @@ pub struct Args {
     /// The scene; else the first line of JSON lines, or the file beside a file
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
+    /// How the columns of the log become channels (docs/bindings.md); each row is bound by itself
+    #[arg(long, value_name = "FILE")]
+    binding: Option<PathBuf>,
     /// Learn the rate and the sensors from the first seconds of the log
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
     calibrate: f64,
@@ -106,12 +111,15 @@ impl Outlet {
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = args.scene.as_ref().map(Scene::open).transpose()?;
-    let calibration = args.calibration.as_deref().map(known).transpose()?;
+    let calibration = args.calibration.as_deref().map(|path| known(path, args)).transpose()?;
+    let own = scene.as_ref().map(|scene| scene.inner().clone());
+    let binder = args.binding.as_ref().map(|path| RowBinder::open(path, own)).transpose()?;
     let mut feed = Feed::new(FeedOptions {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
         rules: args.rules.options(),
         scene,
         beside: beside(&args.source)?,
+        binder,
         calibrate_s: args.calibrate,
         calibration,
     });
@@ -136,9 +144,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Reads a calibration, or a recording to calibrate with.
-fn known(path: &Path) -> Result<Known, Failure> {
+fn known(path: &Path, args: &Args) -> Result<Known, Failure> {
     if path.extension().is_none_or(|ending| ending != "json") {
-        return Ok(Known::Recording(Log::open(path)?));
+        let options = args.binding.iter().fold(Log::options(), |options, binding| options.binding(binding));
+        let options = args.scene.iter().fold(options, |options, scene| options.scene(scene));
+        return Ok(Known::Recording(options.open(path)?));
     }
     let text = text::read(path, MAX_CALIBRATION)?;
     Ok(Known::File(Box::new(Calibration::parse(&path.display().to_string(), &text)?)))

@@ -196,6 +196,18 @@ impl RulesOptions {
         [of(Severity::Error), of(Severity::Warning)].concat()
     }
 
+    /// The same with a hand file and params for where none are given.
+    pub(crate) fn or_of_binding<'a>(
+        mut self,
+        hand_file: Option<&str>,
+        params: impl Iterator<Item = (&'a str, &'a str)>,
+    ) -> Self {
+        self.hand_file = self.hand_file.or_else(|| hand_file.map(str::to_string));
+        // A later value of a param wins over an earlier one.
+        self.params.splice(0..0, params.map(|(name, value)| (name.to_string(), value.to_string())));
+        self
+    }
+
     /// What is loaded for a log.
     pub(crate) fn request_for(mut self, log: &Log) -> Request {
         let (hand_file, params) = log.settings();

@@ -153,3 +153,52 @@ fn a_reader_that_has_gone_ends_the_program() {
     child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
     assert_eq!(said, "");
 }
+
+/// What `analyze` finds in a recording with a binding, and what `live` finds in its rows one by one.
+#[test]
+fn a_binding_applies_to_each_row() {
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let name = |file: &str| demos.join(file).display().to_string();
+    for (log, binding) in [
+        ("lift_demo_1.csv", "panda_lift.binding.yaml"),
+        ("stack_panda_demo_1.csv", "panda_stack.binding.yaml"),
+        ("nut_assembly_panda_demo_1.csv", "panda_nut_assembly.binding.yaml"),
+    ] {
+        let (log, binding) = (name(log), name(binding));
+        let analyzed = said(&teachtree_fed(&["analyze", &log, "--binding", &binding, "--format", "json"], b""));
+        let analyzed: serde_json::Value = serde_json::from_str(&analyzed).unwrap();
+        let span = |of: &serde_json::Value| {
+            format!(
+                "{} {:.3} {:.3}",
+                of["task"].as_str().unwrap(),
+                of["start_s"].as_f64().unwrap(),
+                of["end_s"].as_f64().unwrap()
+            )
+        };
+        let track = &analyzed["tracks"][0];
+        let expected: Vec<String> = track["tasks"].as_array().unwrap().iter().map(span).collect();
+        assert!(!expected.is_empty(), "{analyzed}");
+        let rows = std::fs::read(&log).unwrap();
+        let args = ["live", "-", "--binding", &binding, "--calibration", &log, "--no-labels", "--format", "json"];
+        let events = said(&teachtree_fed(&args, &rows));
+        let events = events.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
+        let found: Vec<String> = events
+            .filter(|event| event["event"] == "task" && event["final"] == true)
+            .map(|event| span(&event))
+            .collect();
+        assert_eq!(found, expected, "{log}");
+    }
+}
+
+#[test]
+fn a_binding_that_needs_the_whole_log_is_refused() {
+    let binding = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite/sawyer_lift.binding.yaml");
+    insta::assert_snapshot!(
+        refused(&["--binding", binding.to_str().unwrap()], "t\n0\n").replace(binding.to_str().unwrap(), "BINDING")
+    );
+    let binding = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite/panda_lift.binding.yaml");
+    insta::assert_snapshot!(
+        refused(&["--binding", binding.to_str().unwrap()], "t,cube_p\n0,1\n")
+            .replace(binding.to_str().unwrap(), "BINDING")
+    );
+}

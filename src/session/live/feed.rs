@@ -6,6 +6,7 @@ use crate::session::error::Error;
 use crate::session::log::{Log, Scene};
 use crate::session::rules::RulesOptions;
 use crate::stream::OpenRequest;
+use crate::stream::bind::RowBinder;
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names::split_unit;
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
@@ -34,6 +35,8 @@ pub struct FeedOptions {
     pub scene: Option<Scene>,
     /// The bodies where no line of the log has them.
     pub beside: Option<Scene>,
+    /// How the rows of another log become channels.
+    pub binder: Option<RowBinder>,
     /// For how long rows are kept to calibrate with, s.
     pub calibrate_s: f64,
     /// What is known instead.
@@ -51,6 +54,10 @@ pub enum Known {
 /// A live log, line by line.
 pub struct Feed {
     options: FeedOptions,
+    /// Whether the binding fits a row that has come.
+    is_bound: bool,
+    /// What was said of rows that were bound.
+    said: BTreeSet<String>,
     /// The scene of the first line.
     scene: Option<Scene>,
     line: u64,
@@ -149,9 +156,14 @@ impl Beginning {
 
 impl Feed {
     /// Nothing was read yet.
-    pub fn new(options: FeedOptions) -> Self {
+    pub fn new(mut options: FeedOptions) -> Self {
         let state = State::Calibrating(Box::new(Beginning::new(&options.name)));
-        Self { options, scene: None, line: 0, bad: 0, form: Form::Unknown, state }
+        if let Some(binder) = &options.binder {
+            options.scene = Some(Scene::of(binder.scene().clone()));
+            options.rules = options.rules.or_of_binding(binder.hand_file(), binder.params());
+        }
+        let (is_bound, said) = (options.binder.is_none(), BTreeSet::new());
+        Self { options, is_bound, said, scene: None, line: 0, bad: 0, form: Form::Unknown, state }
     }
 
     /// Takes a line. A line that is no row is an issue.
@@ -166,13 +178,17 @@ impl Feed {
             return Ok(vec![]);
         }
         if matches!(self.form, Form::Unknown) && !line.trim_ascii_start().starts_with(b"{") {
-            self.form = Form::Csv(header(line).map_err(|message| self.error(message))?);
+            let titles = header(line, self.options.binder.as_ref());
+            self.form = Form::Csv(titles.map_err(|message| self.error(message))?);
             return Ok(vec![]);
         }
         let read = match self.row(line) {
             Ok(Some(row)) => {
                 self.find_scene()?;
-                self.take(&row, line.len())
+                self.bound(row).and_then(|(row, mut events)| {
+                    events.extend(self.take(&row, line.len())?);
+                    Ok(events)
+                })
             }
             Ok(None) => return Ok(vec![]),
             Err(message) => Err(Refused::Line(message)),
@@ -279,6 +295,26 @@ impl Feed {
         }
     }
 
+    /// A row with the names of channels, and what is new about it.
+    fn bound(&mut self, row: InMemoryTable) -> Result<(InMemoryTable, Vec<LiveEvent>), Refused> {
+        let Some(binder) = &mut self.options.binder else { return Ok((row, vec![])) };
+        match binder.bind(&row) {
+            Ok((row, issues)) => {
+                self.is_bound = true;
+                let mut events = vec![];
+                for issue in issues {
+                    if self.said.len() < MOST_PENDING && self.said.insert(issue.message.clone()) {
+                        events.extend(self.issue(issue.kind, issue.message));
+                    }
+                }
+                Ok((row, events))
+            }
+            // What does not fit the first row is a mistake of the binding.
+            Err(error) if !self.is_bound => Err(Refused::Log(Error::new(error, ErrorKind::Binding))),
+            Err(error) => Err(Refused::Line(error.message)),
+        }
+    }
+
     /// The scene that was named, else that of the first line, else the one beside the log.
     fn find_scene(&self) -> Result<&Scene, Error> {
         let Self { options, scene, .. } = self;
@@ -382,13 +418,14 @@ fn stamp_s(row: &InMemoryTable) -> Option<f64> {
 }
 
 /// The titles of a table.
-fn header(line: &[u8]) -> Result<Vec<String>, String> {
+fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String> {
     let header = cells(line)?;
     let mut seen = BTreeSet::new();
     if let Some(title) = header.iter().find(|title| !seen.insert(title.as_str())) {
         return Err(format!("the column `{title}` is there twice"));
     }
-    if !header.iter().any(|title| split_unit(title).0 == "time") {
+    // A binding says which column has the stamps.
+    if binder.is_none() && !header.iter().any(|title| split_unit(title).0 == "time") {
         return Err("expected a JSON object, or titles of columns with `time` among them".into());
     }
     Ok(header)

@@ -9,11 +9,14 @@ mod placed;
 mod places;
 mod resample;
 mod rotations;
+mod rows;
 mod sensors;
 pub mod template;
 mod tool;
 
 pub use apply::bind;
+pub use rows::RowBinder;
+
 pub use pattern::{Columns, Filling, Offset, Pattern, Template, Threshold};
 
 use crate::base::error::InputError;
