@@ -133,6 +133,12 @@ fn no_command_prints_what_steers_a_terminal() {
         &["analyze", log, "--mcap", &format!("{HOSTILE}.mcap")],
         &["analyze", log, "--mcap", HOSTILE],
         &["analyze", log, "--mcap", "a.mcap", "--signals", HOSTILE],
+        &["analyze", log, "--mcap", "a.mcap", "--into"],
+        &["analyze", log, "--trace", &format!("{HOSTILE}.json"), "--signals", HOSTILE],
+        &["audit", HOSTILE],
+        &["audit", both, bound[0], bound[1], "--page", "audit.html", "--keep", HOSTILE],
+        &["audit", set, bound[0], bound[1], "--format", "csv", "--rest", HOSTILE],
+        &["audit", hdf5, bound[0], bound[1], "--mask", HOSTILE, "--allow", HOSTILE],
     ];
     for args in commands {
         let output = teachtree_in(folder.path(), args);
