@@ -43,6 +43,13 @@ impl fmt::Display for Lack {
     }
 }
 
+impl fmt::Display for Step {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let last = if self.last { "last " } else { "" };
+        write!(f, "{last}{} of {}", if self.end { "end" } else { "start" }, self.what())
+    }
+}
+
 /// What a step looks like, for messages.
 const FORM: &str = "`start of Grasp of cube` or `end of Insert of peg into holder`";
 
@@ -99,7 +106,20 @@ impl Step {
     /// # Errors
     /// Why it does not rise.
     pub fn row(&self, analysis: &Analysis) -> Result<usize, Lack> {
-        let mut spans: Vec<Range<usize>> = Vec::new();
+        let spans: Vec<Range<usize>> = self.spans(analysis).into_iter().map(|(.., rows)| rows).collect();
+        if spans.is_empty() {
+            return Err(Lack::Nothing(self.what()));
+        }
+        let key = |rows: &Range<usize>| if self.end { rows.end } else { rows.start };
+        // A signal that is 1 from the first row on does not rise, and one that would rise behind the last row neither.
+        let rows = spans.iter().map(key).filter(|row| (1..analysis.rows).contains(row));
+        let row = if self.last { rows.max() } else { rows.min() };
+        row.ok_or_else(|| Lack::CutOff(self.what()))
+    }
+
+    /// The segments and tasks that it is about: who does it, what with, and the rows.
+    pub fn spans<'a>(&self, analysis: &'a Analysis) -> Vec<(Who, &'a Subject, Range<usize>)> {
+        let mut spans = Vec::new();
         for track in &analysis.tracks {
             let by = match track.who {
                 Who::Hand(side) => Some(side),
@@ -110,18 +130,11 @@ impl Step {
                 continue;
             }
             let segments = track.relabeled.iter().filter(|segment| self.is(&segment.primitive, &segment.subject));
-            spans.extend(segments.map(|segment| segment.rows.clone()));
+            spans.extend(segments.map(|segment| (track.who, &segment.subject, segment.rows.clone())));
             let tasks = track.tasks.iter().filter(|task| self.is(&task.task, &task.subject));
-            spans.extend(tasks.map(|task| task.rows.clone()));
+            spans.extend(tasks.map(|task| (track.who, &task.subject, task.rows.clone())));
         }
-        if spans.is_empty() {
-            return Err(Lack::Nothing(self.what()));
-        }
-        let key = |rows: &Range<usize>| if self.end { rows.end } else { rows.start };
-        // A signal that is 1 from the first row on does not rise, and one that would rise behind the last row neither.
-        let rows = spans.iter().map(key).filter(|row| (1..analysis.rows).contains(row));
-        let row = if self.last { rows.max() } else { rows.min() };
-        row.ok_or_else(|| Lack::CutOff(self.what()))
+        spans
     }
 
     fn is(&self, name: &str, subject: &Subject) -> bool {

@@ -4,6 +4,8 @@
 mod hdf5;
 #[cfg(feature = "parquet")]
 mod lerobot;
+#[cfg(feature = "hdf5")]
+mod task_spec;
 
 use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
@@ -19,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// Options of `annotate`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
+    after_help = "Examples:\n  teachtree annotate my_set -o my_set_labeled --binding arm.binding.yaml\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --words '{name} the {object}' --words Translate='carry the {object}'\n  teachtree annotate my_set -o labeled --binding arm.binding.yaml --legacy --sarm\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding sim.binding.yaml --signal grasp='start of Grasp of nut' --signal insert='end of Insert of nut into peg'\n  teachtree annotate demos.hdf5 -o prepared.hdf5 --binding with_signals.binding.yaml --task-spec task.json\nThe set itself is never changed. Labels that it has are kept; those of a style that is to be written make an error unless --replace.\nExit status: 0 fine, 2 bad usage or input, 3 some recordings failed and have no labels in the copy."
 )]
 pub struct Args {
     /// A LeRobot set of version 2.0 to 3.0, or an HDF5 file of many recordings
@@ -53,12 +55,18 @@ pub struct Args {
     /// LeRobot: write `meta/lerobot_annotations.json`, which the annotation tab of LeRobot's visualizer opens and `score --labels` reads
     #[arg(long)]
     prelabels: bool,
-    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated
+    /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; the `signals` of the binding when left out
     #[arg(long, value_name = "NAME=STEP")]
     signal: Vec<String>,
     /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic
     #[arg(long, value_name = "NAME=STEP")]
     start_signal: Vec<String>,
+    /// HDF5: write the specification of the task for what generates data: `.json` for MimicGen, `.yaml` for AutoData
+    #[arg(long, value_name = "FILE")]
+    task_spec: Option<PathBuf>,
+    /// HDF5: what the file calls a body of the scene, for --task-spec; may be repeated
+    #[arg(long, value_name = "BODY=NAME", value_parser = super::rules::name_and_value)]
+    object_ref: Vec<(String, String)>,
     /// HDF5: whose layout; that which the file has when left out, or MimicGen's
     #[arg(long, value_enum)]
     layout: Option<LayoutArg>,
@@ -93,7 +101,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     refuse_place(args)?;
     if args.data.is_dir() && formats::is_set(&args.data) {
         let signals = !args.signal.is_empty() || !args.start_signal.is_empty() || args.layout.is_some();
-        refuse_options(args, signals, "--signal, --start-signal and --layout are of HDF5 files")?;
+        let signals = signals || args.task_spec.is_some() || !args.object_ref.is_empty();
+        let message = "--signal, --start-signal, --task-spec, --object-ref and --layout are of HDF5 files";
+        refuse_options(args, signals, message)?;
         #[cfg(feature = "parquet")]
         return lerobot::run(args);
     }

@@ -18,6 +18,7 @@ mod observability;
 mod rules;
 mod run;
 pub(crate) mod score;
+pub(crate) mod signals;
 mod streaming;
 mod table;
 

@@ -5,6 +5,7 @@ use super::error::{Diagnostic, Error};
 use super::log::Log;
 use super::observability::{self, Observability};
 use super::run;
+use super::signals;
 use crate::base::diagnostic::Severity;
 use crate::graph::lower;
 use crate::language::{self, Request};
@@ -175,7 +176,9 @@ impl RulesOptions {
     /// # Errors
     /// [`ErrorKind::Rules`](crate::ErrorKind::Rules), with the diagnostics.
     pub fn for_log(self, log: &Log) -> Result<Rules, Error> {
-        Rules::load(&self.request_for(log))
+        let rules = Rules::load(&self.request_for(log))?;
+        signals::check_binding(log, &rules)?;
+        Ok(rules)
     }
 
     /// Loads the rules without a log; `contact.rules` where none are named.

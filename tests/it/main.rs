@@ -58,6 +58,8 @@ mod live_program;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
 mod many_logs;
+#[cfg(feature = "hdf5")]
+mod mimicgen;
 #[cfg(feature = "cli")]
 mod primitives;
 mod program;

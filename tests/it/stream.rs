@@ -7,7 +7,7 @@ mod channel_names;
 mod constants;
 mod convex;
 mod derived;
-mod formats;
+pub mod formats;
 mod implausible;
 mod jumps;
 mod learned;

@@ -83,6 +83,12 @@ pub struct Binding {
     /// Forces that count as they are, although they stay constant.
     #[serde(default)]
     pub trust: Vec<String>,
+    /// Signals by which parts of a demonstration end, with when they rise: `start of Grasp of cube`.
+    #[serde(default)]
+    pub signals: IndexMap<String, String>,
+    /// Signals by which parts begin.
+    #[serde(default)]
+    pub start_signals: IndexMap<String, String>,
     /// The bodies and hands; beside the log when left out.
     #[serde(default)]
     pub scene: Option<Scene>,
@@ -228,6 +234,11 @@ impl BindingFile {
             })?;
         }
         Ok(file)
+    }
+
+    /// The place `file:line:column` of the value at a path of keys.
+    pub fn place(&self, keys: &[&str]) -> String {
+        yaml::place(&self.text, &self.name, keys)
     }
 
     /// An error about a key: the place is where the key first stands.

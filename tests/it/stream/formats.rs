@@ -1,7 +1,7 @@
 //! Readers: files of every format in, tables and recordings out.
 
 #[cfg(feature = "hdf5")]
-mod arrays;
+pub mod arrays;
 #[cfg(feature = "parquet")]
 mod columnar;
 mod damaged;

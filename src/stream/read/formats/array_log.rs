@@ -15,6 +15,43 @@ pub(super) const MAX_RATE_HZ: f64 = 1e5;
 /// Names of arrays that are the stamps of their recording.
 const TIMES: [&str; 4] = ["time", "timestamp", "timestamps", "t"];
 
+/// How much the arrays of a file may become in memory, in bytes: so many times the file, and a little that every file may have.
+pub(super) struct Budget {
+    left: u64,
+    /// For all arrays.
+    pub whole: u64,
+}
+
+impl Budget {
+    /// How many bytes a byte of the file may become: deflate compresses by a factor of 1032 at best.
+    const EXPANSION: u64 = 1100;
+    /// How many bytes every file may become: what is constant compresses better than that.
+    const ALWAYS: u64 = 16 << 20;
+    /// What is said of an array that does not fit.
+    pub const REFUSED: &str = "promises more data than the file can hold";
+
+    /// That of a file of this size.
+    pub fn new(file_size: u64) -> Self {
+        let whole = file_size.saturating_mul(Self::EXPANSION).saturating_add(Self::ALWAYS);
+        Self { left: whole, whole }
+    }
+
+    /// Whether an array fits beside those that were taken before; then it is taken. `size` is that of an element in the file.
+    pub fn take(&mut self, elements: Option<usize>, size: usize, texts: bool) -> bool {
+        // Numbers take 8 bytes; a text has a head beside its bytes.
+        let size = if texts { size.saturating_add(32) } else { size.max(8) };
+        let bytes = elements.and_then(|count| count.checked_mul(size)).and_then(|bytes| u64::try_from(bytes).ok());
+        let left = bytes.and_then(|bytes| self.left.checked_sub(bytes));
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
+    /// Whether so many bytes fit.
+    pub fn has(&self, bytes: Option<usize>) -> bool {
+        bytes.is_some_and(|bytes| bytes as u64 <= self.whole)
+    }
+}
+
 /// The values of an array, row by row.
 pub(super) trait Values {
     /// The numbers of the first row, or of all rows.
@@ -146,6 +183,8 @@ pub(super) struct Recording {
     pub arrays: Vec<Array>,
     /// How many rows it has.
     pub rows: usize,
+    /// How many bytes its columns may have.
+    pub most: u64,
     /// The rate, where it is known, Hz.
     pub rate_hz: Option<f64>,
     /// The stamps, where no array has them.
@@ -160,8 +199,8 @@ impl Recording {
     /// # Errors
     /// When no array has a row a sample, or there are too many columns.
     pub fn source(mut self) -> Result<Source, InputError> {
-        let Self { place, rows, .. } = &self;
-        let (place, rows) = (place.clone(), *rows);
+        let Self { place, rows, most, .. } = &self;
+        let (place, rows, most) = (place.clone(), *rows, *most);
         let is_time = |array: &Array| TIMES.contains(&array.name.as_str()) && array.rows == rows;
         if self.arrays.iter().any(is_time) {
             self.time = None;
@@ -192,7 +231,7 @@ impl Recording {
         let mut sheets = vec![self.sheet("")];
         for (rows, arrays) in others {
             let place = format!("{place} rows_{rows}");
-            let other = Self { place, arrays, rows, rate_hz: None, time: None, computed: None };
+            let other = Self { place, arrays, rows, most, rate_hz: None, time: None, computed: None };
             sheets.push(other.sheet(&format!("rows_{rows}")));
         }
         let columns: usize = sheets.iter().map(|sheet| sheet.header.len()).sum();
@@ -214,6 +253,11 @@ impl Recording {
     fn memory(self, wants: &[Want]) -> Result<InMemoryTable, InputError> {
         let wanted = wants.iter().filter(|want| **want != Want::Nothing).count();
         check_size(&self.place, self.rows, wanted)?;
+        // What is said once is held on all rows, which a damaged file may promise.
+        if wanted.saturating_mul(self.rows).saturating_mul(8) as u64 > self.most {
+            let message = format!("{} columns of {} rows are more data than the file can hold", wanted, self.rows);
+            return Err(InputError::new(self.place, message));
+        }
         let mut memory = InMemoryTable::new(&self.place);
         let mut wants = wants.iter();
         if let Some(time) = self.time {

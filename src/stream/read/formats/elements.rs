@@ -153,35 +153,3 @@ fn half(bits: u16) -> f64 {
     };
     if bits >> 15 == 1 { -size } else { size }
 }
-
-/// How many numbers arrays may become: their bytes in memory are at most so many times those of the file, and a little that every file may have.
-pub(super) struct Budget(u64);
-
-impl Budget {
-    /// How many bytes a byte of the file may become: deflate compresses by a factor of 1032 at best.
-    const EXPANSION: u64 = 1100;
-    /// How many bytes every file may become: what is constant compresses better than that.
-    const ALWAYS: u64 = 16 << 20;
-    /// What an array is told that does not fit.
-    pub const REFUSED: &str = "promises more data than the file can hold";
-
-    /// That of a file of this size.
-    pub fn new(file_size: u64) -> Self {
-        Self(file_size.saturating_mul(Self::EXPANSION).saturating_add(Self::ALWAYS))
-    }
-
-    /// Whether an array with so many elements fits beside those that were taken before; then it is taken.
-    pub fn take(&mut self, elements: Option<usize>, element: Element) -> bool {
-        // A text has a head beside its bytes.
-        let size = if element.is_text() { element.size.saturating_add(32) } else { 8.max(element.size) };
-        let bytes = elements.and_then(|count| count.checked_mul(size)).and_then(|bytes| u64::try_from(bytes).ok());
-        let left = bytes.and_then(|bytes| self.0.checked_sub(bytes));
-        self.0 = left.unwrap_or(self.0);
-        left.is_some()
-    }
-
-    /// Whether so many bytes fit in what is left.
-    pub fn has(&self, bytes: Option<usize>) -> bool {
-        bytes.is_some_and(|bytes| bytes as u64 <= self.0)
-    }
-}

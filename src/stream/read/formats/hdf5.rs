@@ -3,12 +3,12 @@
 //! The layouts of robosuite, robomimic, MimicGen, Isaac Lab, LIBERO and ManiSkill have a group a recording; a file of ALOHA, ACT or EgoDex is one
 //! recording. A data set is called by its path below the recording (`obs/robot0_eef_pos[0]`); those with another number of rows than most are a
 //! sheet of their own (`rows_1102.user_info/0/zoom`). Shapes are checked before data are read, and no data set is read that promises more than
-//! [`EXPANSION`] bytes a byte of the file.
+//! [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
 mod mujoco;
 
-use super::array_log::{self, Array, Computed, Recording, rate, rows};
+use super::array_log::{self, Array, Budget, Computed, Recording, rate, rows};
 use super::arrays::width;
 use super::guard::guarded;
 use super::many::{MAX_RECORDINGS, choose, number_of};
@@ -20,9 +20,6 @@ use serde_json::Value;
 use std::io::Read as _;
 use std::path::Path;
 
-/// How many bytes a byte of the file may become, and how many bytes every file may: deflate compresses by a factor of 1032 at best.
-const EXPANSION: u64 = 1100;
-const ALWAYS: u64 = 1 << 20;
 /// How deep groups may be nested.
 const DEEPEST: usize = 12;
 /// The first bytes of a file.
@@ -119,17 +116,18 @@ impl Container {
             described.push(self.file.group("data").and_then(|data| data.attrs()).map_err(failed)?);
         }
         let described: Vec<Described> = described.iter().map(Described::new).collect();
-        let most = self.file.file_size().saturating_mul(EXPANSION).saturating_add(ALWAYS);
+        let mut budget = Budget::new(self.file.file_size());
         let arrays: Vec<Array> = found
             .into_iter()
-            .filter_map(|(name, dataset)| array(&place, name, dataset, most).transpose())
+            .filter_map(|(name, dataset)| array(&place, name, dataset, &mut budget).transpose())
             .collect::<Result<_, _>>()?;
         let rows = rows(&arrays, described.first().and_then(|own| own.samples));
         let model = described.iter().find_map(|attrs| attrs.model.clone());
         let states = arrays.iter().find(|array| array.name == "states" && array.rows == rows);
         let states = states.and_then(|states| Some((states.width(), states.numbers()?)));
         let rate_hz = described.iter().find_map(|attrs| attrs.rate_hz);
-        let mut recording = Recording { place, arrays, rows, rate_hz, time: None, computed: None };
+        let most = budget.whole;
+        let mut recording = Recording { place, arrays, rows, most, rate_hz, time: None, computed: None };
         if let Some((width, states)) = states
             && described.iter().any(|attrs| attrs.robosuite)
         {
@@ -213,7 +211,7 @@ impl Described {
 }
 
 /// A data set as an array, if it is of a kind that a log can have.
-fn array(place: &str, name: String, dataset: Dataset, most: u64) -> Result<Option<Array>, InputError> {
+fn array(place: &str, name: String, dataset: Dataset, budget: &mut Budget) -> Result<Option<Array>, InputError> {
     let failed = |error: Error| damaged(place, &error);
     let shape = dataset.shape().map_err(failed)?;
     let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
@@ -224,20 +222,17 @@ fn array(place: &str, name: String, dataset: Dataset, most: u64) -> Result<Optio
         _ => false,
     };
     let Some(width) = width(dimensions).filter(|width| !texts || *width == 1) else { return Ok(None) };
-    let fits = |elements: Option<u64>, size: u64| {
-        elements.and_then(|count| count.checked_mul(size)).is_some_and(|bytes| bytes <= most)
-    };
-    let size = dataset.element_size().map_err(failed)?;
+    let size = usize::try_from(dataset.element_size().map_err(failed)?).unwrap_or(usize::MAX);
     let chunk = dataset.chunk_shape().map_err(failed)?.unwrap_or_default();
-    let chunk = chunk.iter().try_fold(1_u64, |product, size| product.checked_mul(*size));
+    let chunk = chunk.iter().try_fold(size, |product, size| product.checked_mul(usize::try_from(*size).ok()?));
     let refused = |reason: &str| Ok(Some(Array::refused(name.clone(), *rows, dimensions, reason)));
     if has_other_filter(&dataset) {
         return refused("is compressed by a filter that is not read here, expected gzip, lzf, shuffle or scale-offset");
     }
-    if !fits((*rows as u64).checked_mul(width as u64), size) || !fits(chunk, size) {
-        return refused("promises more data than the file can hold");
+    if !budget.take(rows.checked_mul(width), size, texts) || !budget.has(chunk) {
+        return refused(Budget::REFUSED);
     }
-    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most });
+    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most: budget.whole });
     Array::new(name, *rows, dimensions, texts, values).map(Some)
 }
 

@@ -1,9 +1,9 @@
 //! NumPy's files: `.npz`, `.npy`, and folders of `.npy`. Each array with a row a sample has columns by its name, as the data sets of HDF5 have; the fields
 //! of structured arrays are arrays of their own. A file with one array calls it `arr_0`, as `numpy.savez` does.
 
-use super::array_log::{self, Array, MAX_RATE_HZ, Recording, rows};
+use super::array_log::{self, Array, Budget, MAX_RATE_HZ, Recording, rows};
 use super::arrays::width;
-use super::elements::{Budget, Element};
+use super::elements::Element;
 use super::guard::guarded;
 use crate::base::error::InputError;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
@@ -125,7 +125,7 @@ fn arrays(place: &str, mut found: Vec<(String, Place)>, size: u64) -> Result<Sou
             };
             let texts = element.is_text();
             let Some(width) = width(&dimensions).filter(|width| !texts || *width == 1) else { continue };
-            let fits = budget.take(rows.checked_mul(width), element) && budget.has(header.bytes());
+            let fits = budget.take(rows.checked_mul(width), element.size, texts) && budget.has(header.bytes());
             if !fits {
                 arrays.push(Array::refused(name, *rows, &dimensions, Budget::REFUSED));
                 continue;
@@ -136,7 +136,8 @@ fn arrays(place: &str, mut found: Vec<(String, Place)>, size: u64) -> Result<Sou
         }
     }
     let rows = rows(&arrays, None);
-    Recording { place: place.into(), arrays, rows, rate_hz, time: None, computed: None }.source()
+    let most = budget.whole;
+    Recording { place: place.into(), arrays, rows, most, rate_hz, time: None, computed: None }.source()
 }
 
 /// The rate that an array of one number says, by its name.

@@ -9,9 +9,8 @@ mod codecs;
 mod metadata;
 mod store;
 
-use super::array_log::{self, Array, Recording, rate, rows};
+use super::array_log::{self, Array, Budget, Recording, rate, rows};
 use super::arrays::width;
-use super::elements::Budget;
 use super::guard::guarded;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
@@ -147,7 +146,7 @@ impl Container {
         }
         self.check_count(array.rows())?;
         let mut budget = Budget::new(self.store.size()?);
-        if !budget.take(Some(array.rows()), array.element()) {
+        if !budget.take(Some(array.rows()), array.element().size, false) {
             return Err(wrong(Budget::REFUSED.into()));
         }
         let values = array.numbers(0..array.rows())?;
@@ -244,7 +243,8 @@ impl Container {
                     if count == 0 {
                         continue;
                     }
-                    let fits = budget.take(count.checked_mul(width), element) && budget.has(array.chunk_bytes());
+                    let fits = budget.take(count.checked_mul(width), element.size, element.is_text())
+                        && budget.has(array.chunk_bytes());
                     arrays.push(if fits {
                         let values = Box::new(Values { array, rows });
                         Array::new(name, count, &dimensions, element.is_text(), values)?
@@ -255,7 +255,8 @@ impl Container {
             }
         }
         let rows = rows(&arrays, samples);
-        Recording { place, arrays, rows, rate_hz, time: None, computed: None }.source()
+        let most = budget.whole;
+        Recording { place, arrays, rows, most, rate_hz, time: None, computed: None }.source()
     }
 }
 

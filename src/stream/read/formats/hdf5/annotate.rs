@@ -98,6 +98,23 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
     folder.commit_file(name)
 }
 
+/// The bodies that the recordings of a file have poses of, as MimicGen or Isaac Lab Mimic keep them; by name, none where there are none.
+///
+/// # Errors
+/// When the file is damaged.
+pub fn bodies(path: &Path) -> Result<Vec<String>, InputError> {
+    let place = path.display().to_string();
+    guarded(&place, || {
+        let Container { file, parent, names, .. } = Container::open(path)?;
+        let groups = [format!("{MIMICGEN}/object_poses"), format!("{ISAAC}/object_pose")];
+        let first = names.first().map(|name| format!("{parent}{name}")).unwrap_or_default();
+        let found = groups.iter().find_map(|group| file.group(&format!("{first}/{group}")).ok());
+        let mut bodies = found.map(|group| group.datasets()).transpose().map_err(|error| damaged(&place, &error))?;
+        bodies.iter_mut().for_each(|names| names.sort());
+        Ok(bodies.unwrap_or_default())
+    })
+}
+
 fn unwritable(place: &str, error: &Error) -> InputError {
     let help = "`h5repack` of the HDF5 tools may make a file of it that can be";
     InputError::new(place, format!("cannot be copied with signals: {error}")).help(help)
