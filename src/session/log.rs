@@ -259,7 +259,7 @@ impl Column {
 fn source(name: &str, columns: impl IntoIterator<Item = Column>) -> Result<Source, InputError> {
     let mut memory = InMemoryTable::new(name);
     for Column { title, cells } in columns {
-        let rows = cells.len();
+        let rows = cells.rows();
         let wrong = |message: String| InputError::new(format!("{name} column {title}"), message);
         if memory.columns().contains_key(&title) {
             return Err(wrong("the column is there twice".into()).help("keep one of them, or rename the other"));

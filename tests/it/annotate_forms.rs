@@ -146,7 +146,7 @@ fn the_schema_of_arrow_has_the_new_columns() {
     assert!(of("copy", "ARROW:schema").len() > of("set", "ARROW:schema").len() + 400);
     let features: Value = serde_json::from_str(&of("copy", "huggingface")).unwrap();
     let features = features["info"]["features"].as_object().unwrap();
-    assert_eq!(features.keys().last().unwrap(), "language_persistent");
+    assert_eq!(features.keys().next_back().unwrap(), "language_persistent");
     assert_eq!(features["observation.state"]["length"], 68);
 }
 

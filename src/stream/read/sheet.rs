@@ -24,7 +24,7 @@ pub enum Cells {
 
 impl Cells {
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub fn rows(&self) -> usize {
         match self {
             Self::Texts(texts) => texts.len(),
             numbers => numbers.numbers().map_or(0, <[f64]>::len),
@@ -162,7 +162,7 @@ impl InMemoryTable {
 
     /// Adds a whole column; it may be shorter than others.
     pub fn push_column(&mut self, name: String, cells: Cells) {
-        self.rows = self.rows.max(cells.len());
+        self.rows = self.rows.max(cells.rows());
         self.columns.insert(name, cells);
     }
 
