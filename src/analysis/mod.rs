@@ -12,6 +12,7 @@ pub mod audit;
 pub mod confidence;
 pub mod coverage;
 pub mod csv;
+pub mod eaf;
 pub mod expect;
 pub mod explain;
 pub mod fit;

@@ -84,8 +84,10 @@ pub enum Format {
     Text,
     /// `teachtree.analysis/2` (docs/formats.md); a document per line when there are several recordings
     Json,
-    /// A table of segments and tasks
+    /// A table of segments and tasks, which `score --labels` reads too
     Csv,
+    /// A file of ELAN, which `score --labels` reads too (one recording only, or with `--out-dir`)
+    Eaf,
 }
 
 /// A part of the recordings: every `of`-th one, so that all parts have large and small ones.
@@ -124,6 +126,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let logs: Vec<PathBuf> = found.map(|(_, found)| found.log).collect();
     if args.report.is_some() && logs.len() > 1 {
         return Err(InputError::new("--report", "a report is of one recording, found several").into());
+    }
+    if args.format == Format::Eaf && logs.len() > 1 {
+        return Err(InputError::new("--format", "a file of ELAN is of one recording, found several")
+            .help("name a folder with --out-dir, which gets a file for each")
+            .into());
     }
     if args.frames.is_some() && logs.len() > 1 {
         return Err(InputError::new("--frames", "a table of frames is of one recording, found several").into());
@@ -188,10 +195,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                     0
                 };
                 out.push_str(&text[header..]);
-                // Only a table has no place for them.
-                if args.format == Format::Csv && alone && !kinds.is_empty() {
+                // Only tables and files of ELAN have no place for them.
+                let has_no_place = matches!(args.format, Format::Csv | Format::Eaf);
+                if has_no_place && alone && !kinds.is_empty() {
                     args.many.warn(&omitted(log, &kinds));
-                } else if args.format == Format::Csv {
+                } else if has_no_place {
                     let each = kinds.iter().flat_map(|(kind, count)| std::iter::repeat_n(kind.name(), *count));
                     issues.add(&log.display().to_string(), each);
                 }
@@ -283,6 +291,7 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
         Format::Json if alone => analysis.json(),
         Format::Json => analysis.json_line(),
         Format::Csv => analysis.csv()?,
+        Format::Eaf => analysis.eaf(),
     };
     let mut kinds = BTreeMap::new();
     for issue in analysis.issues() {

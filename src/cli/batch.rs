@@ -115,6 +115,7 @@ fn places(args: &Args, folder: &Path, logs: &[Found], files: &[PathBuf]) -> Resu
         Format::Text => "txt",
         Format::Json => "json",
         Format::Csv => "csv",
+        Format::Eaf => "eaf",
     };
     // What is in a folder of recordings would be taken for one the next time.
     let whole_place = |path: &Path| {
@@ -160,6 +161,10 @@ fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
     digest.text(VERSION);
     digest.text(&format!("{:?}", args.format));
     digest.text(if args.confidence { "confidence" } else { "" });
+    if args.format == Format::Text {
+        // Lines are as long as the terminal, or `COLUMNS`, allows.
+        digest.text(&output::width().to_string());
+    }
     for (_, text) in SHIPPED {
         digest.text(text);
     }

@@ -4,7 +4,7 @@ use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::session::Labels;
-use crate::session::score::MAX_TEXT;
+use crate::session::score::{MAX_TEXT, is_of_several};
 use crate::stream::read::text;
 use std::path::{Path, PathBuf};
 
@@ -32,7 +32,7 @@ impl From<TrackArg> for Who {
 /// Options that name the truth.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct TruthArgs {
-    /// True labels instead of those in the logs; a folder for `LOG.labels.csv` or `LOG_segments.csv` of each log
+    /// True labels instead of those in the logs: a table, also of `analyze --format csv`; a file of ELAN; a LeRobot set with `meta/lerobot_annotations.json`; a folder with a file for each log
     #[arg(long, value_name = "FILE")]
     pub labels: Option<PathBuf>,
     /// Whom labels without a column `track` are about
@@ -46,12 +46,12 @@ pub struct TruthArgs {
 impl TruthArgs {
     /// Refuses one label file for several recordings.
     pub fn check(&self, logs: usize) -> Result<(), InputError> {
-        match self.labels.as_ref().filter(|labels| logs > 1 && !labels.is_dir()) {
+        match self.labels.as_ref().filter(|labels| logs > 1 && !is_of_several(labels)) {
             None => Ok(()),
             Some(labels) => {
                 let message = format!("one label file for {logs} recordings");
                 Err(InputError::new(labels.display().to_string(), message)
-                    .help("name the folder in which every log has its label file"))
+                    .help("name the folder in which every log has its label file, or a table with a column `log`"))
             }
         }
     }

@@ -3,6 +3,10 @@
 //! A template has the placeholders `{name}`, `{object}`, `{partner}` and `{hand}`; what stands in brackets is left out where a placeholder in it has nothing
 //! to stand for. Names of primitives and tasks are put in words: `peg_in_hole` as `peg in hole`, `MainGrasp(left)` as `main grasp (left)`.
 
+mod names;
+
+pub use names::Named;
+
 use crate::analysis::{Analysis, Subject, Track, UNKNOWN, Who};
 use crate::base::error::InputError;
 use std::collections::{BTreeMap, BTreeSet};

@@ -164,6 +164,11 @@ impl Analysis {
         analysis::csv::csv(&self.found, &self.meta).map_err(|error| Error::new(error, ErrorKind::Internal))
     }
 
+    /// The segments and tasks as a file of ELAN, `.eaf`: for each track a tier of primitives, one of their objects, and one of tasks.
+    pub fn eaf(&self) -> String {
+        analysis::eaf::eaf(&self.found, &self.meta)
+    }
+
     /// The timeline and lists for a terminal.
     pub fn text(&self, style: Style) -> String {
         report::text(&self.found, &self.meta, style)

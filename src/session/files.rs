@@ -10,7 +10,10 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// How files of labels end.
-pub const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
+const LABEL_ENDINGS: [&str; 2] = [".labels.csv", "_segments.csv"];
+
+/// How files end that `analyze --out-dir` writes and that have labels.
+const OUTPUT_ENDINGS: [&str; 2] = [".eaf", ".csv"];
 
 /// How logs in folders end.
 const LOG_ENDINGS: [&str; 13] =
@@ -200,4 +203,35 @@ fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) ->
         }
     }
     Ok(())
+}
+
+/// The annotations of a LeRobot set.
+const OF_SET: &str = "meta/lerobot_annotations.json";
+
+/// The label file of a log: the one that is named, or the log's own in the folder that is named.
+///
+/// # Errors
+/// When the folder has none.
+pub fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
+    if !path.is_dir() {
+        return Ok(path.into());
+    }
+    if formats::is_set(path) {
+        let of_set = path.join(OF_SET);
+        let message = format!("the data set has no labels: found no {}", of_set.display());
+        let error = || InputError::new(log.display().to_string(), message).help("`annotate --prelabels` writes it");
+        return Some(of_set.clone()).filter(|file| file.is_file()).ok_or_else(error);
+    }
+    let stem = formats::stem(log);
+    let of_log = std::fs::canonicalize(log).ok();
+    let mut places = LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS).map(|ending| path.join(format!("{stem}{ending}")));
+    // A log is not its own label file.
+    let found =
+        places.find(|place| place.is_file() && (of_log.is_none() || std::fs::canonicalize(place).ok() != of_log));
+    found.ok_or_else(|| {
+        let names = LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS).map(|ending| format!("{stem}{ending}"));
+        let names: Vec<String> = names.collect();
+        let message = format!("the log has no label file: found none of {} in {}", names.join(", "), path.display());
+        InputError::new(log.display().to_string(), message)
+    })
 }

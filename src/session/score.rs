@@ -1,8 +1,11 @@
 //! An analysis against what is true: labels of the log or of a file, and the score.
 
+#[cfg(feature = "parquet")]
+mod atoms;
+
 use super::analysis::Analysis;
 use super::error::Error;
-use super::files::LABEL_ENDINGS;
+use super::files::label_file;
 use crate::analysis::json::Meta;
 use crate::analysis::number::fixed;
 use crate::analysis::score::{self, Known, NameMap, Stage, Truth};
@@ -10,7 +13,6 @@ use crate::analysis::{Analysis as Found, Who};
 use crate::base::error::{ErrorKind, InputError};
 use crate::report;
 use crate::stream::Opened;
-use crate::stream::read::formats;
 use crate::stream::read::labels;
 use crate::stream::read::text;
 use std::fmt;
@@ -30,7 +32,8 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Labels in a file (docs/score.md), or in a folder that has `LOG.labels.csv` or `LOG_segments.csv` for the log.
+    /// Labels in a file (docs/score.md): a table, a file of ELAN, the annotations of a LeRobot set; or a folder with a file for each log: `LOG.labels.csv`,
+    /// `LOG_segments.csv`, `LOG.eaf` or `LOG.csv`.
     pub fn file(path: impl Into<PathBuf>) -> Self {
         Self { file: Some(path.into()), ..Self::default() }
     }
@@ -74,7 +77,11 @@ impl Labels {
             [track] => Some(track.who),
             _ => None,
         };
-        let labels = labels::read(&label_file(path, &opened.log)?, &opened.row_time)?;
+        let labels = match label_file(path, &opened.log)? {
+            #[cfg(feature = "parquet")]
+            file if is_of_set(&file) => atoms::read(&file, opened, map, known)?,
+            file => labels::read(&file, &opened.log, &opened.row_time)?,
+        };
         let mut warnings = Vec::new();
         if labels.contradicted_s > 0.0 {
             let time = fixed(labels.contradicted_s, 3);
@@ -95,20 +102,16 @@ fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
 /// The largest map, sequences or labels that are read, bytes.
 pub const MAX_TEXT: u64 = 256 << 20;
 
-/// The label file of a log: the one that is named, or the log's own in the folder that is named.
-fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
-    if !path.is_dir() {
-        return Ok(path.into());
-    }
-    let stem = formats::stem(log);
-    let places = LABEL_ENDINGS.map(|ending| path.join(format!("{stem}{ending}")));
-    places.iter().find(|place| place.is_file()).cloned().ok_or_else(|| {
-        let [one, other] = places.each_ref().map(|place| place.display());
-        InputError::new(
-            log.display().to_string(),
-            format!("the log has no label file: found neither {one} nor {other}"),
-        )
-    })
+/// Whether one file has the labels of several logs, and says which.
+#[cfg(feature = "cli")]
+pub fn is_of_several(path: &Path) -> bool {
+    path.is_dir() || is_of_set(path) || labels::names_logs(path)
+}
+
+/// Whether a file has the labels of all episodes of a LeRobot set.
+#[cfg(any(feature = "cli", feature = "parquet"))]
+fn is_of_set(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
 }
 
 /// An analysis compared with labels ([`Analysis::score`]). `Display` writes the tables of `teachtree score`.

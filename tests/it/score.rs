@@ -7,5 +7,7 @@ mod labels;
 mod measures;
 mod names;
 mod property;
+#[cfg(all(feature = "cli", feature = "parquet"))]
+mod round_trips;
 mod tasks;
 mod written;

@@ -61,7 +61,7 @@ fn each_episode_of_a_set_is_a_recording() {
     for (choice, message) in [
         ("set#2..1", "expected the smaller number first"),
         ("set#1..3", "found 3 recordings, with numbers up to 2; `#1..3` asks for others"),
-        ("b.yaml#*", "found one recording, expected a LeRobot data set or an HDF5 file with several"),
+        ("b.yaml#*", "found one recording, expected a LeRobot data set"),
         ("none#*", "there is no such file"),
         ("set", "set#*"),
     ] {
@@ -172,6 +172,43 @@ fn a_file_is_written_for_each_recording_and_not_again() {
     assert!(complained(&output).contains("0 written to out/deep, 2 unchanged, 1 failed"), "{}", complained(&output));
     let quiet = run(&["-q"]);
     assert_eq!(complained(&quiet).lines().filter(|line| !line.contains("error") && !line.contains("help")).count(), 0);
+}
+
+/// What a file is made of: every option that changes it, and every file that is read for it, also one that another file names.
+#[test]
+fn what_changes_a_file_has_it_written_again() {
+    let folder = with_set();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("base.rules", "use \"contact.rules\"\n");
+    write("own.rules", "use \"base.rules\"\n");
+    let run = |more: &[&str], columns: &str| {
+        let args = ["analyze", "set#0", "--binding", "b.yaml", "--out-dir", "out", "--resume"];
+        let args = [&args[..], more].concat();
+        let output = crate::program::program(folder.path(), &args).env("COLUMNS", columns).output().unwrap();
+        assert!(output.status.success(), "{more:?}: {}", all_said(&output));
+        complained(&output).contains("1 unchanged")
+    };
+    let unchanged = |more: &[&str]| run(more, "100");
+    let own = ["--rules", "own.rules"];
+    for options in [
+        &[][..],
+        &["--format", "json"],
+        &["--format", "csv"],
+        &["--format", "csv", "--confidence"],
+        &["--format", "eaf"],
+        &["--set", "touch_on=0.3N"],
+        &["--set", "touch_on=0.4N"],
+        &["--hand", "hand_force.rules"],
+        &own,
+    ] {
+        assert!(!unchanged(options), "{options:?}");
+        assert!(unchanged(options), "{options:?}");
+    }
+    write("base.rules", "use \"contact.rules\"\n// Another comment.\n");
+    assert!(!unchanged(&own) && unchanged(&own));
+    assert!(!run(&own, "60") && run(&own, "60"));
+    // Options that change no file.
+    assert!(run(&[&own[..], &["--jobs", "1", "--each"]].concat(), "60"));
 }
 
 /// The parts of an array of jobs are all recordings, each once, in one folder with a list each.

@@ -28,7 +28,10 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("serde_yaml", &["src/base/yaml.rs"]),
     ("rapier3d", &["src/world/"]),
     ("parry3d", &["src/world/", "src/robot/grasp/clearance.rs"]),
-    ("roxmltree", &["src/robot/model/urdf.rs", "src/stream/read/formats/hdf5/mujoco.rs"]),
+    (
+        "roxmltree",
+        &["src/robot/model/urdf.rs", "src/stream/read/formats/hdf5/mujoco.rs", "src/stream/read/labels/eaf.rs"],
+    ),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/read/formats/"]),
     ("npyz", &["src/stream/read/formats/"]),

@@ -4,7 +4,7 @@
 //! where no span of tasks is, there is no task.
 
 use super::map::{Known, MASK, NameMap, SEPARATE};
-use crate::analysis::Who;
+use crate::analysis::{UNKNOWN, Who};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::recording::{Event, Recording};
@@ -72,7 +72,7 @@ impl Truth {
     pub fn of_labels(labels: &Labels, track: Option<Who>, map: &NameMap, known: &Known) -> Result<Self, InputError> {
         let mut tracks: Vec<TrackTruth> = Vec::new();
         for interval in &labels.intervals {
-            let place = format!("{} row {}", labels.file, interval.row);
+            let place = format!("{} {}", labels.file, interval.place);
             let who = interval.track.or(track).ok_or_else(|| {
                 InputError::new(
                     &place,
@@ -82,6 +82,8 @@ impl Truth {
             })?;
             let names = match map.get(&interval.name) {
                 Some(names) => names.to_vec(),
+                // Something was handled, in no task of the rules.
+                None if interval.kind == Kind::Task && interval.name == UNKNOWN => Vec::new(),
                 None => vec![
                     ours(interval, known)
                         .map_err(|message| known.advise(InputError::new(&place, message), &interval.name))?,

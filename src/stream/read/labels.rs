@@ -1,18 +1,24 @@
-//! Label files: who did what from when to when, as somebody else says (docs/score.md). A table in, intervals on the time base of a log out.
+//! Label files: who did what from when to when, as somebody else says (docs/score.md). A table or an ELAN file in, intervals on the time base of a log out.
 //!
 //! ```text
 //! track,label,start_s,end_s          start_frame,end_frame,surgeme
 //! right,Approach,1.2,1.9             57,141,S1
 //! ```
 //!
+//! The table that `analyze --format csv` writes is one: its `relabeled` segments are primitives, and its rows may be about several logs.
+//!
 //! Invariants: every interval is longer than nothing; those of one track and kind are in order and apart. What no row covers, and what
 //! two rows label differently, is not labeled.
 
+#[cfg(any(feature = "cli", feature = "world", feature = "hdf5"))]
+mod eaf;
+
+use super::formats::stem;
 use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::base::nearest::nearest;
 use crate::base::shown::Shown;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The most rows that are read.
@@ -23,7 +29,11 @@ const MAX_AT_ONCE: usize = 100;
 const MAX_NAME: usize = 200;
 
 /// Columns with the name of what was done.
-const NAME: [&str; 3] = ["label", "primitive", "surgeme"];
+const NAME: [&str; 4] = ["label", "primitive", "surgeme", "name"];
+/// The column with the log that a row is about.
+const LOG: &str = "log";
+/// The kind of rows that label nothing: segments before relabeling.
+const RAW: &str = "raw";
 /// Columns in seconds.
 const SECONDS: [&str; 2] = ["start_s", "end_s"];
 /// Columns in rows of the log, the first row being 0 and the end not included.
@@ -43,8 +53,8 @@ pub struct Labels {
 /// One labeled interval.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Interval {
-    /// The row of the file, the header being row 1.
-    pub row: u64,
+    /// Where it stands in the file: `row 3`, the header being row 1, or `annotation a3`.
+    pub place: String,
     /// Whose it is; `None` where the file does not say.
     pub track: Option<Who>,
     /// What is named.
@@ -66,11 +76,46 @@ pub enum Kind {
     Task,
 }
 
-/// Reads a label file; `row_time` is when each row of the log was, s.
+/// Whether the rows of a table say which log they are about, so that it may be one of several logs.
+#[cfg(feature = "cli")]
+pub fn names_logs(path: &Path) -> bool {
+    let header = ::csv::Reader::from_path(path).and_then(|mut reader| reader.headers().cloned());
+    !is_eaf(path) && header.is_ok_and(|header| header.iter().any(|title| plain(title) == LOG))
+}
+
+/// Whether a file is one of ELAN by its name.
+#[cfg(any(feature = "cli", feature = "world", feature = "hdf5"))]
+fn is_eaf(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("eaf"))
+}
+
+/// Labels of these intervals, which need not be apart; `file` is their file in messages.
 ///
 /// # Errors
-/// The first thing that cannot be read, with file, row and column.
-pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
+/// More labels for one time than are read.
+pub fn of_intervals(file: String, intervals: Vec<Interval>) -> Result<Labels, InputError> {
+    let mut tracks: BTreeMap<(Option<Who>, Kind), Vec<Interval>> = BTreeMap::new();
+    for interval in intervals {
+        tracks.entry((interval.track, interval.kind)).or_default().push(interval);
+    }
+    let mut labels = Labels { file, ..Labels::default() };
+    for mut of_track in tracks.into_values() {
+        labels.contradicted_s += apart(&mut of_track)
+            .map_err(|(place, message)| InputError::new(format!("{} {place}", labels.file), message))?;
+        labels.intervals.append(&mut of_track);
+    }
+    Ok(labels)
+}
+
+/// Reads a label file about a log; `row_time` is when each row of the log was, s.
+///
+/// # Errors
+/// The first thing that cannot be read, with file, row and column; a table about other logs.
+pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
+    #[cfg(any(feature = "cli", feature = "world", feature = "hdf5"))]
+    if is_eaf(path) {
+        return of_intervals(path.display().to_string(), eaf::read(path)?);
+    }
     let file = path.display().to_string();
     let unreadable = |error: ::csv::Error| {
         let place = error.position().map_or(file.clone(), |at| format!("{file} row {}", at.line()));
@@ -83,7 +128,9 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
         InputError::new(format!("{file} row 1"), message)
             .help("a label file has the columns `track,label,start_s,end_s` or `start_frame,end_frame,label`")
     })?;
-    let mut tracks: BTreeMap<(Option<Who>, Kind), Vec<Interval>> = BTreeMap::new();
+    let mut intervals = Vec::new();
+    let (mut others, mut is_about_log) = (BTreeSet::new(), false);
+    let wanted = (log.display().to_string(), stem(log));
     let mut rows = 0;
     for record in reader.records() {
         let record = record.map_err(unreadable)?;
@@ -100,18 +147,20 @@ pub fn read(path: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
             let title = header.get(column).map_or("", String::as_str);
             InputError::new(format!("{file} row {row} column {title}"), message)
         };
-        let interval = columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?;
-        if let Some(interval) = interval {
-            tracks.entry((interval.track, interval.kind)).or_default().push(interval);
+        if let Some(of) = columns.log.and_then(|column| record.get(column)) {
+            if wanted.0 != of && wanted.1 != stem(Path::new(of)) {
+                others.insert(of.to_string());
+                continue;
+            }
+            is_about_log = true;
         }
+        intervals.extend(columns.interval(&record, row, row_time).map_err(|(column, text)| wrong(column, text))?);
     }
-    let mut labels = Labels { file, ..Labels::default() };
-    for mut of_track in tracks.into_values() {
-        labels.contradicted_s += apart(&mut of_track)
-            .map_err(|(row, message)| InputError::new(format!("{} row {row}", labels.file), message))?;
-        labels.intervals.append(&mut of_track);
+    if let Some(other) = others.first().filter(|_| !is_about_log) {
+        let message = format!("no row is about the log {}, the first is about `{}`", wanted.0, shown(other));
+        return Err(InputError::new(file, message).help("delete the column `log` if all rows are about it"));
     }
-    Ok(labels)
+    of_intervals(file, intervals)
 }
 
 fn plain(title: &str) -> String {
@@ -120,6 +169,7 @@ fn plain(title: &str) -> String {
 
 /// Where things stand in a row.
 struct Columns {
+    log: Option<usize>,
     track: Option<usize>,
     kind: Option<usize>,
     name: usize,
@@ -150,7 +200,7 @@ impl Columns {
             (None, None) if start_s.is_some() => return Err(wanted(&["end_s"])),
             (None, None) => return Err(wanted(&["start_s and end_s", "start_frame and end_frame"])),
         };
-        Ok(Self { track: any(&["track"]), kind: any(&["kind"]), name, start, end, in_rows })
+        Ok(Self { log: any(&[LOG]), track: any(&["track"]), kind: any(&["kind"]), name, start, end, in_rows })
     }
 
     /// The interval of a row; none for a row without a name or without length. The error is a column and what is wrong there.
@@ -170,10 +220,11 @@ impl Columns {
             Who::from_name(cell(column)).ok_or_else(wrong)
         });
         let kind = match self.kind.map(|column| (column, cell(column))) {
-            None | Some((_, "primitive")) => Kind::Primitive,
+            None | Some((_, "primitive" | "relabeled")) => Kind::Primitive,
+            Some((_, RAW)) => return Ok(None),
             Some((_, "task")) => Kind::Task,
             Some((column, other)) => {
-                return Err((column, format!("found `{}`, expected primitive or task", shown(other))));
+                return Err((column, format!("found `{}`, expected primitive, relabeled, raw or task", shown(other))));
             }
         };
         let [start_s, end_s] = [self.start, self.end].map(|column| self.time(cell(column), column, row_time));
@@ -186,7 +237,14 @@ impl Columns {
         }
         let track = track.transpose()?;
         let labeled = !name.is_empty() && end_s > start_s;
-        Ok(labeled.then(|| Interval { row, track, kind, name: name.to_string(), start_s, end_s }))
+        Ok(labeled.then(|| Interval {
+            place: format!("row {row}"),
+            track,
+            kind,
+            name: name.to_string(),
+            start_s,
+            end_s,
+        }))
     }
 
     fn time(&self, cell: &str, column: usize, row_time: &[f64]) -> Result<f64, (usize, String)> {
@@ -203,7 +261,7 @@ impl Columns {
 }
 
 /// When the last row of a log ends, s: one step after it began.
-fn end_of(row_time: &[f64]) -> Option<f64> {
+pub fn end_of(row_time: &[f64]) -> Option<f64> {
     let last = *row_time.last()?;
     let before = row_time.iter().rev().find(|time| **time < last)?;
     Some(2.0 * last - before)
@@ -214,7 +272,7 @@ fn shown(cell: &str) -> String {
 }
 
 /// Sorts intervals of one track and kind by start and takes them apart. Returns how much time has labels that contradict each other, s; it is nobody's.
-fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (u64, String)> {
+fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (String, String)> {
     let mut cuts: Vec<f64> = intervals.iter().flat_map(|interval| [interval.start_s, interval.end_s]).collect();
     cuts.sort_by(f64::total_cmp);
     cuts.dedup();
@@ -228,7 +286,7 @@ fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (u64, String)> {
         while let Some(next) = coming.next_if(|next| next.start_s <= start_s) {
             if present.len() == MAX_AT_ONCE {
                 return Err((
-                    next.row,
+                    next.place,
                     format!("more than {MAX_AT_ONCE} labels for one time, at {} s", Shown(start_s)),
                 ));
             }
@@ -240,7 +298,7 @@ fn apart(intervals: &mut Vec<Interval>) -> Result<f64, (u64, String)> {
             continue;
         }
         match apart.last_mut() {
-            Some(last) if last.row == first.row && last.end_s >= start_s => last.end_s = end_s,
+            Some(last) if last.place == first.place && last.end_s >= start_s => last.end_s = end_s,
             _ => apart.push(Interval { start_s, end_s, ..first.clone() }),
         }
     }

@@ -1,6 +1,6 @@
 //! Label files: what is read, and what is said of a bad one.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use teachtree::base::hands::{Side, Who};
 use teachtree::stream::read::labels::{Kind, Labels, read};
 
@@ -12,7 +12,7 @@ fn reading(text: &str) -> Result<Labels, String> {
     let path: PathBuf = folder.path().join("labels.csv");
     std::fs::write(&path, text).unwrap();
     let folder = format!("{}/", folder.path().display());
-    read(&path, &ROW_TIME).map_err(|error| error.to_string().replace(&folder, ""))
+    read(&path, Path::new("a.csv"), &ROW_TIME).map_err(|error| error.to_string().replace(&folder, ""))
 }
 
 fn intervals(text: &str) -> Vec<(String, f64, f64)> {
@@ -25,11 +25,14 @@ fn times_are_seconds() {
     let printed: Vec<_> = labels
         .intervals
         .iter()
-        .map(|label| (label.track, label.name.as_str(), label.start_s, label.end_s, label.row))
+        .map(|label| (label.track, label.name.as_str(), label.start_s, label.end_s, label.place.as_str()))
         .collect();
     assert_eq!(
         printed,
-        [(Some(Who::Hand(Side::Left)), "Move", 0.0, 2.0, 3), (Some(Who::Hand(Side::Right)), "Grasp", 0.5, 1.25, 2)]
+        [
+            (Some(Who::Hand(Side::Left)), "Move", 0.0, 2.0, "row 3"),
+            (Some(Who::Hand(Side::Right)), "Grasp", 0.5, 1.25, "row 2")
+        ]
     );
 }
 
@@ -69,7 +72,7 @@ fn what_is_wrong_is_said_with_its_place() {
     let crowd = format!("label,start_s,end_s\n{}", "A,0,1\n".repeat(101));
     let long = format!("label,start_s,end_s\n{},0,1\n", "A".repeat(201));
     let cases = [
-        ("no label", "name,start_s,end_s\nA,0,1\n"),
+        ("no label", "who,start_s,end_s\nA,0,1\n"),
         ("no end", "label,start_s\nA,0\n"),
         ("no frames", "label,start_frame,last_frame\nA,0,1\n"),
         ("misspelt", "lable,start_s,end_s\nA,0,1\n"),

@@ -106,7 +106,7 @@ fn maps_that_cannot_be_meant_are_refused() {
 fn names_that_nobody_knows_are_refused() {
     let labels = |name: &str, kind, track: Option<Who>| Labels {
         file: "labels.csv".into(),
-        intervals: vec![Interval { row: 7, track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],
+        intervals: vec![Interval { place: "row 7".into(), track, kind, name: name.into(), start_s: 0.0, end_s: 1.0 }],
         contradicted_s: 0.0,
     };
     let truth =

@@ -47,7 +47,7 @@ const ELEMENT: i16 = 3;
 
 impl Column<'_> {
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    pub fn rows(&self) -> usize {
         match &self.values {
             Values::Language(values) => values.len(),
             Values::Wholes(values) => values.len(),

@@ -55,8 +55,8 @@ pub fn write(
     guarded(name, || {
         let (whole, reader) = open(file, name)?;
         let rows = usize::try_from(reader.metadata().file_metadata().num_rows()).unwrap_or(usize::MAX);
-        if let Some(column) = columns.iter().find(|column| column.len() != rows) {
-            let message = format!("has {rows} rows, and {} values of `{}`", column.len(), column.name);
+        if let Some(column) = columns.iter().find(|column| column.rows() != rows) {
+            let message = format!("has {rows} rows, and {} values of `{}`", column.rows(), column.name);
             return Err(InputError::new(name, message));
         }
         copy(&whole, &reader, columns, keys, out).map_err(|error| damaged(name, &error))
@@ -77,7 +77,7 @@ pub fn write_new(
     let pairs = keys.into_iter().map(|(key, value)| KeyValue::new(key.to_string(), value)).collect();
     let mut writer = SerializedFileWriter::new(out, schema, Arc::new(properties(pairs)))?;
     let mut group = writer.next_row_group()?;
-    columns.iter().try_for_each(|column| column.write(0..column.len(), &mut group))?;
+    columns.iter().try_for_each(|column| column.write(0..column.rows(), &mut group))?;
     group.close()?;
     writer.close()?;
     Ok(())
@@ -216,7 +216,7 @@ pub fn compare(file: File, copy: File, name: &str, columns: &[Column]) -> Result
                 }
                 rows += 1;
             }
-            if rows != column.len() {
+            if rows != column.rows() {
                 return Err(wrong("its length"));
             }
         }
