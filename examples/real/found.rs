@@ -181,7 +181,7 @@ fn check(map: &str, known: &Known) -> Result<(), String> {
 
 /// The spans of a label file under other names.
 pub fn spans(file: &Path, opened: &Opened, map: &str) -> Result<Vec<Span>, String> {
-    let labels = labels::read(file, &opened.row_time).map_err(|error| error.to_string())?;
+    let labels = labels::read(file, &opened.log, &opened.row_time).map_err(|error| error.to_string())?;
     let map = NameMap::of_pairs(map).map_err(|error| error.to_string())?;
     let span = |it: &labels::Interval| {
         let names = map.get(&it.name).map(<[String]>::to_vec).filter(|names| !names.is_empty())?;

@@ -4,7 +4,7 @@ use crate::program::{all_said, complained, said, teachtree_in};
 use crate::sets::{copy, with_set};
 use serde_json::Value;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
