@@ -264,7 +264,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    /// Copies a record as it is; a message into a chunk, since a reader that goes by the index finds it only there.
+    /// Copies a record unchanged. A message outside a chunk is put into one, since readers that use the index find messages in chunks only.
     fn copy(&mut self, kind: u8, body: &[u8]) -> Result<()> {
         let damaged = |_| Error::other("a record that is copied is damaged");
         let record = || Fields(body.to_vec()).record(kind);
