@@ -6,7 +6,7 @@
 
 - Every data set and attribute of the file is in the copy with the same type, shape and values, and nothing else is but signals and mask.
 - Signals are flat int64 of 0 and then 1, as long as the recording; `mask/teachtree_ok` has those recordings whose signals all rise.
-- The ends of subtasks by MimicGen's documented rule (the first step from 0 to 1, one row further, not before the one before) are printed.
+- The ends of subtasks by MimicGen's documented rule are printed: the row behind the one at which the signal rises, as in `actions[start:end]`.
 """
 
 import sys
@@ -69,7 +69,7 @@ def main(path, copy):
                     assert set(np.unique(values)) <= {0, 1} and steps.min(initial=0) >= 0, f"{recording}/{name} falls"
                     rises.append(bool(values.any()))
                     if kind == GROUPS[0] and steps.any():
-                        ends[name] = int(np.flatnonzero(steps)[0]) + 1
+                        ends[name] = int(np.flatnonzero(steps)[0]) + 1 + 1
             assert all(rises) == (recording in complete), f"{recording}: mask"
             print(recording, f"{rows} rows", dict(sorted(ends.items(), key=lambda end: end[1])))
         print(f"{copy}: {compared} objects equal, {len(complete)} complete")

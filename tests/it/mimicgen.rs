@@ -178,7 +178,6 @@ fn end(signal: &[f64]) -> Option<usize> {
     changes.enumerate().find(|(_, change)| *change == 1).map(|(at, _)| at + 1 + 1)
 }
 
-#[cfg(feature = "hdf5")]
 #[test]
 fn mimicgens_rule_of_ends_gives_our_boundaries() {
     let folder = with_signals(SIGNALS);
@@ -320,4 +319,96 @@ fn signals_are_near_the_conditions_of_mimicgens_environments() {
     let far: Vec<&str> = rows.iter().filter(|(_, apart)| apart.abs() > 0.1001).map(|(row, _)| row.as_str()).collect();
     assert_eq!((rows.len(), far.len()), (12, 2), "{far:#?}");
     assert_eq!(json!(rows.iter().filter(|(_, apart)| apart.abs() < 0.0501).count()), json!(8));
+}
+
+/// A recording in a table, as a demonstration of an HDF5 file with a data set for each column, in which MimicGen's `object_poses` name some bodies.
+fn as_hdf5(log: &str, bodies: &[&str], path: &Path) {
+    let table = Recorded::read(log);
+    let rows = table.0["t"].len();
+    let mut builder = hdf5_pure::FileBuilder::new();
+    let mut data = builder.create_group("data");
+    let mut demo = data.create_group("demo_1");
+    for (name, values) in &table.0 {
+        demo.create_dataset(name).with_f64_data(values);
+    }
+    if !bodies.is_empty() {
+        let mut info = demo.create_group("datagen_info");
+        let mut poses = info.create_group("object_poses");
+        for name in bodies {
+            poses.create_dataset(name).with_f64_data(&vec![0.0; rows * 16]).with_shape(&[rows as u64, 4, 4]);
+        }
+        info.add_group(poses.finish());
+        demo.add_group(info.finish());
+    }
+    data.add_group(demo.finish());
+    builder.add_group(data.finish());
+    std::fs::write(path, builder.finish().unwrap()).unwrap();
+}
+
+fn annotate_table(folder: &Path, log: &str, bodies: &[&str], binding: &str, more: &[&str]) -> std::process::Output {
+    as_hdf5(log, bodies, &folder.join("demos.hdf5"));
+    let binding = demos().join(binding);
+    let args = ["annotate", "demos.hdf5", "-o", "new.hdf5", "--binding", binding.to_str().unwrap()];
+    teachtree_in(folder, &[&args, more].concat())
+}
+
+/// The parts of each hand are in a list of its own; MimicGen's form, which has one arm, is refused and nothing is written.
+#[test]
+fn a_specification_for_two_hands_has_the_parts_of_each() {
+    let folder = tempfile::tempdir().unwrap();
+    let [log, binding] = ["handover_panda_panda_demo_5.csv", "handover.binding.yaml"];
+    let signals = ["--signal", "lift=end of Grasp by right", "--signal", "taken=start of Pass by left"];
+    let signals = [&signals[..], &["--signal", "given=end of Pass by right"]].concat();
+    let refused =
+        annotate_table(folder.path(), log, &[], binding, &[&signals[..], &["--task-spec", "a.json"]].concat());
+    assert_eq!(refused.status.code(), Some(2), "{}", all_said(&refused));
+    assert!(
+        complained(&refused).contains("both hands, and a specification of MimicGen has one arm"),
+        "{}",
+        complained(&refused)
+    );
+    let left: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().file_name()).collect();
+    assert_eq!(left, ["demos.hdf5"]);
+    let output = annotate_table(folder.path(), log, &[], binding, &[&signals[..], &["--task-spec", "a.yaml"]].concat());
+    assert!(output.status.success(), "{}", all_said(&output));
+    let text = std::fs::read_to_string(folder.path().join("a.yaml")).unwrap();
+    let spec: Value = serde_yaml::from_str(&text).unwrap();
+    assert_eq!(spec["algo"], "dexmimicgen");
+    let parts = |hand: &str| {
+        let all = spec["subtasks"][hand].as_array().unwrap_or_else(|| panic!("{text}"));
+        let of = |part: &Value| format!("{} {}", part["object_ref"].as_str().unwrap(), part["subtask_term_signal"]);
+        all.iter().map(of).collect::<Vec<_>>()
+    };
+    assert_eq!(parts("right"), ["hammer \"lift\"", "hammer null"]);
+    assert_eq!(parts("left"), ["hammer null"]);
+}
+
+/// An insertion is relative to what the object goes into; the file may call that otherwise.
+#[test]
+fn a_part_is_relative_to_the_partner_by_the_name_of_the_file() {
+    let [log, binding] = ["nut_assembly_panda_demo_1.csv", "panda_nut_assembly.binding.yaml"];
+    let signals = ["--signal", "grasp=end of Grasp of RoundNut0", "--signal", "on=end of Insert of RoundNut0"];
+    let with = |bodies: &[&str], more: &[&str]| {
+        let folder = tempfile::tempdir().unwrap();
+        let args = [&signals[..], &["--task-spec", "a.json"], more].concat();
+        let output = annotate_table(folder.path(), log, bodies, binding, &args);
+        (output, folder)
+    };
+    let references = |folder: &Path| {
+        let spec = read(&folder.join("a.json"));
+        let parts = spec["task"]["task_spec"].as_object().unwrap().clone();
+        parts.values().map(|part| part["object_ref"].as_str().unwrap().to_string()).collect::<Vec<_>>()
+    };
+    let (output, folder) = with(&[], &[]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    assert_eq!(references(folder.path()), ["RoundNut0", "peg2"]);
+    let (refused, folder) = with(&["RoundNut0", "round_peg"], &[]);
+    assert_eq!(refused.status.code(), Some(2), "{}", all_said(&refused));
+    for part in ["the file has no poses of `peg2`", "`RoundNut0`, `round_peg`", "--object-ref peg2=NAME"] {
+        assert!(complained(&refused).contains(part), "{}", complained(&refused));
+    }
+    assert!(!folder.path().join("new.hdf5").exists() && !folder.path().join("a.json").exists());
+    let (output, folder) = with(&["RoundNut0", "round_peg"], &["--object-ref", "peg2=round_peg"]);
+    assert!(output.status.success(), "{}", all_said(&output));
+    assert_eq!(references(folder.path()), ["RoundNut0", "round_peg"]);
 }

@@ -7,6 +7,7 @@ use crate::analysis::steps::{Lack, values};
 use crate::base::error::InputError;
 use crate::session::Analysis;
 use crate::session::signals::{Signal, of_binding};
+use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
 use crate::stream::read::formats::hdf5::annotate::{Layout, MASK, Request, Signals, annotate};
 use std::collections::{BTreeMap, BTreeSet};
@@ -66,11 +67,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         .zip(&rows)
         .map(|((name, analysis), row)| Demonstration { name, analysis: analysis.found(), rows: &row.rows })
         .collect();
-    let spec = spec.map(|spec| Ok::<_, InputError>((spec.text(&found)?, spec))).transpose()?;
-    annotate(&args.data, &args.out, &request)?;
-    if let Some((text, spec)) = spec {
-        spec.write(&text)?;
+    // All of the specification but its name is on the disk before the copy gets its own.
+    let mut files = Files::default();
+    if let Some(spec) = &spec {
+        spec.add(&mut files, &found)?;
     }
+    annotate(&args.data, &args.out, &request)?;
+    files.commit()?;
     if !args.many.quiet {
         output::print(&table(args, &wanted, &rows, complete.len()))?;
     }

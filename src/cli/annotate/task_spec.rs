@@ -11,6 +11,7 @@ use crate::base::hands::{Side, Who};
 use crate::base::meaning::Meaning;
 use crate::base::yaml;
 use crate::session::signals::Signal;
+use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
@@ -83,19 +84,19 @@ impl<'a> TaskSpec<'a> {
         Ok(Self { args, path: path.into(), format, wanted, bodies: formats::hdf5::annotate::bodies(&args.data)? })
     }
 
-    /// Writes the file.
+    /// Adds the file to those that are written together.
     ///
     /// # Errors
-    /// When it cannot be written.
-    pub fn write(&self, text: &str) -> Result<(), InputError> {
-        output::write(&self.path, text, &[&self.args.data])
+    /// As [`text`](Self::text), and when the file cannot be written.
+    pub fn add(&self, files: &mut Files, found: &[Demonstration]) -> Result<(), InputError> {
+        output::add(files, &self.path, &self.text(found)?, &[&self.args.data])
     }
 
     /// The specification.
     ///
     /// # Errors
     /// When what a part is relative to is not known, or no demonstration has the signals in this order.
-    pub fn text(&self, found: &[Demonstration]) -> Result<String, InputError> {
+    fn text(&self, found: &[Demonstration]) -> Result<String, InputError> {
         let ends = self.wanted.iter().enumerate().filter(|(_, signal)| !signal.starts);
         let parts = ends.map(|(at, signal)| self.part(at, signal, found)).collect::<Result<Vec<_>, _>>()?;
         let mut hands: BTreeMap<Side, Vec<&Part>> = BTreeMap::new();
