@@ -26,7 +26,7 @@
 //! - results: [`Analysis`], [`Track`], [`Task`], [`Segment`], [`Issue`]; [`Rules::observability`] lists what cannot be detected in a log;
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!
-//! docs/embedding.md goes through all of it. Features: `parquet` and `mcap` (formats of logs), `world` (simulation, robots), `cli`, `lsp`; with
+//! docs/embedding.md goes through all of it. Features: `parquet` and `mcap` (formats of logs), `world` (simulation, robots), `cli`, `lsp`, `studio`; with
 //! `default-features = false` the library reads text formats and analyzes them.
 
 #![cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "modules hand names on to tests and benches"))]
@@ -58,6 +58,8 @@ mod robot;
 mod session;
 #[cfg(not(feature = "internals"))]
 mod stream;
+#[cfg(all(not(feature = "internals"), feature = "studio"))]
+mod studio;
 #[cfg(all(not(feature = "internals"), feature = "world"))]
 mod world;
 
@@ -92,6 +94,9 @@ pub mod robot;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod stream;
+#[cfg(all(feature = "internals", feature = "studio"))]
+#[doc(hidden)]
+pub mod studio;
 #[cfg(all(feature = "internals", feature = "world"))]
 #[doc(hidden)]
 pub mod world;

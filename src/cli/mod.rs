@@ -35,6 +35,8 @@ mod score;
 #[cfg(feature = "world")]
 mod simulate;
 mod source;
+#[cfg(feature = "studio")]
+mod studio;
 #[cfg(feature = "world")]
 mod teach;
 mod test;
@@ -78,6 +80,9 @@ enum Command {
     Live(live::Args),
     /// Explain why a recording has its labels at a time, and why not others
     Explain(explain::Args),
+    #[cfg(feature = "studio")]
+    /// Open a local page to look at recordings, correct what was found, and tune the rules
+    Studio(studio::Args),
     /// Compare recordings with their expectation files; coverage and mutation of the rules
     Test(test::Args),
     /// Score the analysis of recordings against labels
@@ -248,7 +253,7 @@ fn usage(error: &clap::Error) -> u8 {
 fn at_work(matches: &clap::ArgMatches) -> Option<String> {
     let (name, of) = matches.subcommand()?;
     let is_quiet = of.try_get_one::<bool>("quiet").ok().flatten() == Some(&true);
-    (!is_quiet && !matches!(name, "live" | "lsp")).then(|| name.to_string())
+    (!is_quiet && !matches!(name, "live" | "lsp" | "studio")).then(|| name.to_string())
 }
 
 /// Runs the command line of this process.
@@ -282,6 +287,8 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
+        #[cfg(feature = "studio")]
+        Command::Studio(args) => studio::run(args),
         Command::Fit(args) => fit::run(args),
         #[cfg(feature = "world")]
         Command::Teach(args) => teach::run(args),

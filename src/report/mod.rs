@@ -6,7 +6,7 @@ mod explain;
 mod figure;
 mod fit;
 pub mod html;
-mod page;
+pub mod page;
 pub mod palette;
 #[cfg(feature = "world")]
 pub mod robot;

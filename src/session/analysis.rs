@@ -30,15 +30,7 @@ pub struct Analysis {
 
 impl Analysis {
     pub(crate) fn new(rules: &Rules, log: &Log) -> Result<Self, Error> {
-        let meta = Meta {
-            log: log.name(),
-            name: log.short_name(),
-            zero_stamp_s: log.zero_stamp_s(),
-            binding: log.binding().map(|path| path.display().to_string()),
-            rules: rules.files().map(str::to_string).collect(),
-            digest: rules.digest(),
-            params: rules.params().to_vec(),
-        };
+        let meta = meta_of(rules, log);
         let of = |found, run| Self { found, meta, rules: rules.clone(), log: log.clone(), run };
         if let Some(flow) = log.flow()
             && let Some(found) = streaming::analyze(rules.set(), flow)
@@ -47,6 +39,18 @@ impl Analysis {
         }
         let (run, found) = Run::analyzed(rules.set(), log.opened()?, log.binding().is_some())?;
         Ok(of(found, OnceLock::from(run)))
+    }
+
+    /// The same log by other rules; what of the log both read is not derived again.
+    ///
+    /// # Errors
+    /// As [`Rules::analyze`].
+    #[cfg(feature = "studio")]
+    pub(crate) fn by_rules(&self, rules: &Rules) -> Result<Self, Error> {
+        let log = &self.log;
+        let (run, found) = self.run()?.again(rules.set(), log.opened()?, log.binding().is_some())?;
+        let (meta, run) = (meta_of(rules, log), OnceLock::from(run));
+        Ok(Self { found, meta, rules: rules.clone(), log: log.clone(), run })
     }
 
     /// The tracks that the log has: left, right, both.
@@ -207,6 +211,19 @@ impl Analysis {
     pub(crate) fn explained(&self) -> Result<explain::Analyzed<'_>, Error> {
         let Run { frames, leaves } = self.run()?;
         Ok(explain::Analyzed { rules: self.rules.set(), frames, leaves, analysis: &self.found })
+    }
+}
+
+/// What was analyzed, by which rules.
+fn meta_of(rules: &Rules, log: &Log) -> Meta {
+    Meta {
+        log: log.name(),
+        name: log.short_name(),
+        zero_stamp_s: log.zero_stamp_s(),
+        binding: log.binding().map(|path| path.display().to_string()),
+        rules: rules.files().map(str::to_string).collect(),
+        digest: rules.digest(),
+        params: rules.params().to_vec(),
     }
 }
 

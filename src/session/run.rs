@@ -12,12 +12,13 @@ use crate::language::Rules;
 use crate::report;
 use crate::stream::Opened;
 use crate::stream::frames::Frames;
+use std::sync::Arc;
 
 /// What the rules read, and what their trees returned.
 #[derive(Clone, Debug)]
 pub struct Run {
-    /// The frames of the log.
-    pub frames: Frames,
+    /// The frames of the log; runs of other rules that read the same channels share them.
+    pub frames: Arc<Frames>,
     /// The leaves of each gap-free stretch.
     pub leaves: Vec<Leaves>,
 }
@@ -60,7 +61,10 @@ impl Run {
     }
 
     fn of_graph(rules: &Rules, graph: &Graph, opened: &Opened) -> Result<Self, Error> {
-        let frames = frames(rules, opened)?;
+        Self::over(rules, graph, Arc::new(frames(rules, opened)?))
+    }
+
+    fn over(rules: &Rules, graph: &Graph, frames: Arc<Frames>) -> Result<Self, Error> {
         let leaves = leaves(rules, graph, &frames).map_err(mismatch)?;
         Ok(Self { frames, leaves })
     }
@@ -72,11 +76,31 @@ impl Run {
     pub fn analyzed(rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
         let graph = lower(rules);
         let run = Self::of_graph(rules, &graph, opened)?;
-        let mut found = analysis::analyze(rules, &run.frames, &run.leaves);
+        let found = run.found(rules, &graph, binding);
+        Ok((run, found))
+    }
+
+    /// The same log by other rules: [`analyzed`](Self::analyzed), with the frames of this run where the rules read the same channels.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    #[cfg(feature = "studio")]
+    pub fn again(&self, rules: &Rules, opened: &Opened, binding: bool) -> Result<(Self, Analysis), Error> {
+        let graph = lower(rules);
+        let run = match channels(rules) == self.frames.channels {
+            true => Self::over(rules, &graph, Arc::clone(&self.frames))?,
+            false => Self::of_graph(rules, &graph, opened)?,
+        };
+        let found = run.found(rules, &graph, binding);
+        Ok((run, found))
+    }
+
+    fn found(&self, rules: &Rules, graph: &Graph, binding: bool) -> Analysis {
+        let mut found = analysis::analyze(rules, &self.frames, &self.leaves);
         if binding {
             // A foreign log may lack channels; which primitives that hides is part of its analysis.
-            found.issues.extend(observability::issues(&graph, &run.frames));
+            found.issues.extend(observability::issues(graph, &self.frames));
         }
-        Ok((run, found))
+        found
     }
 }

@@ -22,6 +22,8 @@ pub struct Browser {
     calls: u64,
     /// What the page complained about: exceptions of scripts, refused requests.
     pub complaints: Vec<String>,
+    /// The address under which a page may ask for things; files otherwise.
+    site: Option<String>,
     _profile: tempfile::TempDir,
 }
 
@@ -69,8 +71,8 @@ impl Browser {
                 message.clear();
             }
         });
-        let (session, complaints) = (None, Vec::new());
-        let mut browser = Self { process, to, from, session, calls: 0, complaints, _profile: profile };
+        let (session, complaints, site) = (None, Vec::new(), None);
+        let mut browser = Self { process, to, from, session, calls: 0, complaints, site, _profile: profile };
         let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
         let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
         browser.session = attached["sessionId"].as_str().map(str::to_string);
@@ -112,7 +114,8 @@ impl Browser {
             }
             Some("Network.requestWillBeSent") => {
                 let url = params["request"]["url"].as_str().unwrap_or_default();
-                if !url.starts_with("file:") && !url.starts_with("about:") {
+                let is_own = self.site.as_ref().is_some_and(|site| url.starts_with(site));
+                if !is_own && !["file:", "about:", "data:"].iter().any(|scheme| url.starts_with(scheme)) {
                     self.complaints.push(format!("asks for {url}"));
                 }
             }
@@ -124,6 +127,12 @@ impl Browser {
     pub fn open(&mut self, page: &Path) {
         self.call("Page.navigate", json!({ "url": format!("file://{}", page.display()) }));
         self.wait("document.readyState === 'complete' && document.querySelector('#range')?.textContent !== ''");
+    }
+
+    /// Opens the page of a server, which may ask this server for more.
+    pub fn visit(&mut self, address: &str) {
+        self.site = Some(address.to_string());
+        self.call("Page.navigate", json!({ "url": address }));
     }
 
     /// The size of the window.

@@ -82,6 +82,8 @@ mod sets;
 #[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
 mod signals;
 mod stream;
+#[cfg(all(feature = "world", feature = "studio"))]
+mod studio;
 #[cfg(feature = "world")]
 mod subjects;
 mod tidy;

@@ -16,9 +16,13 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
     ("session", &["language", "graph", "stream", "engine", "analysis", "report"]),
     ("lsp", &["language", "graph", "stream", "engine", "analysis", "session"]),
+    ("studio", &["language", "graph", "stream", "engine", "analysis", "report", "session"]),
     (
         "cli",
-        &["language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "session", "lsp"],
+        &[
+            "language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "session",
+            "lsp", "studio",
+        ],
     ),
 ];
 
@@ -47,6 +51,8 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("similar", &["src/cli/fit/"]),
     ("lsp_server", &["src/lsp/"]),
     ("lsp_types", &["src/lsp/"]),
+    ("httparse", &["src/studio/http.rs"]),
+    ("getrandom", &["src/studio/server.rs"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
@@ -64,7 +70,8 @@ const PAGES: &[&str] = &[
 ];
 
 /// Modules that open files.
-const OPENS_FILES: &[&str] = &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/language/"];
+const OPENS_FILES: &[&str] =
+    &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/studio/", "src/language/"];
 
 /// Returns all files in a folder and its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {

@@ -1,7 +1,7 @@
 // Curves as `thin.rs` writes them: text in, broken lines over time out.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const step = data.rate > 0 ? 1 / data.rate : 0;
+/** What is shown; `load` of `work.js` puts it here. */
+let data, step = 0;
 
 function numbersOf(text) {
   const bytes = atob(text);

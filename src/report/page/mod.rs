@@ -2,7 +2,8 @@
 //!
 //! `curves.js` reads curves, `replay.js` draws the demonstration in three dimensions, `signals.js` the signals, `why.js` writes explanations, and
 //! `work.js` draws the lanes, answers pointer and keys, and keeps all in step; none asks for anything outside the page. Curves are thinned
-//! (`thin`), so that the size is bounded however long the log is.
+//! (`thin`), so that the size is bounded however long the log is. `report.js` starts them on the page of one recording; the studio loads one recording
+//! after the other into the same scripts.
 
 mod changes;
 mod decimate;
@@ -13,7 +14,7 @@ use super::palette::{self, TASKS};
 use super::remarks;
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::Meta;
-use crate::analysis::{Segment, Track};
+use crate::analysis::{Analysis, Segment, Track};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::engine::inspect::Inspector;
@@ -22,10 +23,11 @@ use decimate::rounded;
 use serde_json::{Map, Value, json};
 
 /// The style of the page.
-pub(super) const STYLE: &str = include_str!("page.css");
+pub const STYLE: &str = include_str!("page.css");
 /// The place of the lanes, signals and replay, hidden until a script fills it.
-pub(super) const PLACE: &str = include_str!("work.html");
-const SCRIPTS: [&str; 5] = [
+pub const PLACE: &str = include_str!("work.html");
+/// What draws and listens, without a start: `load` shows what [`data`] returns, `showTracks` other [`tracks`] of the same recording.
+pub const SCRIPTS: [&str; 5] = [
     include_str!("curves.js"),
     include_str!("replay.js"),
     include_str!("signals.js"),
@@ -42,12 +44,17 @@ pub(super) fn scripts(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -
     let data = data(analyzed, recording, meta)?.to_string();
     let data = data.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
     Ok(format!(
-        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}}})();\n</script>\n",
-        SCRIPTS.concat()
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}{}}})();\n</script>\n",
+        SCRIPTS.concat(),
+        include_str!("report.js")
     ))
 }
 
-fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
+/// What the scripts show of a recording.
+///
+/// # Errors
+/// When the rate of the log cannot honour a duration of the rules.
+pub fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<Value, InputError> {
     let Analyzed { rules, frames, leaves, analysis } = *analyzed;
     let mut inspectors: Vec<Inspector> = leaves.iter().map(|leaves| Inspector::new(rules, frames, leaves)).collect();
     let signals = quantities::all(rules, frames, &mut inspectors)?;
@@ -82,6 +89,16 @@ fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<Value
         "issues": issues.collect::<Vec<_>>(),
         "replay": replay::replay(frames, recording),
     }))
+}
+
+/// The lanes of an analysis and their colors, without explanations: `{"tracks","colors"}`.
+#[allow(dead_code, reason = "for lanes that change while params are turned")]
+pub fn tracks(analysis: &Analysis) -> Value {
+    let tracks = analysis.tracks.iter().map(|track| {
+        let tried = vec![Value::Null; track.tasks.len()];
+        self::track(track, Vec::new(), tried)
+    });
+    json!({ "tracks": tracks.collect::<Vec<_>>(), "colors": colors(&analysis.tracks) })
 }
 
 fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {

@@ -8,7 +8,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::units::Dimension;
 use crate::engine::inspect::Inspector;
-use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, Rules, SignalId, TreeScope, Type};
+use crate::language::rules::{Comparison, Expr, ExprKind, Hand, LatchId, ParamId, Rules, SignalId, TreeScope, Type};
 use crate::report::scale::{Scale, scale as scale_of};
 use crate::report::signals::{Panel, Signals, of_both};
 use crate::stream::frames::Frames;
@@ -57,6 +57,8 @@ enum Of {
 struct Threshold {
     value: f64,
     name: String,
+    /// The param whose value it is.
+    param: Option<ParamId>,
 }
 
 /// Evaluates all that can be drawn, one list entry each.
@@ -76,7 +78,7 @@ pub(super) fn all<'a>(
     let mut room = Room { knots: KNOTS * frames.len.div_ceil(FRAMES).clamp(1, TIMES), curves };
     let mut entries = Vec::new();
     for wanted in wanted {
-        entries.extend(evaluated(wanted, frames, inspectors, &mut room)?);
+        entries.extend(evaluated(wanted, rules, frames, inspectors, &mut room)?);
     }
     Ok(entries)
 }
@@ -157,6 +159,10 @@ fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, conditi
             let of = |constant: &crate::language::rules::Constant| Threshold {
                 value: constant.value,
                 name: if constant.params.is_empty() { String::new() } else { text(rules, constant.span) },
+                param: match constant.params.as_slice() {
+                    [param] => Some(*param).filter(|param| is_value_of(rules, *param, constant.value)),
+                    _ => None,
+                },
             };
             (value.as_ref(), vec![of(on), of(off)])
         }
@@ -168,7 +174,11 @@ fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, conditi
             }
             let named = !matches!(other.kind, ExprKind::Number(_)) && *comparison != Comparison::Equal;
             let name = if named { text(rules, other.span) } else { String::new() };
-            (value.as_ref(), vec![Threshold { value: threshold, name }])
+            let param = match other.kind {
+                ExprKind::Param(id) => Some(id),
+                _ => None,
+            };
+            (value.as_ref(), vec![Threshold { value: threshold, name, param }])
         }
         _ => return,
     };
@@ -197,6 +207,11 @@ fn add_comparison(rules: &Rules, side: Option<Side>, name: Option<&str>, conditi
     {
         wanted.shades.push((said, condition.clone()));
     }
+}
+
+/// Whether a constant that reads a param is the param itself.
+fn is_value_of(rules: &Rules, param: ParamId, value: f64) -> bool {
+    rules.params.get(param.index()).is_some_and(|param| param.value.to_bits() == value.to_bits())
 }
 
 /// The value of a scalar that no frame changes.
@@ -270,6 +285,7 @@ type Rows = Vec<(String, Vec<f64>)>;
 
 fn evaluated<'a>(
     wanted: Wanted,
+    rules: &Rules,
     frames: &Frames,
     inspectors: &mut [Inspector<'a>],
     room: &mut Room,
@@ -308,9 +324,14 @@ fn evaluated<'a>(
     };
     fields.insert("unit".into(), unit.into());
     if !thresholds.is_empty() {
-        let lines = thresholds.iter().map(|Threshold { value, name }| {
+        let lines = thresholds.iter().map(|Threshold { value, name, param }| {
             let [quantity] = quantities([*value], &ty.1.si_unit());
-            json!([value * scale, if name.is_empty() { quantity } else { format!("{name} {quantity}") }])
+            let shown = if name.is_empty() { quantity } else { format!("{name} {quantity}") };
+            match param.and_then(|id| rules.params.get(id.index())) {
+                // What moves the line: the param, and how many of the unit shown are one of SI.
+                Some(param) => json!([value * scale, shown, param.name, scale]),
+                None => json!([value * scale, shown]),
+            }
         });
         fields.insert("thresholds".into(), lines.collect());
     }

@@ -232,6 +232,7 @@ function drawPanel(panel) {
   const selected = state.selected && startOf(state.selected);
   if (selected !== undefined) { context.fillStyle = paint("--chosen"); context.fillRect(x(selected) - 0.75, 0, 1.5, height); }
   context.restore();
+  panel.y = undefined;
   if (entry.truths) {
     entry.truths.forEach(([name, truth], at) => {
       const y = 6 + at * 13;
@@ -248,6 +249,8 @@ function drawPanel(panel) {
   const [least, greatest] = rangeOf(entry);
   tellScale(panel, entry);
   const y = (value) => height - 5 - (value - least) / (greatest - least) * (height - 13);
+  panel.y = y;
+  panel.valueAt = (place) => least + (height - 5 - place) / (height - 13) * (greatest - least);
   const levels = ticks(least, greatest, 4);
   let longest = 0;
   context.textAlign = "right";

@@ -2,8 +2,6 @@
 
 const byId = (id) => document.getElementById(id);
 const work = byId("work"), lanes = byId("lanes"), lanesSvg = lanes.querySelector("svg"), signals = byId("signals"), why = byId("why");
-work.hidden = false;
-byId("drawings").open = false;
 
 /** Text for an element or an attribute. */
 const escaped = (text) => String(text).replace(/[&<>"']/g, (letter) => `&#${letter.charCodeAt(0)};`);
@@ -20,9 +18,14 @@ const INK = "#16191f";
 const GUTTER = 104, RIGHT = 10, AXIS = 22, BAR = 20, GAP = 3;
 const CURVES = 7;
 
-const state = { from: data.start, to: data.end, cursor: data.start, selected: undefined, playing: false };
-const total = Math.max(data.end - data.start, 1e-6);
-const shortest = Math.min(total, Math.max(0.02, 10 * step));
+const state = { from: 0, to: 1, cursor: 0, selected: undefined, playing: false };
+let total = 1, shortest = 1;
+
+/**
+ * What a page around this one adds: `lanes` draw below those of a track, from a track, a function from time to place, and a height to `{ svg, labels, height }`;
+ * `moved` are called with each new time, `drawn` after each drawing.
+ */
+const added = { lanes: [], moved: [], drawn: [] };
 
 // ---- time and place
 
@@ -85,11 +88,6 @@ function fitting(name, room) {
 // ---- lanes
 
 const LANES = ["raw", "relabeled", "tasks"];
-// What relabeling took away is paler.
-for (const track of data.tracks) {
-  const made = track.relabeled.filter((segment) => segment[3]);
-  track.gone = track.raw.map(([, start, end]) => made.some((one) => one[1] < end - 1e-9 && one[2] > start + 1e-9));
-}
 
 function drawLanes() {
   const width = plotWidth(lanes), scaleTicks = ticks(state.from, state.to, Math.max(3, width / 90));
@@ -117,6 +115,12 @@ function drawLanes() {
       items.forEach((item, at) => { inside += lane === "tasks" ? task(item, number, at, y) : segment(track, lane, item, number, at, y); });
       rows.push({ y, number, lane });
       y += BAR + GAP;
+    }
+    for (const lane of added.lanes) {
+      const one = lane(number, x, y, width);
+      labels += one.labels;
+      inside += one.svg;
+      y += one.height;
     }
   });
 
@@ -201,8 +205,7 @@ function select(selected, time = selected && startOf(selected)) {
   draw();
 }
 
-const marks = data.tracks.flatMap((track, number) => track.raw.map((segment, at) => ({ kind: "cut", number, lane: "raw", at, time: segment[1] })))
-  .filter((mark) => mark.time > data.start + 1e-9).sort((a, b) => a.time - b.time || a.number - b.number);
+let marks = [];
 
 /** The boundary after the cursor (1) or before it (-1); of several at one time each in its turn. */
 function stepTo(direction) {
@@ -227,7 +230,7 @@ function drawCursor() {
   }
   byId("clock").textContent = seconds(state.cursor);
   panels.forEach(readOut);
-  if (!state.playing) remember();
+  added.moved.forEach((moved) => moved(state.cursor));
 }
 
 let asked = false;
@@ -238,11 +241,13 @@ function draw() {
   asked = true;
   requestAnimationFrame(() => {
     asked = false;
+    if (!data) return;
     measure();
     drawLanes();
     panels.forEach(drawPanel);
     byId("range").textContent = `${state.from.toFixed(3)} – ${seconds(state.to)}`;
     drawCursor();
+    added.drawn.forEach((drawn) => drawn());
   });
 }
 
@@ -250,7 +255,7 @@ function draw() {
 
 for (const container of [lanes, signals]) {
   const timeAt = (event) => state.from + (event.clientX - container.getBoundingClientRect().left - GUTTER) / plotWidth(container) * (state.to - state.from);
-  const onPlot = (event) => event.clientX - container.getBoundingClientRect().left >= GUTTER && !event.target.closest("header, label");
+  const onPlot = (event) => event.clientX - container.getBoundingClientRect().left >= GUTTER && !event.target.closest("header, label, [data-own]");
   let held;
   container.addEventListener("pointerdown", (event) => {
     if (event.button === 0 && onPlot(event)) held = { x: event.clientX, from: state.from, to: state.to, moved: false, id: event.pointerId };
@@ -364,47 +369,59 @@ function tick(now) {
 
 byId("play").addEventListener("click", () => play(!state.playing));
 
-// ---- the moment that is looked at, in the address
-
-let later;
-
-function remember() {
-  clearTimeout(later);
-  later = setTimeout(() => {
-    const number = (time) => String(Number(time.toFixed(3)));
-    const address = `#t=${number(state.cursor)}&from=${number(state.from)}&to=${number(state.to)}`;
-    try { history.replaceState(null, "", address); } catch { /* some browsers forbid it on files */ }
-  }, 400);
-}
-
-function recall() {
-  const given = new URLSearchParams(location.hash.slice(1));
-  const number = (name, other) => given.has(name) && Number.isFinite(Number(given.get(name))) ? Number(given.get(name)) : other;
-  show(number("from", data.start), number("to", data.end));
-  setTime(number("t", data.start), false);
-}
-
 // ---- beginning
 
-if (data.replay.why) {
-  byId("replay").innerHTML = `<p class="quiet">${escaped(data.replay.why)}</p>`;
-} else {
-  const figure = byId("replay"), caption = figure.querySelector("figcaption");
+/** Lanes of other rules in the place of those that are shown. */
+function showTracks(tracks, colors) {
+  Object.assign(data, { tracks, colors });
+  for (const track of tracks) {
+    // What relabeling took away is paler.
+    const made = track.relabeled.filter((segment) => segment[3]);
+    track.gone = track.raw.map(([, start, end]) => made.some((one) => one[1] < end - 1e-9 && one[2] > start + 1e-9));
+  }
+  marks = tracks.flatMap((track, number) => track.raw.map((segment, at) => ({ kind: "cut", number, lane: "raw", at, time: segment[1] })))
+    .filter((mark) => mark.time > data.start + 1e-9).sort((a, b) => a.time - b.time || a.number - b.number);
+  if (replay) replay.tracks = tracks;
+  state.selected = undefined;
+  explain();
+  draw();
+}
+
+function showReplay() {
+  const figure = byId("replay");
+  replay = undefined;
+  if (data.replay.why) {
+    figure.innerHTML = `<p class="quiet">${escaped(data.replay.why)}</p>`;
+    return;
+  }
+  figure.innerHTML = `<canvas role="img" aria-label="Replay of the demonstration"></canvas><figcaption></figcaption>`;
+  const caption = figure.querySelector("figcaption");
   replay = new Replay(figure.querySelector("canvas"), caption, data.replay, data.tracks);
   const forces = replay.strong > 0 ? ` Arrows: <span class="force">forces of fingertips</span>, <span class="contact">forces on what they hold</span>; the bar is their scale.` : "";
   const { every } = data.replay;
   const coarse = every ? ` <span class="detail">This page holds the poses and forces of every ${every.frames}th frame (${(every.frames * step).toPrecision(2)} s) and interpolates between them: up to ${(every.m * 1000).toPrecision(2)} mm${every.n > 0 ? ` and ${every.n.toPrecision(2)} N` : ""} beside the log.</span>` : "";
   caption.innerHTML = `Hands are in the colours of their primitives; a thick ring is a touch.${forces}${coarse}`;
 }
-if (data.signals.length) {
-  usual().forEach(addPanel);
-  byId("more").querySelector("select").innerHTML = `<option value="">another signal …</option>${options(-1)}`;
-} else {
-  byId("more").hidden = true;
+
+/** Shows a recording, with the signals of these titles where it has them, else the usual ones. */
+function load(next, titles = []) {
+  data = next;
+  step = data.rate > 0 ? 1 / data.rate : 0;
+  total = Math.max(data.end - data.start, 1e-6);
+  shortest = Math.min(total, Math.max(0.02, 10 * step));
+  truths.clear();
+  work.hidden = false;
+  showTracks(data.tracks, data.colors);
+  showReplay();
+  panels.splice(0).forEach((panel) => panel.element.remove());
+  byId("more").hidden = !data.signals.length;
+  if (data.signals.length) {
+    const known = titles.map((title) => data.signals.findIndex((entry) => nameOf(entry) === title)).filter((at) => at >= 0);
+    (known.length ? known : usual()).forEach(addPanel);
+    byId("more").querySelector("select").innerHTML = `<option value="">another signal …</option>${options(-1)}`;
+  }
+  measure();
 }
-measure();
-explain();
+
 new ResizeObserver(draw).observe(work);
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { paints.clear(); draw(); });
-addEventListener("hashchange", recall);
-recall();

@@ -1,0 +1,73 @@
+//! `teachtree studio`: a page on this machine to look at recordings, correct what was found, and tune the rules.
+
+use super::rules::RuleArgs;
+use super::source::SourceArgs;
+use super::{Failure, on_interrupt, output};
+use crate::stream::atomic_write;
+use crate::studio::{Options, Server, Studio};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+/// Options of `studio`.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is on this machine only, under the address that is printed; Ctrl-C ends it. How to use it: docs/studio.md"
+)]
+pub struct Args {
+    /// Recordings; a folder, a data set or an HDF5 file stands for all in it; the folder in which the command runs when left out
+    #[arg(value_name = "LOG")]
+    logs: Vec<PathBuf>,
+    #[command(flatten)]
+    rules: RuleArgs,
+    #[command(flatten)]
+    source: SourceArgs,
+    /// With --binding: each file of a folder is a recording, instead of a part of one
+    #[arg(long)]
+    each: bool,
+    /// The port of the page; any that is free when left out
+    #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
+    port: u16,
+    /// Only print the address, do not open a browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+/// Runs `studio`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let paths = if args.logs.is_empty() { vec![PathBuf::from(".")] } else { args.logs.clone() };
+    let options = Options {
+        paths,
+        source: args.source.options(),
+        binding: args.source.binding.clone(),
+        each: args.each,
+        rules: args.rules.options(),
+    };
+    let studio = Arc::new(Studio::new(options)?);
+    let server = Server::new(args.port)?;
+    let recordings = studio.recordings.len();
+    let count = if recordings == 1 { "1 recording".into() } else { format!("{recordings} recordings") };
+    output::print(&format!("{}\n{count}; Ctrl-C ends the studio\n", server.address()))?;
+    on_interrupt(|| {
+        let _nothing_is_written = atomic_write::give_up();
+        std::process::exit(0);
+    });
+    if !args.no_open {
+        open(&server.address());
+    }
+    studio.work();
+    server.run(&studio);
+    Ok(())
+}
+
+/// Opens the browser; where there is none, the address has been printed.
+fn open(address: &str) {
+    let (program, args): (&str, &[&str]) = match std::env::consts::OS {
+        "macos" => ("open", &[]),
+        "windows" => ("rundll32", &["url.dll,FileProtocolHandler"]),
+        _ => ("xdg-open", &[]),
+    };
+    let mut command = Command::new(program);
+    command.args(args).arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    let _ = command.spawn();
+}

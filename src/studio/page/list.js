@@ -1,0 +1,108 @@
+// The list of recordings: what was found in each, filters, and which one is open.
+
+import { escaped } from "./bench.js";
+
+/** More rows than these make a page slow; filters find the others. */
+const MOST = 400;
+
+const byId = (id) => document.getElementById(id);
+const place = byId("recordings");
+const filters = { text: byId("filter-text"), task: byId("filter-task"), issue: byId("filter-issue"), sort: byId("sort") };
+
+let list = { recordings: [], waiting: 0 };
+let opened;
+let choose = () => {};
+
+/** Calls `open` with the number of a recording that was chosen. */
+export function listen(open) {
+  choose = open;
+  place.addEventListener("click", (event) => {
+    const row = event.target.closest("[data-at]");
+    if (row) choose(Number(row.dataset.at));
+  });
+  for (const filter of Object.values(filters)) filter.addEventListener("input", draw);
+}
+
+/** Takes what the server says. */
+export function take(next) {
+  list = next;
+  fill(filters.task, "any task", list.recordings.flatMap((one) => (one.tasks || []).map(([, task]) => task.split(" ")[0])));
+  fill(filters.issue, "any issue or none", list.recordings.flatMap((one) => one.issues || []), [["!", "with an issue"], ["-", "without issues"]]);
+  draw();
+}
+
+export const nameOf = (at) => list.recordings[at]?.name;
+export const rowOf = (at) => list.recordings[at];
+
+/** Marks the recording that is open. */
+export function mark(at) {
+  opened = at;
+  draw();
+  place.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+}
+
+/** The recording `by` places after the one that is open, among those that are shown. */
+export function beside(by) {
+  const shown = matching(), at = shown.indexOf(opened);
+  return at < 0 ? shown[by > 0 ? 0 : shown.length - 1] : shown[at + by];
+}
+
+function fill(select, first, names, more = []) {
+  const value = select.value, all = [...new Set(names)].sort();
+  select.innerHTML = [["", first], ...more, ...all.map((name) => [name, name])].map(([key, name]) => `<option value="${escaped(key)}">${escaped(name)}</option>`).join("");
+  select.value = [...select.options].some((option) => option.value === value) ? value : "";
+}
+
+function matching() {
+  const text = filters.text.value.trim().toLowerCase(), task = filters.task.value, issue = filters.issue.value;
+  const at = list.recordings.map((_, number) => number).filter((number) => {
+    const one = list.recordings[number], tasks = (one.tasks || []).map(([who, name]) => `${who} ${name}`);
+    if (text && ![one.name, ...tasks].some((name) => name.toLowerCase().includes(text))) return false;
+    if (task && !(one.tasks || []).some(([, name]) => name.split(" ")[0] === task)) return false;
+    if (issue === "!") return one.issue_count > 0 || one.error;
+    if (issue === "-") return !one.issue_count && !one.error;
+    return !issue || (one.issues || []).includes(issue);
+  });
+  const key = { confidence: (one) => one.confidence, score: (one) => one.score && one.score.accuracy }[filters.sort.value];
+  if (!key) return at;
+  const of = (number) => key(list.recordings[number]) ?? Infinity;
+  return at.sort((a, b) => of(a) - of(b) || a - b);
+}
+
+const percent = (share) => `${Math.round(share * 100)} %`;
+
+/** What changed against labels since params were turned, in words. */
+function change(one) {
+  if (!one.score || !one.base) return "";
+  const by = Math.round((one.score.accuracy - one.base.accuracy) * 1000) / 10;
+  if (!by) return "";
+  return `<span class="${by > 0 ? "yes" : "no"}">${by > 0 ? "▲" : "▼"} ${Math.abs(by)}</span>`;
+}
+
+function row(number) {
+  const one = list.recordings[number];
+  const facts = [];
+  if (one.status === "waiting") facts.push("waiting");
+  if (one.error) facts.push(`<span class="no">cannot be analyzed</span>`);
+  if (one.tasks) {
+    const tasks = one.tasks.map(([who, name]) => escaped(list.hands > 1 && who ? `${who}: ${name}` : name));
+    facts.push(tasks.length ? tasks.join(", ") : "no task");
+  }
+  const numbers = [];
+  if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${percent(one.confidence)}</span>`);
+  if (one.issue_count) numbers.push(`<span class="issues" title="${escaped((one.issues || []).join(", "))}">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}</span>`);
+  if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
+  if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
+  if (one.score_error) numbers.push(`<span class="no" title="${escaped(one.score_error)}">labels unreadable</span>`);
+  const current = number === opened ? ` aria-current="true"` : "";
+  return `<li><button type="button" data-at="${number}"${current}${one.error ? ` title="${escaped(one.error)}"` : ""}><b>${escaped(one.name)}</b><span class="found">${facts.join(" ")}</span><span class="numbers quiet">${numbers.join(" · ")}</span></button></li>`;
+}
+
+function draw() {
+  const shown = matching(), focused = document.activeElement?.dataset?.at;
+  place.innerHTML = shown.slice(0, MOST).map(row).join("") + (shown.length > MOST ? `<li class="quiet">… ${shown.length - MOST} more; filters find them</li>` : "");
+  if (focused !== undefined) place.querySelector(`[data-at="${focused}"]`)?.focus({ preventScroll: true });
+  const all = list.recordings.length, done = all - list.waiting;
+  const count = shown.length === all ? `${all} recording${all === 1 ? "" : "s"}` : `${shown.length} of ${all} recordings`;
+  byId("progress").textContent = list.waiting ? `${count}, ${done} analyzed` : count;
+}

@@ -1,0 +1,49 @@
+// The recording that is open: what the server knows of it, drawn by the scripts of the report.
+
+import { load, nameOf, panels, seconds, setTime, show, state, view } from "./bench.js";
+import { get, tell } from "./server.js";
+
+const byId = (id) => document.getElementById(id);
+
+/** What is open: its number and all that the server said of it. */
+export const current = { at: undefined, answer: undefined };
+
+const listeners = [];
+
+/** Calls `opened` with what the server says of each recording that is opened. */
+export const onOpen = (opened) => listeners.push(opened);
+
+/** Opens a recording; where it is open already, the time that is looked at stays. */
+export async function open(at, to = {}) {
+  const again = current.at === at && current.answer;
+  current.at = at;
+  byId("main").setAttribute("aria-busy", "true");
+  let answer;
+  try {
+    answer = await get(`api/recording/${at}`);
+  } catch (error) {
+    if (current.at === at) tell(error.message);
+    return;
+  } finally {
+    if (current.at === at) byId("main").removeAttribute("aria-busy");
+  }
+  // Another one may have been asked for in the meantime.
+  if (current.at !== at) return;
+  tell();
+  const { from, to: until, cursor } = state;
+  const titles = view.data ? panels.map((panel) => nameOf(view.data.signals[panel.number])) : [];
+  current.answer = answer;
+  const { data } = answer;
+  byId("title").textContent = answer.name;
+  byId("facts").textContent = `${seconds(data.end - data.start)} at ${Number(data.rate.toPrecision(4))} Hz; rules ${answer.rules.join(", ")}`;
+  document.title = `${answer.name} – teachtree studio`;
+  load(data, titles);
+  listeners.forEach((opened) => opened(answer));
+  if (again) {
+    show(from, until);
+    setTime(cursor, false);
+  } else {
+    show(data.start, data.end);
+    setTime(to.time ?? data.start);
+  }
+}

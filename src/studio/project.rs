@@ -1,0 +1,268 @@
+//! The recordings of a studio, and what was found in each of them.
+//!
+//! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
+//! hold only what the list shows.
+
+use crate::analysis::Who;
+use crate::base::error::InputError;
+use crate::session::files;
+use crate::session::{Analysis, Error, LogOptions, RulesOptions};
+use crate::stream::read::formats;
+use serde_json::{Value, json};
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+
+/// The values that recordings in memory have together, about; the newest stays in any case.
+const MAX_VALUES: usize = 60_000_000;
+/// The most recordings of a studio.
+const MAX_RECORDINGS: usize = 20_000;
+
+/// What a studio is opened on.
+pub struct Options {
+    /// Recordings, folders, data sets.
+    pub paths: Vec<PathBuf>,
+    /// How logs are opened.
+    pub source: LogOptions,
+    /// The binding among that, which decides whether a folder is one recording.
+    pub binding: Option<PathBuf>,
+    /// Each file of a folder is a recording.
+    pub each: bool,
+    /// The rules.
+    pub rules: RulesOptions,
+}
+
+/// The recordings, and what is known of them.
+pub struct Studio {
+    /// In the order of the list.
+    pub recordings: Vec<Recording>,
+    source: LogOptions,
+    rules: RulesOptions,
+    state: Mutex<State>,
+    /// There is something to analyze.
+    pub(super) wake: Condvar,
+}
+
+/// A recording of the list.
+pub struct Recording {
+    /// The log, as it is opened.
+    pub log: PathBuf,
+    /// Its name in the list.
+    pub name: String,
+}
+
+/// What changes.
+#[derive(Default)]
+pub struct State {
+    /// Grows with each change that a page may want to show.
+    pub revision: u64,
+    /// Grows when rules or params change: what was found before is old.
+    pub generation: u64,
+    /// Grows when rule files were written.
+    pub epoch: u64,
+    /// Params that differ from the files, with their values.
+    pub params: BTreeMap<String, String>,
+    /// One for each recording.
+    pub rows: Vec<Row>,
+    /// What a thread is at.
+    pub claimed: BTreeSet<usize>,
+    /// Recordings in memory; the one that was used last is the last.
+    open: Vec<(usize, Arc<Loaded>)>,
+}
+
+/// What the list shows of a recording.
+#[derive(Clone, Default)]
+pub struct Row {
+    /// The generation of what is here; `None` before the first analysis.
+    pub generation: Option<u64>,
+    /// What was found, or why nothing was.
+    pub outcome: Option<Result<Summary, String>>,
+    /// How sure the least sure task is; the inner is `None` where there is no task.
+    pub confidence: Option<Option<f64>>,
+}
+
+/// What was found, in brief.
+#[derive(Clone)]
+pub struct Summary {
+    length_s: f64,
+    /// Track and name of each task, with its object.
+    tasks: Vec<(String, String)>,
+    /// The kinds of issues, each once.
+    issues: BTreeSet<String>,
+    issue_count: usize,
+}
+
+/// A recording in memory.
+pub struct Loaded {
+    /// Of which generation and epoch `now` is.
+    generation: u64,
+    epoch: u64,
+    /// By the rules as they are in the files.
+    pub base: Analysis,
+    /// By the rules with the params that were changed.
+    pub now: Analysis,
+}
+
+impl Loaded {
+    /// How many values it has, about.
+    fn values(&self) -> usize {
+        let recording = self.now.log().opened().map(|opened| &opened.recording);
+        recording.map_or(0, |recording| 2 * recording.columns.len() * recording.time.len())
+    }
+}
+
+impl Studio {
+    /// Finds the recordings; none is read yet.
+    ///
+    /// # Errors
+    /// A path that cannot be read or holds no recording, more recordings than a list can have.
+    pub fn new(options: Options) -> Result<Self, InputError> {
+        let Options { paths, source, binding, each, rules } = options;
+        let mut found = Vec::new();
+        for path in &paths {
+            // A set or a file of several recordings stands for all of them.
+            let several = if formats::recording_of(path).is_none() { formats::all_of(path)? } else { None };
+            match several {
+                Some(logs) => found.extend(logs.into_iter().map(|log| (formats::stem(&log), log))),
+                None => {
+                    let logs = files::recordings(std::slice::from_ref(path), binding.as_deref(), each)?;
+                    found.extend(logs.into_iter().map(|one| (one.name.display().to_string(), one.log)));
+                }
+            }
+        }
+        if found.len() > MAX_RECORDINGS {
+            let message = format!("found {} recordings, at most {MAX_RECORDINGS} are shown", found.len());
+            return Err(InputError::new("studio", message).help("name fewer, such as `set#0..999`"));
+        }
+        let mut seen = BTreeSet::new();
+        found.retain(|(_, log)| seen.insert(log.clone()));
+        let recordings: Vec<Recording> = found.into_iter().map(|(name, log)| Recording { log, name }).collect();
+        let rows = vec![Row::default(); recordings.len()];
+        let state = Mutex::new(State { rows, revision: 1, ..State::default() });
+        Ok(Self { recordings, source, rules, state, wake: Condvar::new() })
+    }
+
+    pub(super) fn state(&self) -> MutexGuard<'_, State> {
+        // What is behind the lock is whole after each step.
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The recording by the rules of now, read and analyzed unless it is there.
+    ///
+    /// # Errors
+    /// What is wrong with the recording, or with the rules for it.
+    pub fn loaded(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+        let (generation, epoch, params, known) = {
+            let mut state = self.state();
+            let known = state.open.iter().position(|(number, _)| *number == at);
+            let known = known.map(|place| {
+                let one = state.open.remove(place);
+                state.open.push(one.clone());
+                one.1
+            });
+            (state.generation, state.epoch, state.params.clone(), known)
+        };
+        if let Some(known) = known.as_ref().filter(|known| known.generation == generation) {
+            return Ok(Arc::clone(known));
+        }
+        let loaded = Arc::new(self.analyzed(at, known, (generation, epoch), &params)?);
+        let mut state = self.state();
+        state.open.retain(|(number, _)| *number != at);
+        state.open.push((at, Arc::clone(&loaded)));
+        let mut values: usize = state.open.iter().map(|(_, one)| one.values()).sum();
+        while values > MAX_VALUES && state.open.len() > 1 {
+            values -= state.open.remove(0).1.values();
+        }
+        Ok(loaded)
+    }
+
+    fn analyzed(
+        &self,
+        at: usize,
+        known: Option<Arc<Loaded>>,
+        (generation, epoch): (u64, u64),
+        params: &BTreeMap<String, String>,
+    ) -> Result<Loaded, Error> {
+        let base = match known {
+            Some(known) if known.epoch == epoch => known.base.clone(),
+            Some(known) => {
+                let rules = self.rules.clone().for_log(known.base.log())?;
+                known.base.by_rules(&rules)?
+            }
+            None => {
+                let recording = self.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))?;
+                let log = self.source.clone().open(&recording.log)?;
+                log.read()?;
+                self.rules.clone().for_log(&log)?.analyze(&log)?
+            }
+        };
+        let own = params.iter().filter(|(name, _)| base.rules().set().param(name).is_some());
+        let with = own.fold(self.rules.clone(), |rules, (name, value)| rules.param(name, value));
+        let now = match params.is_empty() {
+            true => base.clone(),
+            false => base.by_rules(&with.for_log(base.log())?)?,
+        };
+        Ok(Loaded { generation, epoch, base, now })
+    }
+
+    /// Analyzes a recording and puts what was found into its row.
+    pub fn refresh(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+        let loaded = self.loaded(at);
+        let outcome = match &loaded {
+            Ok(loaded) => Ok(summary(&loaded.now)),
+            Err(error) => Err(error.to_string()),
+        };
+        let mut state = self.state();
+        let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
+        if let Some(row) = state.rows.get_mut(at) {
+            row.generation = Some(generation);
+            row.outcome = Some(outcome);
+        }
+        state.revision += 1;
+        loaded
+    }
+
+    /// The list, as the page takes it.
+    pub fn list(&self) -> Value {
+        let state = self.state();
+        let rows = self.recordings.iter().zip(&state.rows).map(|(recording, row)| {
+            let mut value = json!({ "name": recording.name, "log": recording.log.display().to_string() });
+            let Some(fields) = value.as_object_mut() else { return value };
+            let status = match (&row.outcome, row.generation == Some(state.generation)) {
+                (None, _) => "waiting",
+                (Some(Err(_)), _) => "failed",
+                (Some(Ok(_)), false) => "old",
+                (Some(Ok(_)), true) => "done",
+            };
+            fields.insert("status".into(), status.into());
+            match &row.outcome {
+                Some(Ok(found)) => {
+                    fields.insert("length_s".into(), json!(found.length_s));
+                    fields.insert("tasks".into(), json!(found.tasks));
+                    fields.insert("issues".into(), json!(found.issues));
+                    fields.insert("issue_count".into(), json!(found.issue_count));
+                }
+                Some(Err(error)) => _ = fields.insert("error".into(), json!(error)),
+                None => {}
+            }
+            fields.insert("confidence".into(), json!(row.confidence.flatten()));
+            value
+        });
+        let waiting = state.rows.iter().filter(|row| row.generation != Some(state.generation)).count();
+        json!({ "revision": state.revision, "waiting": waiting, "params": state.params, "recordings": rows.collect::<Vec<_>>() })
+    }
+}
+
+fn summary(analysis: &Analysis) -> Summary {
+    let found = analysis.found();
+    let tasks = found.tracks.iter().flat_map(|track| {
+        let who = if matches!(track.who, Who::Both) { String::new() } else { track.who.to_string() };
+        track.tasks.iter().map(move |task| (who.clone(), format!("{}{}", task.task, task.subject.suffix())))
+    });
+    Summary {
+        length_s: found.end_s - found.start_s,
+        tasks: tasks.collect(),
+        issues: found.issues.iter().map(|issue| issue.kind.name().to_string()).collect(),
+        issue_count: found.issues.len(),
+    }
+}
