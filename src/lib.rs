@@ -1,8 +1,8 @@
 //! teachtree: a declarative rule language that turns a recorded demonstration into named primitives and tasks, and those into a robot program.
 //!
-//! A [`Log`] is a recording of hands and objects: poses, contact forces, times. [`Rules`] are text: they say what a *Grasp* or a *Release* is
-//! (primitives) and which sequences of them are a *pick_and_place* (tasks). Rules analyze a log; the [`Analysis`] lists [`Task`]s with their
-//! [`Segment`]s, says why each frame has its label ([`Analysis::explain`]), and prints itself as JSON, CSV, text and HTML.
+//! A [`Log`] is a recording of hands and objects: poses, contact forces, times. [`Rules`] are text: they define primitives, such as *Grasp* and *Release*,
+//! and tasks, such as *pick_and_place*, which are sequences of primitives. Rules analyze a log; the [`Analysis`] lists [`Task`]s with their
+//! [`Segment`]s, explains the label of each frame ([`Analysis::explain`]), and is written as JSON, CSV, text and HTML.
 //! Everything has the defaults of the command line `teachtree analyze`.
 //!
 //! ```
@@ -21,13 +21,13 @@
 //! # }
 //! ```
 //!
-//! - logs: [`Log::open`] (CSV, Parquet, MCAP, ROS bags, JSON lines, LeRobot, …), [`Log::options`] (binding, scene), [`Log::from_columns`] (memory);
+//! - logs: [`Log::open`] (CSV, Parquet, MCAP, HDF5, NPZ, Zarr, ROS bags, LeRobot, …), [`Log::options`] (binding, scene), [`Log::from_columns`] (memory);
 //! - rules: [`Rules::for_log`] (the shipped ones), [`Rules::options`] (files, texts, params, hand file);
 //! - results: [`Analysis`], [`Track`], [`Task`], [`Segment`], [`Issue`]; [`Rules::observability`] lists what cannot be detected in a log;
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!
-//! docs/embedding.md goes through all of it. Features: `parquet` and `mcap` (formats of logs), `world` (simulation, robots), `cli`, `lsp`, `studio`; with
-//! `default-features = false` the library reads text formats and analyzes them.
+//! docs/embedding.md goes through all of it. Features: `parquet`, `mcap`, `hdf5` and `arrays` (formats of logs), `world` (simulation, robots), `cli`, `lsp`,
+//! `studio`; with `default-features = false` the library reads and analyzes logs in text formats.
 
 #![cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "modules hand names on to tests and benches"))]
 #![cfg_attr(

@@ -20,7 +20,7 @@ pub fn table(all: &[(Kind, bool, Found)]) -> String {
         sets.entry((kind.set(), *given)).or_default().push(found);
     }
     let mut lines = vec![
-        "| set | licence | files | measure | rules | simple peer |".to_string(),
+        "| set | license | files | measure | rules | simple peer |".to_string(),
         "|---|---|---|---|---|---|".to_string(),
     ];
     for ((set, given), found) in sets {
