@@ -166,7 +166,8 @@ pub fn explain(analyzed: &Analyzed, question: &Question) -> Result<Vec<Explanati
         let mut inspector = Inspector::new(analyzed.rules, analyzed.frames, leaves);
         if inspector.tree(side).is_none() {
             let message = format!("there is no tree that labels `{}` in this recording", question.who);
-            return Err(InputError::new("--track", message).help("tracks are left, right and both"));
+            let tracks: Vec<String> = analyzed.analysis.tracks.iter().map(|track| format!("`{}`", track.who)).collect();
+            return Err(InputError::new("--track", message).help(format!("its tracks are {}", tracks.join(", "))));
         }
         let nearest = match &labels {
             Some(labels) => why_not::why_not(&mut inspector, side, frames.clone(), labels)?,

@@ -66,7 +66,7 @@ impl InputError {
             ErrorKind::NotFound => "there is no such file".to_string(),
             ErrorKind::PermissionDenied => "the file may not be read".to_string(),
             ErrorKind::IsADirectory => "found a folder, expected a file".to_string(),
-            ErrorKind::InvalidData => "the file is no text in UTF-8".to_string(),
+            ErrorKind::InvalidData => "the file is not valid UTF-8".to_string(),
             // Without the number that the system gives it: `Too many open files (os error 24)`.
             _ => {
                 format!("the file cannot be read: {}", error.to_string().split(" (os error").next().unwrap_or_default())

@@ -16,7 +16,7 @@ pub fn read<T: DeserializeOwned>(text: &str, file: &str) -> Result<T, InputError
         let message = message_of(&error);
         InputError::new(
             place(&error, file),
-            if error.is_syntax() { format!("no JSON here, {message}") } else { message },
+            if error.is_syntax() { format!("not valid JSON: {message}") } else { message },
         )
     })
 }

@@ -48,7 +48,7 @@ pub fn parse(text: &str, wanted: Dimension) -> Result<f64, String> {
     if !number.is_finite() {
         return Err(format!("found `{text}`, expected a finite number"));
     }
-    let (in_si, dimension) = compound(tail).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+    let (in_si, dimension) = compound(tail).map_err(|part| format!("`{part}` in `{text}` is not a known unit"))?;
     if dimension != wanted {
         return Err(format!("`{text}` is {dimension}, expected {wanted}"));
     }

@@ -35,7 +35,7 @@ pub struct Args {
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
     pub format: Format,
-    /// Also find how sure boundaries and tasks are: the rules are run with params a fifth smaller and larger too
+    /// Also report the confidence of boundaries and tasks, from runs with params a fifth smaller and larger
     #[arg(long)]
     pub confidence: bool,
     /// Where to write it; standard output when left out
@@ -44,13 +44,13 @@ pub struct Args {
     /// Write a file for each recording into this folder, named as the recording
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["out", "report", "frames", "mcap", "trace"])]
     pub out_dir: Option<PathBuf>,
-    /// Leave out recordings whose file in `--out-dir` is there and was made of the same log, rules, params and version
+    /// Skip recordings whose file in `--out-dir` exists and was made from the same log, rules, params and version
     #[arg(long, requires = "out_dir")]
     pub resume: bool,
-    /// Take each file in a folder for a recording; with a binding a folder with tables of text is one recording in parts otherwise
+    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
     #[arg(long)]
     each: bool,
-    /// Take the I-th of N parts of the recordings, from 1: for the jobs of an array that share a folder
+    /// Analyze the I-th of N parts of the recordings, counted from 1: for array jobs that share a folder
     #[arg(long, value_name = "I/N", value_parser = shard)]
     pub shard: Option<Shard>,
     #[command(flatten)]
@@ -61,14 +61,14 @@ pub struct Args {
     /// Also write labels, tasks and objects of each frame as a table, `.csv` or `.parquet` (one recording only)
     #[arg(long, value_name = "FILE")]
     frames: Option<PathBuf>,
-    /// Signals, latches and channels of the rules whose values the files of `--frames`, `--mcap` and `--trace` have too
+    /// Signals, latches and channels of the rules whose values are added to the files of `--frames`, `--mcap` and `--trace`
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     signals: Vec<String>,
     /// Also write labels, signals and poses for viewers, and beside it a layout for Foxglove (one recording only)
     #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE.mcap")]
     mcap: Option<PathBuf>,
-    /// Copy all messages of the log into the file of `--mcap` too, so that it can take the place of the log: an MCAP file
+    /// Also copy all messages of the log, an MCAP file, into the file of `--mcap`, so that it can replace the log
     #[cfg(feature = "mcap")]
     #[arg(long, requires = "mcap")]
     into: bool,

@@ -61,16 +61,16 @@ pub struct Args {
     /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic
     #[arg(long, value_name = "NAME=STEP")]
     start_signal: Vec<String>,
-    /// HDF5: write the specification of the task for what generates data: `.json` for MimicGen, `.yaml` for AutoData
+    /// HDF5: write the specification of the task for a data generator: `.json` for MimicGen, `.yaml` for AutoData
     #[arg(long, value_name = "FILE")]
     task_spec: Option<PathBuf>,
-    /// HDF5: what the file calls a body of the scene, for --task-spec; may be repeated
+    /// HDF5: the name of a body of the scene in the file, for --task-spec; may be repeated
     #[arg(long, value_name = "BODY=NAME", value_parser = super::rules::name_and_value)]
     object_ref: Vec<(String, String)>,
-    /// HDF5: whose layout; that which the file has when left out, or MimicGen's
+    /// HDF5: the layout of the signals; when left out the one of the file, else MimicGen's
     #[arg(long, value_enum)]
     layout: Option<LayoutArg>,
-    /// Leave out of the copy what the set has of the labels or signals that are written
+    /// Leave existing labels of the written styles, or signals of the written names, out of the copy
     #[arg(long)]
     replace: bool,
     #[command(flatten)]

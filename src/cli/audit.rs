@@ -1,4 +1,4 @@
-//! `teachtree audit`: which recordings of a set are no good demonstrations, and why.
+//! `teachtree audit`: the recordings of a set that should not be trained on, with the reasons.
 
 use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
@@ -46,16 +46,16 @@ pub struct Args {
     #[cfg(feature = "hdf5")]
     #[arg(long, value_name = "COPY.hdf5")]
     mask: Option<PathBuf>,
-    /// Findings with which a recording is good all the same
+    /// Findings that do not keep a recording from being good
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     allow: Vec<KindArg>,
     /// Findings with which the exit status is 1
     #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',')]
     fail_on: Vec<KindArg>,
-    /// From how long on it is a rest when nothing moves, s
+    /// The shortest time without motion that counts as a rest, s
     #[arg(long, value_name = "SECONDS", default_value = "3", value_parser = seconds)]
     rest: f64,
-    /// Take each file in a folder for a recording; with a binding a folder with tables of text is one recording in parts otherwise
+    /// Treat each file in a folder as a recording; otherwise, with a binding, a folder with tables of text is one recording in parts
     #[arg(long)]
     each: bool,
     #[command(flatten)]

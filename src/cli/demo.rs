@@ -1,4 +1,4 @@
-//! `teachtree demo`: the chapter's experiment with one hand (section 3.2) or with both (section 4.3): demonstrated, analyzed, reported, and carried out by
+//! `teachtree demo`: the paper's experiment with one hand (section 3.2) or with both (section 4.3): demonstrated, analyzed, reported, and carried out by
 //! a robot.
 
 use super::analyze::timeline;
@@ -17,7 +17,7 @@ use crate::stream::atomic_write::Files;
 use crate::stream::read::csv;
 use std::path::{Path, PathBuf};
 
-/// The chapter's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.
+/// The paper's box of section 3.2; the hand-over of section 4.3. Each is a scene and its operator.
 const ONE_HAND: &str = "paper_box";
 const BOTH_HANDS: &str = "hand_over_left_to_right";
 /// Who carries it out.

@@ -20,7 +20,7 @@ pub struct Args {
     /// The time in the recording, `3.41s` or `3410ms`, or an interval, `3.2s..3.6s`
     #[arg(long, value_name = "TIME", value_parser = times)]
     at: (f64, f64),
-    /// Whose label; all that there are when left out
+    /// The track to explain; all tracks when left out
     #[arg(long, value_enum, value_name = "TRACK")]
     track: Option<TrackArg>,
     /// The primitive that was expected: the nearest path to it, and what was missing

@@ -35,10 +35,10 @@ pub struct Args {
     /// The params to change; all that have a range when left out
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     params: Vec<String>,
-    /// Hold the recordings out in so many groups; each by itself, but at most 8 groups, when left out
+    /// The number of groups in which recordings are held out; when left out one for each recording, at most 8
     #[arg(long, value_name = "GROUPS")]
     hold_out: Option<usize>,
-    /// Give a patch although held-out recordings do not bear it out, or are too few
+    /// Write a patch even where held-out recordings do not confirm it, or are too few
     #[arg(long)]
     anyway: bool,
     /// Compare segments before relabeling with the truth

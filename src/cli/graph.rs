@@ -38,7 +38,7 @@ pub struct Args {
     /// The time in the recording, `3.41s` or `3410ms`
     #[arg(long, value_name = "TIME", value_parser = time, requires = "log")]
     at: Option<f64>,
-    /// Whose tree; all when left out
+    /// The tree of this track; all trees when left out
     #[arg(long, value_enum, value_name = "TRACK", requires = "log")]
     track: Option<TrackArg>,
     /// The hand file that implements the abstract signals, such as `hand_flags.rules`; overrides the binding's

@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Options of commands that work on many recordings.
 #[derive(clap::Args, Clone, Debug, Default)]
 pub struct ManyArgs {
-    /// Work on at most so many recordings at a time; on as many as there are cores when left out
+    /// The most recordings to work on at a time; the number of cores when left out
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub jobs: Option<u16>,
     /// Print no progress and no warnings, only errors

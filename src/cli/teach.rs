@@ -34,13 +34,13 @@ pub struct Args {
     /// Random seed; equal seeds give identical recordings
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Many simulated operators, `1..200` the last one included; files are called after the operator and the seed
+    /// Several simulated operators: the first and the last seed, such as `1..200`; files are named after the operator and the seed
     #[arg(long, value_name = "FIRST..LAST", value_parser = seeds, conflicts_with = "seed")]
     seeds: Option<(u64, u64)>,
-    /// How much the simulated operator varies: 0 as a machine, 1 as the operator file says
+    /// How much the simulated operator varies: 0 like a machine, 1 as in the operator file
     #[arg(long, alias = "noise", value_name = "FACTOR", value_parser = factor, default_value_t = 1.0)]
     variation: f64,
-    /// The robot that is to perform the task, by name or a robot file: the operator's virtual hands become as large as its hands
+    /// The robot that will perform the task, by name or a robot file: gives the operator virtual hands of that robot's size
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
 }

@@ -36,10 +36,10 @@ pub struct Args {
     /// Add what no line expects; logs in the named folders that have no expectation get one, with the rules and binding given here
     #[arg(long)]
     update: bool,
-    /// With `--update`: accept what is found instead of lines that are not met, unless they are `pinned`
+    /// With `--update`: replace lines that are not met by the result, unless they are `pinned`
     #[arg(long, requires = "update")]
     replace: bool,
-    /// Write what was found instead as `NAME.expect.new`, to be reviewed with `cargo insta review --workspace-root . --extensions expect`
+    /// Write the results that differ as `NAME.expect.new`, to be reviewed with `cargo insta review --workspace-root . --extensions expect`
     #[arg(long, conflicts_with = "update")]
     pending: bool,
     /// Say which choices are never taken, and which conditions are never true or never false while they are asked

@@ -35,7 +35,7 @@ pub struct TruthArgs {
     /// True labels instead of those in the logs: a table, also of `analyze --format csv`; a file of ELAN; a LeRobot set with `meta/lerobot_annotations.json`; a folder with a file for each log
     #[arg(long, value_name = "FILE")]
     pub labels: Option<PathBuf>,
-    /// Whom labels without a column `track` are about
+    /// The track of labels that have no column `track`
     #[arg(long, value_enum, value_name = "TRACK")]
     pub track: Option<TrackArg>,
     /// From foreign names to ours: a YAML file, or `S1=Move|Approach,S2=Grasp,S9=mask`

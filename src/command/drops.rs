@@ -1,4 +1,4 @@
-//! Tasks that came to nothing, as a whole: brushes, and what was taken up and lost before the same hand took it up again (chapter, section 2.1:
+//! Tasks that came to nothing, as a whole: brushes, and what was taken up and lost before the same hand took it up again (the paper, section 2.1:
 //! inadvertent human error is compensated). The way to the object is not lost with them: who tries again on the spot has come on it.
 
 use super::form::{LeftOut, Segment, Task};

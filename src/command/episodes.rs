@@ -1,7 +1,7 @@
 //! Which of a task's segments are commanded: tries that had an effect, without aborted approaches and pauses on the way.
 //!
 //! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again,
-//! or that carried and let go in the air before another try, was a mistake and is left out (chapter, section 2.1); so are a Move and an Approach that were
+//! or that carried and let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were
 //! followed by another Move.
 
 use super::RATE_HZ;

@@ -39,7 +39,7 @@ pub struct Task {
     pub object: String,
     /// When the operator began, s of the recording.
     pub start_s: f64,
-    /// When the operator was done.
+    /// When the operator was done, s of the recording.
     pub end_s: f64,
     /// How the object is touched, in order of time.
     pub grasps: Vec<GraspSpec>,
@@ -117,7 +117,7 @@ pub struct MappedFinger {
     pub manipulability: f64,
     /// Freedom from joint limits, 0 to 1.
     pub freedom: f64,
-    /// Between the pad and the surface, degrees.
+    /// The angle between the pad and the surface, degrees.
     pub pad_angle_deg: f64,
 }
 
@@ -169,7 +169,7 @@ pub struct Tip {
 pub struct Quality {
     /// Largest jerk of object and fingertips as recorded, at the rate of the commands, m/s^3.
     pub jerk_before: f64,
-    /// The same as commanded.
+    /// The same as commanded, m/s^3.
     pub jerk_after: f64,
     /// The farthest that the commanded object, the hand, and fingertips without contact are from where they were recorded, m.
     pub position_deviation: f64,
@@ -190,7 +190,7 @@ pub struct LeftOut {
     pub primitives: Vec<String>,
     /// From when, s of the recording.
     pub start_s: f64,
-    /// Until when.
+    /// Until when, s of the recording.
     pub end_s: f64,
     /// Why: `aborted approach`, `failed try`, `dropped`, `pause`.
     pub why: String,

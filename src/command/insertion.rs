@@ -1,4 +1,4 @@
-//! Into a hole an object goes along the axis. The operator lets it slide about on the rim and feels for the hole (chapter, section 2.1: such error is
+//! Into a hole an object goes along the axis. The operator lets it slide about on the rim and feels for the hole (the paper, section 2.1: such error is
 //! inadvertent); a robot sees where the hole is. So the nearer the object comes, the more it is brought over the hole and upright, it stays a little
 //! above the rim until the operator has found the hole, and then goes down as deep and as fast as the operator's. Nothing pushes back there, so the forces stay
 //! those of carrying it.

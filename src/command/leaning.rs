@@ -1,4 +1,4 @@
-//! Who pushes an object along a wall hardly presses it there, and loses the wall for moments (chapter, section 3.2: a fluctuation). A robot that goes the same
+//! Who pushes an object along a wall hardly presses it there, and loses the wall for moments (the paper, section 3.2: a fluctuation). A robot that goes the same
 //! way to a tenth of a millimetre may miss the wall altogether; so it is to keep as near as the operator came at the nearest, and a little nearer.
 
 use super::RATE_HZ;

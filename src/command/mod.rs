@@ -1,7 +1,7 @@
 //! Commands: what a robot is to do, from an analyzed recording.
 //!
 //! For each task the segments that matter, with the trajectory of the object, the fingertips in the frame of the object, the forces on it and
-//! the contact points, smoothed within a segment and never across a contact (the chapter's sections 2.1, 2.5 and 3.2). What came to nothing,
+//! the contact points, smoothed within a segment and never across a contact (the paper's sections 2.1, 2.5 and 3.2). What came to nothing,
 //! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
 
 mod columns;
@@ -39,7 +39,7 @@ use series::Series;
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
-/// Friction of a fingertip on an object (chapter, section 3.1): forces stay in the cone of it.
+/// Friction of a fingertip on an object (the paper, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
 /// Makes the commands of a recording, which is as the rules see it ([`trusted`](crate::stream::trusted)); `log` is its name. Where the

@@ -1,5 +1,5 @@
 //! What the operator lets fall a little is put down where it came to rest: let go above its place, or askew. How it falls is chance, and a robot that lets it
-//! fall as well has another one (chapter, section 2.1: such error is inadvertent).
+//! fall as well has another one (the paper, section 2.1: such error is inadvertent).
 
 use super::series::{Episode, Series};
 use crate::base::easing::smooth_step;

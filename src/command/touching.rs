@@ -6,12 +6,12 @@ use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::Recording;
 use crate::base::touch;
 
-/// The forces on a fingertip between which it touches, N.
+/// The hysteresis of the force by which a fingertip touches.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TouchForces {
-    /// It touches from this force on.
+    /// The force from which on it touches, N.
     pub on_n: f64,
-    /// Until the force falls below this one.
+    /// The force below which it no longer touches, N.
     pub off_n: f64,
 }
 

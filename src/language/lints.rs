@@ -1,4 +1,4 @@
-//! Warnings about rule sets that are right but hardly as meant. They are given only when nothing is wrong.
+//! Warnings: likely mistakes in rule sets that have no errors.
 
 mod after;
 pub mod allow;

@@ -115,7 +115,7 @@ fn verdict(fit: &Fit) -> String {
             )
         }
         Verdict::TooFew => format!(
-            "too few recordings: {}, and of fewer than {MIN_LOGS} none can be held out to see whether what fits them fits others. `--anyway` fits them all the same.",
+            "too few recordings: {}, expected at least {MIN_LOGS}, so that some can be held out for validation. `--anyway` fits them without.",
             fit.logs.len()
         ),
     }

@@ -1,6 +1,6 @@
 //! The page for browsers: an analysis, its frames and its recording in, one file out that needs no network.
 //!
-//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabeled segments and tasks, and below them the signals of the chapter's Figure 5 with the
+//! With scripts it is a page to work in (`page`). Without, there is for each hand the lanes of raw segments, relabeled segments and tasks, and below them the signals of the paper's Figure 5 with the
 //! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
 
 use super::figure::figure;

@@ -1,4 +1,4 @@
-//! The signals of the chapter's Figure 5: frames in, curves in the units that people read out (docs/sources.md, C23 to C25).
+//! The signals of the paper's Figure 5: frames in, curves in the units that people read out (docs/sources.md, C23 to C25).
 
 use crate::analysis;
 use crate::base::channels::{Absent, Axis, ChannelSpec, Derived, Shape, derived};
@@ -176,7 +176,7 @@ impl<'a> Signals<'a> {
     }
 }
 
-/// What the chapter's Figure 14 shows: how hard each hand pushes and carries, and how many of its fingers touch, on one axis.
+/// What the paper's Figure 14 shows: how hard each hand pushes and carries, and how many of its fingers touch, on one axis.
 pub(super) fn of_both(frames: &Frames) -> Vec<Panel> {
     let force = |of: fn([f64; 3]) -> f64| {
         let curve = |side: Side| {

@@ -60,7 +60,7 @@ impl Rules {
         Ok(Observability { tracks: observability::tracks(&lower(&self.0.rules), &frames), issues: frames.issues })
     }
 
-    /// The warnings about the rules: they can run, but something is hardly as meant.
+    /// The warnings about the rules: likely mistakes in rules that can run.
     pub fn warnings(&self) -> &[Diagnostic] {
         &self.0.warnings
     }

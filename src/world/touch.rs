@@ -1,4 +1,4 @@
-//! The fingertip contact law: the haptic interface of the chapter (sections 2.3, 3.1; docs/sources.md, Contacts; every constant but the
+//! The fingertip contact law: the haptic interface of the paper (sections 2.3, 3.1; docs/sources.md, Contacts; every constant but the
 //! friction coefficients and the ceiling is ours).
 //!
 //! A fingertip is a ball that overlaps a body by the depth δ. With the outward normal n of the body and the tangential stretch s of a

@@ -120,7 +120,7 @@ fn json_that_ends_too_early_is_reported_without_a_column() {
         ("{\"schema\": \"teachtree.commands/1\",\n \"tasks\": [", "commands.json:2: ends in the middle of a list"),
         ("{\"schema\":\n", "commands.json:2: ends in the middle: a value is missing"),
         ("{\"schema\": 5}", "commands.json:1:12: found `5`, expected a text"),
-        ("{\"schema\" 5}", "commands.json:1:11: no JSON here, expected `:`"),
+        ("{\"schema\" 5}", "commands.json:1:11: not valid JSON: expected `:`"),
     ] {
         let commands = file(&folder, "commands.json", text);
         let printed = refused(&["simulate", &commands, "--scene", "slide", "-o", "none.csv"]);

@@ -59,10 +59,10 @@ fn example(head: &str, rules: &[Rule]) -> Option<&'static str> {
 
 /// Whether a word can only be a leaf.
 pub fn is_leaf(word: &str) -> bool {
-    is_capitalised(word) || matches!(word, "stay" | "separate")
+    is_capitalized(word) || matches!(word, "stay" | "separate")
 }
 
-fn is_capitalised(word: &str) -> bool {
+fn is_capitalized(word: &str) -> bool {
     word.starts_with(|c: char| c.is_ascii_uppercase())
 }
 
@@ -96,7 +96,7 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     ];
     if expects(&primitive) && lower_case {
         let (first, rest) = word.split_at(1);
-        return finding.fix("primitives are capitalised", place, format!("{}{rest}", first.to_ascii_uppercase()));
+        return finding.fix("primitives are capitalized", place, format!("{}{rest}", first.to_ascii_uppercase()));
     }
     let kind = |at: usize| scan.tokens.get(at).map(|token| token.kind);
     if let Some(near) = nearest(word, rules.iter().filter_map(|rule| keyword(*rule))) {
@@ -120,13 +120,13 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     if expects(&[Rule::kw_and]) && matches!(word, "becomes" | "become") {
         return finding.help("a rule names both neighbours: `X between A and B becomes C`");
     }
-    if word == "(" && matches!(scan.word(found + 1), "left" | "right") && is_capitalised(before) {
+    if word == "(" && matches!(scan.word(found + 1), "left" | "right") && is_capitalized(before) {
         return finding.fix("a side touches its primitive", gap, "");
     }
     let value = [Rule::expression, Rule::guard, Rule::sum, Rule::choice, Rule::conjunction, Rule::comparison];
-    if expects(&value) && is_capitalised(word) {
+    if expects(&value) && is_capitalized(word) {
         return finding
-            .help("only primitives are capitalised; `from(Grasp)` asks for the primitive of the frame before");
+            .help("only primitives are capitalized; `from(Grasp)` asks for the primitive of the frame before");
     }
     let names = [Rule::name, Rule::path, Rule::choice, Rule::choice_name, Rule::anchor_name];
     if expects(&names) && lower_case && Grammar::parse(Rule::name, word).is_err() {

@@ -103,7 +103,7 @@ const fn described(rule: Rule) -> &'static str {
         Rule::close_paren => "`)`",
         Rule::colon | Rule::declared_type => "`:`",
         Rule::comma => "`,`",
-        Rule::declared_primitive | Rule::declared_name => "a capitalised name such as `Grasp`",
+        Rule::declared_primitive | Rule::declared_name => "a capitalized name such as `Grasp`",
         Rule::demand => "a demand such as `lasting 150 ms`",
         Rule::dot | Rule::component => "`.`",
         Rule::each_hand => "`each hand`",

@@ -29,7 +29,7 @@ const MAX_SHADES: usize = 3;
 
 /// The groups of the list, in order.
 pub(super) const GROUPS: [&str; 4] =
-    ["figures of the chapter", "compared in the rules", "signals and latches", "channels"];
+    ["figures of the paper", "compared in the rules", "signals and latches", "channels"];
 
 /// Something to draw, not evaluated yet.
 struct Wanted {

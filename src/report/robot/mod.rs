@@ -1,4 +1,4 @@
-//! The page of what a robot did: pictures of it at each primitive (the chapter's Figure 6), the thumb's force desired and achieved (Figure 7), the
+//! The page of what a robot did: pictures of it at each primitive (the paper's Figure 6), the thumb's force desired and achieved (Figure 7), the
 //! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
 
 mod framing;
@@ -95,7 +95,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
             .iter()
             .any(|moment| moment.forces.iter().any(|force| force.finger == *finger && force.wanted.norm() > 0.0))
     };
-    // The thumb as in the chapter; where it takes no part, the first finger that does.
+    // The thumb as in the paper; where it takes no part, the first finger that does.
     let shown = fingers.iter().find(|finger| **finger == Finger::Thumb && pressing(finger));
     if let Some(shown) = shown.or_else(|| fingers.iter().find(|finger| pressing(finger))) {
         let of = |moment: &Moment| {

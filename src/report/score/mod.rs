@@ -22,7 +22,7 @@ fn ms(time_s: Option<f64>) -> String {
     time_s.map_or_else(|| NOTHING.into(), |time| fixed(time * 1e3, 1))
 }
 
-/// The names of tasks in a confusion: those of the chapter's kind by name, then `unknown`, then `none`.
+/// The names of tasks in a confusion: those of the paper's kind by name, then `unknown`, then `none`.
 fn task_names(score: &Score) -> Vec<&str> {
     let mut names: Vec<&str> =
         score.all.task_confusion().into_keys().flat_map(|(truth, result)| [truth, result]).collect();

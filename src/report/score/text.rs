@@ -1,5 +1,5 @@
 //! A score as tables: what was right over all, then tasks, mistakes, primitives, recordings. No line of a table is longer than 100 characters
-//! as long as names are no longer than those of the chapter.
+//! as long as names are no longer than those of the paper.
 
 use super::{NOTHING, ms, percent, shortened, task_names};
 use crate::analysis::json::Meta;

@@ -1,4 +1,4 @@
-//! Controllers at 1 ms (chapter, section 3.1; gains are ours: docs/sources.md, Control).
+//! Controllers at 1 ms (the paper, section 3.1; gains are ours: docs/sources.md, Control).
 //!
 //! ```text
 //! arm     τ = M_ii (ω² e + 2 ζ ω ė + k_i ∫e) + F_c tanh(q̇_d / v_0) + F_v q̇_d + τ_g        PID with friction compensation
@@ -30,7 +30,7 @@ pub struct Gains {
     pub stiffness: f64,
     /// K_d, N s/m.
     pub damping: f64,
-    /// K_f.
+    /// K_f, without unit.
     pub force_feedback: f64,
     /// Cut-off of the measured force, Hz.
     pub force_hz: f64,

@@ -1,7 +1,7 @@
 //! Grasp mapping: demonstrated contact points in, palm pose and finger angles of a robot hand out.
 //!
 //! Over the pose of the palm in the frame of the object, the geometric mean of the fingers' measures is made as large as possible
-//! (docs/sources.md, Grasp mapping; the chapter's section 2.6 only says that the pose maximises manipulability at the demonstrated contact points):
+//! (docs/sources.md, Grasp mapping; the paper's section 2.6 only says that the pose maximises manipulability at the demonstrated contact points):
 //!
 //! ```text
 //! W(T) = (Π_i w_i / L_i³ · p_i)^(1/n)        w: Yoshikawa's manipulability, L: length of the finger, p: freedom from joint limits

@@ -76,24 +76,24 @@ pub enum Kind {
     Prismatic,
 }
 
-/// What can be driven. Units are rad, rad/s and N m, or m, m/s and N.
+/// A degree of freedom: what a motor drives. Units are those of a revolute joint, and behind `or` those of a prismatic one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Dof {
     /// The name of the joint that it moves by once.
     pub name: String,
-    /// The smallest and the largest value.
+    /// The smallest and the largest position, rad or m.
     pub range: [f64; 2],
-    /// The largest torque, or force, of its motor.
+    /// The largest torque or force of its motor, N m or N.
     pub torque: f64,
-    /// The largest speed.
+    /// The largest speed, rad/s or m/s.
     pub speed: f64,
-    /// The largest acceleration.
+    /// The largest acceleration, rad/s² or m/s².
     pub acceleration: f64,
-    /// Inertia of its motor at the joint.
+    /// Inertia of its motor at the joint, kg m² or kg.
     pub armature: f64,
-    /// Viscous friction.
+    /// Viscous friction, N m s/rad or N s/m.
     pub damping: f64,
-    /// Dry friction.
+    /// Dry friction, N m or N.
     pub friction: f64,
 }
 

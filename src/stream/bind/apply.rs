@@ -317,7 +317,7 @@ impl Header {
             }
             (Some(unit), _) | (None, Some(unit)) => {
                 let (to_si, found) = compound(unit)
-                    .map_err(|part| format!("`{part}` is no unit that I know, expected one of {dimension}"))?;
+                    .map_err(|part| format!("`{part}` is not a known unit, expected one of {dimension}"))?;
                 if found != dimension {
                     return Err(format!("`{unit}` is {found}, expected {dimension}"));
                 }
@@ -421,7 +421,7 @@ fn form_of(channel: &str, columns: &Columns) -> Result<(Form, Dimension), String
                 ));
             }
             let unit = columns.patterns().first().and_then(|pattern| pattern.unit.as_deref()).unwrap_or_default();
-            let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` is no unit that I know"))?;
+            let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` is not a known unit"))?;
             (None, dimension)
         }
     };

@@ -110,7 +110,7 @@ fn number_with_unit(text: &str) -> Result<(f64, Dimension), String> {
     let text = text.trim();
     // The unit begins behind the number.
     let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | ' '));
-    let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is no unit that I know"))?;
+    let (_, dimension) = compound(unit).map_err(|part| format!("`{part}` in `{text}` is not a known unit"))?;
     Ok((quantity::parse(text, dimension)?, dimension))
 }
 

@@ -246,7 +246,7 @@ fn want(name: &str, unit: Option<&str>) -> Result<(Want, Dimension), String> {
         if name == "time" { Some(Dimension::TIME) } else { names::meaning(name).map(|meaning| meaning.dimension) };
     let read = unit.map(compound);
     match (meant, read) {
-        (Some(meant), Some(Err(part))) => Err(format!("`{part}` is no unit that I know, expected one of {meant}")),
+        (Some(meant), Some(Err(part))) => Err(format!("`{part}` is not a known unit, expected one of {meant}")),
         (Some(meant), Some(Ok((_, found)))) if found != meant => {
             Err(format!("`{name}` is given in `{}`, which is {found}, expected {meant}", unit.unwrap_or_default()))
         }

@@ -106,7 +106,7 @@ impl Operator {
     }
 
     /// The same operator with virtual hands that are `scale` times as large as their own, 0.5 to 2: what a robot with other hands is demonstrated with
-    /// (chapter, section 2.6). Fingertips stand farther from the palm, and farther apart where they are on one face of an object; they stay on it.
+    /// (the paper, section 2.6). Fingertips stand farther from the palm, and farther apart where they are on one face of an object; they stay on it.
     #[must_use]
     pub fn with_hands(self, scale: f64) -> Self {
         Self { hands_scale: scale.clamp(0.5, 2.0), ..self }

@@ -1,4 +1,4 @@
-//! The coordination of two hands: the definitions of the chapter (section 4.2; docs/sources.md, D1 to D9) on physical facts, with the future known.
+//! The coordination of two hands: the definitions of the paper (section 4.2; docs/sources.md, D1 to D9) on physical facts, with the future known.
 
 use super::facts::Facts;
 use super::labels::leaving;

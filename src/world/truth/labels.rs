@@ -1,4 +1,4 @@
-//! From facts to primitives: the definitions of the chapter (docs/sources.md, C1 to C20) with the future known.
+//! From facts to primitives: the definitions of the paper (docs/sources.md, C1 to C20) with the future known.
 
 use super::facts::Facts;
 use super::series::runs;

@@ -1,4 +1,4 @@
-//! From primitives to tasks: each stretch from a Move to a Release, by its key primitive (chapter, section 2.5). It follows the chapter's table on
+//! From primitives to tasks: each stretch from a Move to a Release, by its key primitive (the paper, section 2.5). It follows the paper's table on
 //! the true primitives and shares nothing with the rules.
 
 use super::facts::Facts;

@@ -188,7 +188,7 @@ fn a_missing_file_is_one_report() {
     insta::assert_snapshot!(report(&loaded));
 }
 
-/// What `check` says of the example on a page is what the page shows. With `TEACHTREE_WRITE_PAGES` set the pages are written.
+/// What `check` reports of the example on a page is what the page shows. With `TEACHTREE_WRITE_PAGES` set the pages are written.
 #[test]
 fn pages_show_what_is_reported() {
     let mut pages = std::fs::read_to_string("docs/codes.md").unwrap();
@@ -202,7 +202,7 @@ fn pages_show_what_is_reported() {
         let Some((example, rest)) = shown(page) else { continue };
         let printed = report(&language::load_text("example.rules", &example));
         let printed: Vec<&str> = printed.lines().map(str::trim_end).collect();
-        let wanted = format!("`check` says\n\n```text\n{}\n```", printed.join("\n").trim());
+        let wanted = format!("`check` reports\n\n```text\n{}\n```", printed.join("\n").trim());
         if std::env::var_os("TEACHTREE_WRITE_PAGES").is_some() {
             let (kept, _) = page.split_once("```rules\n").unwrap();
             let new = format!("{kept}```rules\n{example}```\n\n{wanted}\n");

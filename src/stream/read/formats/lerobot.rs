@@ -187,7 +187,7 @@ impl Set {
 
     /// A path of the set: `{name}` and `{name:03d}` stand for numbers.
     fn path(&self, template: &str, numbers: &[(&str, usize)]) -> Result<PathBuf, InputError> {
-        let wrong = || self.wrong(format!("`{template}` is no path that I can fill"));
+        let wrong = || self.wrong(format!("`{template}` cannot be filled in as a path"));
         let mut path = String::new();
         let mut rest = template;
         while let Some((head, tail)) = rest.split_once('{') {

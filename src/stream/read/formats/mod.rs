@@ -123,7 +123,7 @@ pub fn check_name(path: &Path) -> Result<(), InputError> {
     if ending.is_empty() || text_ending(path) || cfg!(feature = "parquet") && ending == "parquet" {
         return Ok(());
     }
-    let message = format!("ends in .{ending}, expected the name of a log, which ends in .csv or .parquet");
+    let message = format!("ends in .{ending}, expected .csv or .parquet");
     Err(InputError::new(path.display().to_string(), message))
 }
 
@@ -218,8 +218,8 @@ fn unknown(path: &Path) -> InputError {
     let ending = ending(path);
     let name = path.display().to_string();
     let message = match ending.as_str() {
-        "" => "the file begins like no log that is read here".to_string(),
-        ending => format!("found a file that ends in `.{ending}` and begins like no log that is read here"),
+        "" => "the first bytes of the file are those of no known format".to_string(),
+        ending => format!("found a file that ends in `.{ending}`; its first bytes are those of no known format"),
     };
     let error = InputError::new(name, message);
     match ending.as_str() {

@@ -153,7 +153,7 @@ impl<R: BufRead> Lines<R> {
         }
         self.row += 1;
         let text =
-            String::from_utf8(line).map_err(|_| InputError::new(place, "found bytes that are no text in UTF-8"))?;
+            String::from_utf8(line).map_err(|_| InputError::new(place, "found bytes that are not valid UTF-8"))?;
         Ok(Some(text.trim_end_matches(['\n', '\r']).to_string()))
     }
 }

@@ -31,7 +31,7 @@ fn key(path: &str, file: &str) -> String {
 fn file(store: &Store, place: &str, key: &str) -> Result<Option<Value>, InputError> {
     let Some(bytes) = store.description(key)? else { return Ok(None) };
     let place = format!("{place} file {key}");
-    let text = String::from_utf8(bytes).map_err(|_| InputError::new(&place, "is no text in UTF-8"))?;
+    let text = String::from_utf8(bytes).map_err(|_| InputError::new(&place, "is not valid UTF-8"))?;
     json::read(&text, &place).map(Some)
 }
 
