@@ -13,7 +13,7 @@
 #[cfg(any(feature = "cli", feature = "world", feature = "hdf5"))]
 mod eaf;
 
-use super::formats::stem;
+use super::formats::{delimited, stem};
 use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::base::nearest::nearest;
@@ -117,10 +117,7 @@ pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputEr
         return of_intervals(path.display().to_string(), eaf::read(path)?);
     }
     let file = path.display().to_string();
-    let unreadable = |error: ::csv::Error| {
-        let place = error.position().map_or(file.clone(), |at| format!("{file} row {}", at.line()));
-        InputError::new(place, format!("cannot be read: {error}"))
-    };
+    let unreadable = |error: ::csv::Error| delimited::unreadable(&file, &error);
     let mut reader =
         ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_path(path).map_err(unreadable)?;
     let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();

@@ -113,7 +113,7 @@ fn what_cannot_be_scored_is_said() {
     for (args, wanted) in [
         (vec!["score", empty], "the folder holds no log: no data set, and no file that ends in csv, tsv, parquet"),
         (with(&[]), "the log does not say what is true"),
-        (with(&["--labels", "nowhere.csv"]), "nowhere.csv: cannot be read"),
+        (with(&["--labels", "nowhere.csv"]), "nowhere.csv: there is no such file"),
         (with(&["--labels", "docs"]), "the log has no label file"),
         (with(&["--labels", "nowhere.csv", "--map", "none.yaml"]), "none.yaml: there is no such file"),
         (with(&["--labels", "nowhere.csv", "--map", "S1"]), "expected FOREIGN=OURS"),
