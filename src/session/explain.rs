@@ -58,6 +58,11 @@ pub struct Explanations {
 impl Explanations {
     pub(crate) fn new(analysis: &Analysis, question: &Question) -> Result<Self, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
+        let (start_s, end_s) = question.time_s;
+        if end_s < start_s {
+            let message = format!("found an interval from {start_s} s to {end_s} s, expected the earlier time first");
+            return Err(argument(InputError::new("--at", message)));
+        }
         let analyzed = analysis.explained()?;
         let tracks: Vec<Who> = match question.track {
             Some(track) => vec![track],

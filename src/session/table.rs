@@ -53,11 +53,13 @@ impl FrameTable {
         self.columns().find(|(known, ..)| *known == name).map(|(.., values)| values)
     }
 
-    /// Writes the table: Parquet when the name ends in `.parquet`, else CSV. The file is written whole or not at all.
+    /// Writes the table: Parquet when the name ends in `.parquet`, CSV when it ends in `.csv` or another ending of text. The file is written whole or not
+    /// at all.
     ///
     /// # Errors
-    /// [`ErrorKind::Io`], when it cannot be written.
+    /// [`ErrorKind::Argument`], when the name ends otherwise, or in `.parquet` without the feature `parquet`; [`ErrorKind::Io`], when it cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
+        formats::check_name(path.as_ref()).map_err(|error| Error::new(error, ErrorKind::Argument))?;
         formats::write_table(&self.table, path.as_ref()).map_err(|error| Error::new(error, ErrorKind::Io))
     }
 

@@ -134,6 +134,21 @@ fn questions_are_answered_as_on_the_command_line() {
     let taken: Vec<&str> = first.choices().filter(|it| it.is_taken()).map(|it| it.condition()).collect();
     assert!(taken.last().unwrap().contains(first.primitive()), "{taken:?}");
     assert!(first.choices().all(|choice| choice.place().starts_with("rules/")));
+    let reversed = analysis.explain(&Question::between(14.5, 14.0)).unwrap_err();
+    assert_eq!(reversed.kind(), ErrorKind::Argument);
+    assert!(reversed.to_string().contains("expected the earlier time first"), "{reversed}");
+}
+
+#[test]
+fn a_table_of_frames_is_of_the_format_that_its_name_ends_in() {
+    let log = nuts();
+    let table = Rules::for_log(&log).unwrap().analyze(&log).unwrap().frames::<&str>(&[]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let error = table.write(folder.path().join("frames.xls")).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::Argument);
+    assert!(error.to_string().contains("ends in .xls, expected .csv or .parquet"), "{error}");
+    assert!(folder.path().read_dir().unwrap().next().is_none());
+    table.write(folder.path().join("frames.csv")).unwrap();
 }
 
 #[test]

@@ -124,7 +124,11 @@ pub fn check_name(path: &Path) -> Result<(), InputError> {
         return Ok(());
     }
     let message = format!("ends in .{ending}, expected .csv or .parquet");
-    Err(InputError::new(path.display().to_string(), message))
+    let error = InputError::new(path.display().to_string(), message);
+    Err(match ending.as_str() {
+        "parquet" => error.help("this build cannot write Parquet, its feature `parquet` is off"),
+        _ => error,
+    })
 }
 
 /// Writes a recording as a log of the format that the name ends in: Parquet, or CSV with files beside it.
