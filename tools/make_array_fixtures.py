@@ -188,6 +188,23 @@ def demo(path, wheel):
                 own.create_dataset(key, data=file[f"data/{name}/{key}"][()], compression="gzip", compression_opts=9, shuffle=True)
 
 
+def links(folder):
+    """A link that is no object, in each of the ways in which groups store links; and many groups without one."""
+    folder.mkdir(exist_ok=True)
+    for name, libver, count, link in [
+        ("soft", "earliest", 1, h5py.SoftLink("/data/demo_0/actions")),
+        ("external", "earliest", 1, h5py.ExternalLink("other.hdf5", "/actions")),
+        ("soft_compact", "v110", 1, h5py.SoftLink("/data/demo_0/actions")),
+        ("external_dense", "v110", 20, h5py.ExternalLink("other.hdf5", "/actions")),
+        ("none_dense", "v110", 20, None),
+    ]:
+        with h5py.File(folder / f"{name}.hdf5", "w", libver=(libver, "v110")) as file:
+            for demo in range(count):
+                file[f"data/demo_{demo}/actions"] = np.arange(4.0)
+            if link:
+                file["data/linked"] = link
+
+
 def spread(name, values):
     """The columns of an array, as docs/logs.md names them."""
     rows, inner = values.shape[0], values.shape[1:]
@@ -252,6 +269,7 @@ def main():
                 log = f"{path.name}#{recording.split('/')[-1]}" if recording else path.name
                 found[log] = expected(file[recording] if recording else file, rows)
     demo(ROOT / "demos/robosuite/lift.hdf5", wheel)
+    links(FOLDER.parent / "links")
     bodies = robosuite_lift(FOLDER / "robosuite_lift.hdf5", wheel)
     with h5py.File(FOLDER / "robosuite_lift.hdf5") as file:
         found["robosuite_lift.hdf5#demo_1"] = {**expected(file["data/demo_1"], 25), **bodies}

@@ -355,3 +355,62 @@ fn datasets_loads_the_copy() {
         String::from_utf8_lossy(&output.stdout)
     );
 }
+
+/// Writes the data files of a set anew, with stamps of 64 bits.
+fn write_stamps(set: &Path, stamps: &[f64]) {
+    use parquet::data_type::{DoubleType, Int64Type};
+    let schema = "message schema { required int64 episode_index; required double timestamp; }";
+    let schema = std::sync::Arc::new(parquet::schema::parser::parse_message_type(schema).unwrap());
+    for (file, episodes) in data_files(set).iter().zip([&[0_i64, 1][..], &[2]]) {
+        let out = File::create(file).unwrap();
+        let mut writer =
+            parquet::file::writer::SerializedFileWriter::new(out, schema.clone(), Default::default()).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        let rows: Vec<i64> = episodes.iter().flat_map(|episode| vec![*episode; stamps.len()]).collect();
+        let mut column = group.next_column().unwrap().unwrap();
+        column.typed::<Int64Type>().write_batch(&rows, None, None).unwrap();
+        column.close().unwrap();
+        let mut column = group.next_column().unwrap().unwrap();
+        column.typed::<DoubleType>().write_batch(&stamps.repeat(episodes.len()), None, None).unwrap();
+        column.close().unwrap();
+        group.close().unwrap();
+        writer.close().unwrap();
+    }
+}
+
+/// Labels are held with 32 bits: one that is rounded up would begin a frame late, one that is rounded far would be of many frames.
+#[test]
+fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
+    let folder = with_set();
+    let set = folder.path().join("set");
+    let copied = |name: &str, stamps: &[f64]| {
+        write_stamps(&set, stamps);
+        let label = |row| Label { style: "plan", row, end: row + 1, content: format!("plan {row}") };
+        let labels: Vec<Label> = (0..stamps.len()).map(label).collect();
+        let labels = (0..3).map(|episode| (episode, labels.clone())).collect();
+        let request = Request {
+            forms: &[Form::Language],
+            styles: &["plan"],
+            legacy: "subtask",
+            labels: &labels,
+            provenance: &json!({}),
+        };
+        let copy = folder.path().join(name);
+        Annotated::open(&set).unwrap().write(&copy, &request, &mut |_| {}).map(|()| words(&copy, "plan"))
+    };
+    let stamps: Vec<f64> = (0..200).map(|row| f64::from(row) / 20.0).collect();
+    let expected: Vec<Option<String>> = (0..200).map(|row| Some(format!("plan {row}"))).collect();
+    let found = copied("fine", &stamps).unwrap();
+    assert_eq!(found.len(), 3);
+    for words in found.values() {
+        assert_eq!(words, &expected);
+    }
+    // A stamp that is there twice cannot be told from itself; LeRobot refuses two labels at it.
+    let found = copied("twice", &[0.0, 0.05, 0.05, 0.1]).unwrap();
+    let expected = ["plan 0", "plan 2", "plan 2", "plan 3"].map(|words| Some(words.to_string()));
+    assert_eq!(found[&0], expected);
+    let since_1970: Vec<f64> = stamps.iter().map(|stamp| 1.7e9 + stamp).collect();
+    let error = copied("late", &since_1970).unwrap_err();
+    assert!(error.message.contains("the stamps of episode 0 are too large: at 1700000000.05 s"), "{error}");
+    assert!(!folder.path().join("late").exists());
+}

@@ -1,7 +1,7 @@
 //! Labels of LeRobot sets in the forms that older and other programs read: `subtask_index`, stages of SARM, annotations of GR00T, a file for people.
 
 use crate::annotate::{all_files, annotate, expected, frames, info, words};
-use crate::program::{all_said, complained};
+use crate::program::{all_said, complained, said};
 use crate::sets::{copy, with_set};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use serde_json::{Value, json};
@@ -209,4 +209,22 @@ fn pandas_and_datasets_read_all_forms() {
         let printed = String::from_utf8_lossy(&output.stdout);
         assert!(messages.iter().all(|message| printed.contains(message)), "{printed}");
     }
+}
+
+/// `subtask_index` has one style: labels of the other one are in no file, so that neither the summary nor `info.json` counts them.
+#[test]
+fn a_copy_with_subtask_index_alone_counts_the_labels_of_its_style() {
+    let folder = with_set();
+    for (more, styles) in
+        [(&["--legacy"][..], json!(["subtask"])), (&["--legacy", "--style", "motion"], json!(["motion"]))]
+    {
+        let style = styles[0].as_str().unwrap();
+        let output = annotate(folder.path(), "set", style, more);
+        let summary = said(&output);
+        let counted = summary.lines().skip(1).map(|line| line.split_whitespace().next().unwrap());
+        assert!(counted.clone().count() > 0 && counted.clone().all(|of| of == style), "{summary}");
+        assert_eq!(info(&folder.path().join(style))["teachtree"]["styles"], styles);
+    }
+    done(folder.path(), "both", &["--legacy", "--prelabels"]);
+    assert_eq!(info(&folder.path().join("both"))["teachtree"]["styles"], json!(["motion", "subtask"]));
 }

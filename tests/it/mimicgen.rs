@@ -412,3 +412,28 @@ fn a_part_is_relative_to_the_partner_by_the_name_of_the_file() {
     assert!(output.status.success(), "{}", all_said(&output));
     assert_eq!(references(folder.path()), ["RoundNut0", "round_peg"]);
 }
+
+/// Soft and external links have no object that is copied: a copy without them would not be the file. Each fixture stores its link in another way.
+#[test]
+fn a_file_with_links_is_not_copied_without_them() {
+    use teachtree::stream::read::formats::hdf5::annotate::{MASK, Request, annotate};
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats/links");
+    let folder = tempfile::tempdir().unwrap();
+    let copied = |name: &str| {
+        let signals = BTreeMap::new();
+        let request =
+            Request { layout: None, signals: &signals, mask: MASK, complete: &[], provenance: "{}", replace: false };
+        annotate(&fixtures.join(name), &folder.path().join(name), &request).map_err(|error| error.message)
+    };
+    for (name, link) in [
+        ("external.hdf5", "the external link `linked` to `/actions` in `other.hdf5`"),
+        ("soft_compact.hdf5", "the soft link `linked` to `/data/demo_0/actions`"),
+        ("external_dense.hdf5", "the external link `linked` to `/actions` in `other.hdf5`"),
+    ] {
+        assert_eq!(copied(name), Err(format!("has {link}, which a copy would lack")), "{name}");
+        assert!(!folder.path().join(name).exists(), "{name}");
+    }
+    assert_eq!(copied("none_dense.hdf5"), Ok(()));
+    // In a group of the first version it cannot even be read.
+    assert_eq!(copied("soft.hdf5"), Err("has a soft link, which is not read here".into()));
+}

@@ -394,3 +394,25 @@ fn the_files_in_the_program_are_printed() {
     let checked = teachtree_in(&root(), &["check", "rules/contact.rules", "--hand", "hand_seen.rules"]);
     assert!(checked.status.success() && said(&checked).contains("hand_vision.rules"), "{}", complained(&checked));
 }
+
+#[test]
+fn a_set_without_episodes_is_an_error() {
+    let folder = with_set();
+    let info = folder.path().join("set/meta/info.json");
+    let text = std::fs::read_to_string(&info).unwrap().replace("\"total_episodes\": 3", "\"total_episodes\": 0");
+    std::fs::write(&info, text).unwrap();
+    for args in [
+        &["audit", "set", "--binding", "b.yaml"][..],
+        &["inspect", "set#*"],
+        &["analyze", "set#*", "--binding", "b.yaml"],
+        &["annotate", "set", "-o", "new", "--binding", "b.yaml"],
+    ] {
+        let output = teachtree_in(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}: {}", all_said(&output));
+        assert!(
+            complained(&output).contains("info.json: the data set has no episode"),
+            "{args:?}: {}",
+            all_said(&output)
+        );
+    }
+}

@@ -6,6 +6,7 @@
 //! [`Budget`] allows for the bytes of the file.
 
 pub mod annotate;
+mod links;
 mod mujoco;
 
 use super::array_log::{self, Array, Budget, Computed, Recording, rate, rows};
@@ -68,6 +69,10 @@ struct Container {
 
 impl Container {
     fn open(path: &Path) -> Result<Self, InputError> {
+        Self::read(path).map_err(|error| links::explained(path, error))
+    }
+
+    fn read(path: &Path) -> Result<Self, InputError> {
         let place = path.display().to_string();
         std::fs::File::open(path).map_err(|error| InputError::unreadable(&place, &error))?;
         let file = File::open_streaming(path).map_err(|error| damaged(&place, &error))?;
@@ -107,7 +112,7 @@ impl Container {
         };
         let mut found = vec![];
         walk(&group, "", 0, &mut found).map_err(|error| match error {
-            Walk::Hdf5(error) => failed(*error),
+            Walk::Hdf5(error) => links::explained(Path::new(&self.place), failed(*error)),
             Walk::Limit(message) => InputError::new(&place, message),
         })?;
         found.sort_by(|(a, _), (b, _)| a.cmp(b));

@@ -71,6 +71,7 @@ pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>
 pub(super) fn count(folder: &Path) -> Result<usize, InputError> {
     let set = Set::read(folder)?;
     match set.count("total_episodes")? {
+        0 => Err(set.wrong("the data set has no episode, expected at least one")),
         count if count <= MAX_RECORDINGS => Ok(count),
         count => Err(set.wrong(format!("found {count} episodes, at most {MAX_RECORDINGS} are read"))),
     }

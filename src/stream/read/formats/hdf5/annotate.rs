@@ -5,7 +5,7 @@
 //! all. The file itself is only read.
 
 use super::super::guard::guarded;
-use super::{Container, DEEPEST, damaged};
+use super::{Container, DEEPEST, damaged, links};
 use crate::base::error::InputError;
 use crate::stream::atomic_write::Folder;
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, RepackOptions, VlenStringReadOptions, repack};
@@ -78,7 +78,7 @@ fn provenance(mask: &str) -> &'static str {
 /// Writes a copy of a file with signals.
 ///
 /// # Errors
-/// When the file is damaged, has such signals, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
+/// When the file is damaged, has such signals, has links that a copy would lack, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
 pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), InputError> {
     let place = path.display().to_string();
     let folder = Folder::new(copy)?;
@@ -87,6 +87,7 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
     guarded(&place, || {
         let container = Container::open(path)?;
         let paths = Paths::new(&container, request)?;
+        links::refuse(path)?;
         let packed = repack(path, &target, &RepackOptions::new());
         packed.map_err(|error| unwritable(&place, &error))?;
         edit(&target, &paths, request).map_err(|error| unwritable(&place, &error))?;

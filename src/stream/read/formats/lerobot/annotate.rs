@@ -69,7 +69,7 @@ pub struct Annotated {
     /// The data files.
     files: BTreeSet<PathBuf>,
     /// The stamps of each episode, s.
-    stamps: BTreeMap<usize, Vec<f32>>,
+    stamps: BTreeMap<usize, Vec<f64>>,
     /// The rows of language that are there already.
     known: Episodes,
 }
@@ -125,7 +125,7 @@ impl Annotated {
                 files.insert(set.path(set.text("data_path")?, &[("chunk_index", chunk), ("file_index", file)])?);
             }
         }
-        let (mut stamps, mut known) = (BTreeMap::<usize, Vec<f32>>::new(), Episodes::new());
+        let (mut stamps, mut known) = (BTreeMap::<usize, Vec<f64>>::new(), Episodes::new());
         for path in &files {
             let name = path.display().to_string();
             read_stamps(path, &name, &mut stamps)?;
@@ -254,7 +254,7 @@ impl Annotated {
     /// # Errors
     /// When something is at the place of the copy, the copy cannot be written, or differs from the set in more than the labels.
     pub fn write(&self, copy: &Path, request: &Request, progress: &mut dyn FnMut(f64)) -> Result<(), InputError> {
-        let language = self.language(request);
+        let language = if request.forms.contains(&Form::Language) { self.language(request)? } else { Episodes::new() };
         let mut changes = Changes::default();
         for form in request.forms {
             match form {
@@ -303,17 +303,20 @@ impl Annotated {
     }
 
     /// All rows of language: those of other styles that are there, and the labels.
-    fn language(&self, request: &Request) -> Episodes {
+    ///
+    /// # Errors
+    /// When a label and the frame before it have one stamp in 32 bits.
+    fn language(&self, request: &Request) -> Result<Episodes, InputError> {
         let mut all = Episodes::new();
         for (episode, stamps) in &self.stamps {
             let others = |row: &&Row| !is_ours(row, request.styles);
             let mut rows: Vec<Row> = self.known.get(episode).into_iter().flatten().filter(others).cloned().collect();
-            rows.extend(timeline::rows(request.labels.get(episode).map_or(&[], Vec::as_slice), stamps));
+            rows.extend(timeline::rows(*episode, request.labels, stamps).map_err(|message| self.set.wrong(message))?);
             let key = |row: &Row| (row.style.clone(), row.role.clone());
             rows.sort_by(|a, b| a.timestamp.total_cmp(&b.timestamp).then_with(|| key(a).cmp(&key(b))));
             all.insert(*episode, rows);
         }
-        all
+        Ok(all)
     }
 
     /// `info.json` with the features of new columns, as lerobot writes it, compared with that of the set.
@@ -441,7 +444,7 @@ fn episodes_of(column: Option<&Cells>, name: &str) -> Result<Vec<usize>, InputEr
 }
 
 /// Reads which stamps the episodes of a file have.
-fn read_stamps(path: &Path, name: &str, stamps: &mut BTreeMap<usize, Vec<f32>>) -> Result<(), InputError> {
+fn read_stamps(path: &Path, name: &str, stamps: &mut BTreeMap<usize, Vec<f64>>) -> Result<(), InputError> {
     let memory = parquet::read(opened(path)?, name, |column| ["episode_index", "timestamp"].contains(&column))?;
     let column = |wanted: &str| match memory.columns().get(wanted) {
         Some(Cells::Numbers(numbers)) => Ok(numbers),
@@ -457,8 +460,7 @@ fn read_stamps(path: &Path, name: &str, stamps: &mut BTreeMap<usize, Vec<f32>>) 
             let message = format!("episode {episode} is in two data files, expected one");
             return Err(InputError::new(name, message));
         }
-        // They are stored so; other readers of the set see these.
-        stamps.entry(episode).or_default().push(*stamp as f32);
+        stamps.entry(episode).or_default().push(*stamp);
     }
     Ok(())
 }

@@ -34,7 +34,7 @@ pub(super) fn column(style: &str) -> String {
 pub(super) fn add(
     changes: &mut Changes,
     folder: &Path,
-    stamps: &BTreeMap<usize, Vec<f32>>,
+    stamps: &BTreeMap<usize, Vec<f64>>,
     request: &Request,
 ) -> Result<(), InputError> {
     let path = folder.join(TASKS);

@@ -16,7 +16,7 @@ pub(super) const FILE: &str = "meta/subtasks.parquet";
 /// Adds the column and the file.
 pub(super) fn add(
     changes: &mut Changes,
-    stamps: &BTreeMap<usize, Vec<f32>>,
+    stamps: &BTreeMap<usize, Vec<f64>>,
     request: &Request,
 ) -> Result<(), InputError> {
     let mut vocabulary = Vocabulary::default();

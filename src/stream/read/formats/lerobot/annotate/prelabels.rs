@@ -94,14 +94,15 @@ pub(super) fn read_if_there(folder: &Path) -> Result<Atoms, InputError> {
 pub(super) fn add(
     changes: &mut Changes,
     folder: &Path,
-    stamps: &BTreeMap<usize, Vec<f32>>,
+    stamps: &BTreeMap<usize, Vec<f64>>,
     request: &Request,
 ) -> Result<(), InputError> {
     let mut all = read_if_there(folder)?;
     for (episode, stamps) in stamps {
         let own = all.entry(*episode).or_default();
         own.retain(|atom| !atom.is_ours(request.styles));
-        for row in timeline::rows(request.labels.get(episode).map_or(&[], Vec::as_slice), stamps) {
+        let rows = timeline::rows(*episode, request.labels, stamps);
+        for row in rows.map_err(|message| InputError::new(folder.display().to_string(), message))? {
             let other = std::iter::once(("tool_calls".to_string(), Value::Null)).collect();
             let (role, content, style) = (row.role, row.content, row.style);
             own.push(Atom { role, content, style, timestamp: f64::from(row.timestamp), other });

@@ -40,7 +40,7 @@ struct Stage {
 /// Adds the columns and the file of each style.
 pub(super) fn add(
     changes: &mut Changes,
-    stamps: &BTreeMap<usize, Vec<f32>>,
+    stamps: &BTreeMap<usize, Vec<f64>>,
     request: &Request,
 ) -> Result<(), InputError> {
     for style in request.styles {
@@ -60,7 +60,7 @@ pub(super) fn add(
                 .zip(next)
                 .map(|(label, next)| (label.row, label.end.min(next).saturating_sub(1).max(label.row)))
                 .collect();
-            let time = |frame: &usize| stamps.get(*frame).map_or(f64::NAN, |stamp| f64::from(*stamp));
+            let time = |frame: &usize| stamps.get(*frame).copied().unwrap_or(f64::NAN);
             let number = |frame: &usize| i64::try_from(*frame).unwrap_or(i64::MAX);
             names.insert(*episode, labels.iter().map(|label| label.content.clone()).collect());
             times.insert(*episode, spans.iter().map(|(start, _)| time(start)).collect());

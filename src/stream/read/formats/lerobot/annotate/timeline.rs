@@ -27,18 +27,38 @@ pub(super) fn of_style<'a>(labels: &'a [Label], style: &str, frames: usize) -> V
     rows.into_values().collect()
 }
 
-/// Labels as rows of language.
-pub(super) fn rows(labels: &[Label], stamps: &[f32]) -> Vec<Row> {
+/// The labels of an episode as rows of language. Of two labels of a style whose frames have one stamp the later one holds, as LeRobot refuses two.
+///
+/// # Errors
+/// When a frame and the one before it differ in their stamps, but not in the 32 bits that a row has for them.
+pub(super) fn rows(episode: usize, labels: &BTreeMap<usize, Vec<Label>>, stamps: &[f64]) -> Result<Vec<Row>, String> {
+    let labels = labels.get(&episode).map_or(&[][..], Vec::as_slice);
     let mut styles: Vec<&str> = labels.iter().map(|label| label.style).collect();
     styles.sort_unstable();
     styles.dedup();
-    let of = |style| of_style(labels, style, stamps.len()).into_iter();
-    let row = |Label { style, row, content, .. }: &Label| {
+    let mut rows: Vec<Row> = Vec::new();
+    for Label { style, row, content, .. } in styles.into_iter().flat_map(|style| of_style(labels, style, stamps.len()))
+    {
+        let Some(stamp) = stamps.get(*row).copied() else { continue };
+        let timestamp = not_after(stamp);
+        let before = row.checked_sub(1).and_then(|before| stamps.get(before)).filter(|before| **before < stamp);
+        if before.is_some_and(|before| *before as f32 >= timestamp) {
+            return Err(format!(
+                "the stamps of episode {episode} are too large: at {stamp} s, the 32 bits that LeRobot has for the time of a label do not distinguish \
+                 frames; expected stamps that count from the start of the episode"
+            ));
+        }
         let (content, style) = (Some(content.clone()), Some((*style).to_string()));
-        let timestamp = stamps.get(*row).copied()?;
-        Some(Row { role: ROLE.into(), content, style, timestamp, camera: None, tool_calls: None })
-    };
-    styles.into_iter().flat_map(of).filter_map(row).collect()
+        rows.pop_if(|last| last.style == style && last.timestamp == timestamp);
+        rows.push(Row { role: ROLE.into(), content, style, timestamp, camera: None, tool_calls: None });
+    }
+    Ok(rows)
+}
+
+/// A stamp in 32 bits that is not later: a label holds from its frame on, also where the set has stamps of 64 bits.
+fn not_after(stamp: f64) -> f32 {
+    let near = stamp as f32;
+    if f64::from(near) > stamp { near.next_down() } else { near }
 }
 
 /// Words by number, in the order in which they were numbered.
@@ -65,7 +85,7 @@ impl Vocabulary {
 pub(super) fn numbers(
     labels: &BTreeMap<usize, Vec<Label>>,
     style: &str,
-    stamps: &BTreeMap<usize, Vec<f32>>,
+    stamps: &BTreeMap<usize, Vec<f64>>,
     number: &mut dyn FnMut(&str) -> usize,
 ) -> BTreeMap<usize, Vec<i64>> {
     let mut all = BTreeMap::new();

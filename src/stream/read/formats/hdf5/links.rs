@@ -1,0 +1,152 @@
+//! Soft and external links, which name a path in place of an object. `hdf5_pure` passes over them, so that a copy lacks them without an error: they are
+//! found in the bytes that it reads of groups.
+
+use super::{DEEPEST, damaged};
+use crate::base::error::InputError;
+use ::hdf5_pure::{Error, File, FormatError, Group, ReadSeekSource, Source};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The most groups whose links are looked for.
+const MAX_GROUPS: usize = 1 << 22;
+/// The types of links that have no object of their own: soft and external.
+const SOFT: u8 = 1;
+const EXTERNAL: u8 = 64;
+
+/// Refuses a file with links that a copy would lack.
+///
+/// # Errors
+/// When it has one, or cannot be read.
+pub(super) fn refuse(path: &Path) -> Result<(), InputError> {
+    let place = path.display().to_string();
+    let Some(link) = found(path).map_err(|error| damaged(&place, &error))? else { return Ok(()) };
+    let help = "put what it leads to in its place, as `h5copy` of the HDF5 tools does";
+    Err(InputError::new(place, format!("has {link}, which a copy would lack")).help(help))
+}
+
+/// What keeps a file from being read: a soft link in a group of the first version does.
+pub(super) fn explained(path: &Path, error: InputError) -> InputError {
+    match found(path) {
+        Ok(Some(link)) => InputError::new(error.place, format!("has {link}, which is not read here"))
+            .help("put what it leads to in its place, as `h5copy` of the HDF5 tools does"),
+        _ => error,
+    }
+}
+
+/// The first link of a file, in words.
+fn found(path: &Path) -> Result<Option<String>, Error> {
+    let source = || Ok::<_, Error>(ReadSeekSource::new(std::fs::File::open(path)?)?);
+    let ranges = Arc::new(Mutex::new(Vec::new()));
+    let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) })?;
+    // A link may be why it fails.
+    let visited = visit(&file.root(), 0, &mut 0);
+    drop(file);
+    let ranges = std::mem::take(&mut *ranges.lock().unwrap_or_else(PoisonError::into_inner));
+    let source = source()?;
+    for Range { start, end } in merged(ranges) {
+        let bytes = source.read_exact_at(start, usize::try_from(end - start).unwrap_or(usize::MAX))?;
+        if let Some(link) = link(&bytes) {
+            return Ok(Some(link));
+        }
+    }
+    visited.map(|()| None)
+}
+
+/// A file of which is known what was read.
+struct Recorded {
+    source: ReadSeekSource<std::fs::File>,
+    ranges: Arc<Mutex<Vec<Range<u64>>>>,
+}
+
+impl Source for Recorded {
+    fn len(&self) -> u64 {
+        self.source.len()
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        self.source.read_at(offset, buffer)?;
+        let mut ranges = self.ranges.lock().unwrap_or_else(PoisonError::into_inner);
+        ranges.push(offset..offset + buffer.len() as u64);
+        Ok(())
+    }
+}
+
+/// Has all groups read.
+fn visit(group: &Group, depth: usize, groups: &mut usize) -> Result<(), Error> {
+    *groups += 1;
+    // Links may lead round in a circle.
+    if depth > DEEPEST || *groups > MAX_GROUPS {
+        return Ok(());
+    }
+    for (_, inner) in group.iter_groups()? {
+        visit(&inner, depth + 1, groups)?;
+    }
+    Ok(())
+}
+
+/// Ranges that touch are one: a header may be read in parts.
+fn merged(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
+    ranges.sort_by_key(|range| (range.start, range.end));
+    let mut all: Vec<Range<u64>> = Vec::new();
+    for range in ranges {
+        match all.last_mut() {
+            Some(last) if range.start <= last.end => last.end = last.end.max(range.end),
+            _ => all.push(range),
+        }
+    }
+    all
+}
+
+/// The first link in bytes of groups, in words.
+fn link(bytes: &[u8]) -> Option<String> {
+    (0..bytes.len()).find_map(|at| {
+        let here = bytes.get(at..)?;
+        message(here).or_else(|| in_symbol_table(here).then(|| "a soft link".to_string()))
+    })
+}
+
+/// A link message (HDF5 file format, IV.A.2.g), in words.
+fn message(bytes: &[u8]) -> Option<String> {
+    const VERSION: u8 = 1;
+    let &[VERSION, flags, kind @ (SOFT | EXTERNAL), ref rest @ ..] = bytes else { return None };
+    // The type of the link is there, and no flag is set that means nothing.
+    if flags & 0b1110_1000 != 0b1000 {
+        return None;
+    }
+    let rest = if flags & 4 == 0 { rest } else { rest.get(8..)? };
+    let rest = if flags & 16 == 0 { rest } else { rest.get(1..)? };
+    let (length, rest) = rest.split_at_checked(1 << (flags & 3))?;
+    let length =
+        length.iter().rev().try_fold(0_usize, |length, byte| length.checked_mul(256)?.checked_add((*byte).into()))?;
+    let (name, rest) = rest.split_at_checked(length)?;
+    let (length, rest) = rest.split_first_chunk::<2>()?;
+    let target = rest.get(..usize::from(u16::from_le_bytes(*length)))?;
+    let name = text(name)?;
+    if kind == SOFT {
+        return Some(format!("the soft link `{name}` to `{}`", text(target)?));
+    }
+    let target = target.strip_prefix(&[0])?.strip_suffix(&[0])?;
+    let (file, object) = std::str::from_utf8(target).ok()?.split_once('\0')?;
+    Some(format!("the external link `{name}` to `{object}` in `{file}`"))
+}
+
+/// Letters without control characters, at least one.
+fn text(bytes: &[u8]) -> Option<&str> {
+    let text = std::str::from_utf8(bytes).ok()?;
+    (!text.is_empty() && !text.contains(char::is_control)).then_some(text)
+}
+
+/// Whether these are the entries of a group of the first version (HDF5 file format, III.B and III.C), with offsets of 8 bytes, and one of them is a soft
+/// link.
+fn in_symbol_table(bytes: &[u8]) -> bool {
+    const HEAD: usize = 8;
+    const ENTRY: usize = 40;
+    const CACHE: usize = 16;
+    const CACHED_SOFT_LINK: u32 = 2;
+    let Some(&[b'S', b'N', b'O', b'D', 1, _, a, b]) = bytes.first_chunk::<HEAD>() else { return false };
+    (0..usize::from(u16::from_le_bytes([a, b]))).any(|entry| {
+        let cached = bytes.get(HEAD + ENTRY * entry + CACHE..).and_then(|entry| entry.first_chunk::<4>());
+        cached.is_some_and(|cached| u32::from_le_bytes(*cached) == CACHED_SOFT_LINK)
+    })
+}
