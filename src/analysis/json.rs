@@ -184,6 +184,11 @@ pub fn live_issue(sequence: u64, issue: &Issue) -> String {
     live("issue", sequence, None, true, json!(issue))
 }
 
+/// From when on the times of a live log count, on one line.
+pub fn live_clock(sequence: u64, origin_ns: i64) -> String {
+    live("clock", sequence, None, true, json!({ "origin_ns": origin_ns }))
+}
+
 fn live(event: &str, sequence: u64, who: Option<Who>, is_final: bool, what: Value) -> String {
     let mut line = Map::new();
     line.insert("schema".into(), json!(LIVE));

@@ -1,30 +1,36 @@
 //! `teachtree live`: labels while the log is being made.
 
+#[cfg(feature = "mcap")]
+mod bag;
+#[cfg(feature = "net")]
+mod foxglove;
+#[cfg(feature = "net")]
+mod hub;
+#[cfg(feature = "net")]
+mod protocol;
+#[cfg(feature = "net")]
+mod server;
+mod source;
+
 use super::rules::RuleArgs;
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::session::{Calibration, Feed, FeedOptions, Known, LiveEvent, Log, Scene};
-use crate::stream::bind::RowBinder;
+use crate::stream::bind::{RowBinder, WAIT_S};
 use crate::stream::read::text;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::net::UdpSocket;
+use source::{Kind, MAX_LINE, Outlet, Sent};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread;
 
-/// The longest line, bytes.
-const MAX_LINE: u64 = 1 << 20;
-/// How many lines may wait.
-const WAITING: usize = 256;
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
-/// While more than so many wait, the newest frames are not labeled …
-const MANY_WAITING: usize = 128;
-/// … until only so many do.
-const FEW_WAITING: usize = 16;
+/// While more than this part of those that may wait do, the newest frames are not labeled …
+const MANY: usize = 2;
+/// … until only this part does.
+const FEW: usize = 16;
 
 /// Options of `live`.
 #[derive(clap::Args)]
@@ -32,24 +38,38 @@ const FEW_WAITING: usize = 16;
   robot_driver | teachtree live - --scene cell.scene.yaml
   teachtree live udp://127.0.0.1:9000 --format json
   arm_driver | teachtree live - --binding arm.binding.yaml
+  teachtree live ws://robot:8765 --binding cell.binding.yaml
+  teachtree live bag.mcap --binding cell.binding.yaml --follow
   teachtree live demonstration.csv --calibration demonstration.csv --no-labels")]
 pub struct Args {
-    /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, or a file. Rows are JSON objects or CSV with a header
+    /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, or a file. Rows are JSON objects or CSV with a header; an
+    /// MCAP file has messages of topics, and so has a robot that publishes by the Foxglove protocol, `ws://HOST:8765`
     source: String,
     #[command(flatten)]
     rules: RuleArgs,
     /// The scene; else the first line of JSON lines, or the file beside a file
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// How the columns of the log become channels (docs/bindings.md); each row is bound by itself
+    /// How the columns of the log become channels (docs/bindings.md); each row, or message of a topic, is bound when it comes
     #[arg(long, value_name = "FILE")]
     binding: Option<PathBuf>,
+    /// Read an MCAP file on while it is being written
+    #[arg(long)]
+    follow: bool,
+    /// How long a topic of the binding is awaited, by the stamps of the others
+    #[arg(long, value_name = "SECONDS", default_value_t = WAIT_S, value_parser = seconds)]
+    wait: f64,
     /// Learn the rate and the sensors from the first seconds of the log
     #[arg(long, value_name = "SECONDS", default_value_t = 3.0, value_parser = seconds)]
     calibrate: f64,
     /// Take them from a file of `inspect --calibrate`, or from a recording with the same columns
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// Serve labels, tasks and all events to viewers and controllers by the Foxglove protocol, on this port of this machine, or on an address such as
+    /// 0.0.0.0:8766
+    #[cfg(feature = "net")]
+    #[arg(long, value_name = "PORT", value_parser = server::address)]
+    serve: Option<std::net::SocketAddr>,
     /// How events are printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -72,48 +92,23 @@ fn seconds(text: &str) -> Result<f64, String> {
     if (0.1..=600.0).contains(&seconds) { Ok(seconds) } else { Err("expected 0.1 to 600 seconds".into()) }
 }
 
-/// What a source sends.
-enum Sent {
-    Line(Vec<u8>),
-    /// A line that is too long was left out.
-    TooLong,
-    /// Lines that nobody waited for.
-    Lost(u64),
-    Failed(InputError),
-    Stop,
-}
-
-/// Where a source sends to.
-#[derive(Clone)]
-struct Outlet {
-    sender: SyncSender<Sent>,
-    waiting: Arc<AtomicUsize>,
-}
-
-impl Outlet {
-    /// Sends when there is room, waiting for it; whether anyone takes it.
-    fn send(&self, sent: Sent) -> bool {
-        self.waiting.fetch_add(1, Ordering::Relaxed);
-        self.sender.send(sent).is_ok()
-    }
-
-    /// Sends if there is room; returns what was not sent.
-    fn try_send(&self, sent: Sent) -> Result<(), TrySendError<Sent>> {
-        self.waiting.fetch_add(1, Ordering::Relaxed);
-        let tried = self.sender.try_send(sent);
-        if tried.is_err() {
-            self.waiting.fetch_sub(1, Ordering::Relaxed);
-        }
-        tried
-    }
-}
-
 /// Runs the command.
 pub fn run(args: &Args) -> Result<(), Failure> {
+    let kind = Kind::of(&args.source)?;
     let scene = args.scene.as_ref().map(Scene::open).transpose()?;
-    let calibration = args.calibration.as_deref().map(|path| known(path, args)).transpose()?;
     let own = scene.as_ref().map(|scene| scene.inner().clone());
-    let binder = args.binding.as_ref().map(|path| RowBinder::open(path, own)).transpose()?;
+    let binder = args.binding.as_ref().map(|path| RowBinder::open(path, own, args.wait)).transpose()?;
+    match &binder {
+        Some(binder) if kind.has_topics() => binder.check_topics()?,
+        None if kind.has_topics() => {
+            let error =
+                InputError::new(&args.source, "has topics, and nothing says which of their fields are which channels");
+            return Err(error.help("name a binding with --binding (docs/bindings.md)").into());
+        }
+        _ => {}
+    }
+    let calibration = args.calibration.as_deref().map(|path| known(path, args)).transpose()?;
+    let topics = binder.as_ref().map(RowBinder::topics);
     let mut feed = Feed::new(FeedOptions {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
         rules: args.rules.options(),
@@ -123,23 +118,32 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         calibrate_s: args.calibrate,
         calibration,
     });
-    let (sender, lines) = sync_channel(WAITING);
-    let outlet = Outlet { sender, waiting: Arc::default() };
+    let mut sink = Sink::new(args)?;
+    let (sender, lines) = sync_channel(kind.most_waiting());
     let stops = Arc::new(AtomicBool::new(false));
+    let outlet = Outlet { sender, waiting: Arc::default(), stops };
     super::on_interrupt({
-        let (outlet, stops) = (outlet.clone(), Arc::clone(&stops));
+        let outlet = outlet.clone();
         move || {
-            stops.store(true, Ordering::Relaxed);
-            // Where there is no room, a line comes next, and the flag is seen.
-            let _ = outlet.try_send(Sent::Stop);
+            outlet.stops.store(true, Ordering::Relaxed);
+            // Behind what has come already; another Ctrl-C is not to wait for it.
+            thread::spawn(move || outlet.send(Sent::Stop));
         }
     });
     let waiting = Arc::clone(&outlet.waiting);
-    let is_timed = begin(&args.source, outlet)?;
-    let reader = Reader { args, lines, waiting, stops, is_timed, is_labeling: true };
-    if reader.follow(&mut feed)? {
-        print(args, &feed.finish()?)?;
+    match (kind, topics) {
+        #[cfg(feature = "mcap")]
+        (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet)?,
+        #[cfg(feature = "net")]
+        (Kind::Robot, Some(topics)) => foxglove::Robot::new(&args.source, topics)?.begin(outlet)?,
+        _ => source::begin(&args.source, kind, outlet)?,
     }
+    let reader =
+        Reader { lines, waiting, most_waiting: kind.most_waiting(), is_timed: kind.is_timed(), is_labeling: true };
+    if reader.follow(&mut feed, &mut sink)? {
+        sink.take(&feed.finish()?)?;
+    }
+    sink.finish();
     Ok(())
 }
 
@@ -155,25 +159,25 @@ fn known(path: &Path, args: &Args) -> Result<Known, Failure> {
 }
 
 /// Takes what a source sends.
-struct Reader<'a> {
-    args: &'a Args,
+struct Reader {
     lines: Receiver<Sent>,
     waiting: Arc<AtomicUsize>,
-    stops: Arc<AtomicBool>,
+    /// How many lines or messages may wait.
+    most_waiting: usize,
     /// Whether the source does not wait for us.
     is_timed: bool,
     is_labeling: bool,
 }
 
-impl Reader<'_> {
+impl Reader {
     /// Prints events until the source ends; whether anyone still reads them.
-    fn follow(mut self, feed: &mut Feed) -> Result<bool, Failure> {
+    fn follow(mut self, feed: &mut Feed, sink: &mut Sink) -> Result<bool, Failure> {
         while let Ok(sent) = self.lines.recv() {
             let waiting = self.waiting.fetch_sub(1, Ordering::Relaxed);
-            if self.stops.load(Ordering::Relaxed) {
-                break;
-            }
-            let keeps_up = if self.is_labeling { waiting <= MANY_WAITING } else { waiting <= FEW_WAITING };
+            let keeps_up = {
+                let most = if self.is_labeling { self.most_waiting / MANY } else { self.most_waiting / FEW };
+                waiting <= most
+            };
             let mut events = vec![];
             if self.is_timed && keeps_up != self.is_labeling {
                 self.is_labeling = keeps_up;
@@ -183,10 +187,15 @@ impl Reader<'_> {
                 Sent::Line(line) => feed.line(&line)?,
                 Sent::TooLong => feed.too_long(MAX_LINE),
                 Sent::Lost(lines) => feed.lost(lines),
+                Sent::Message(topic, stamp_ns, row) => feed.message(&topic, stamp_ns, &row)?,
+                Sent::Unreadable(topic, why) => feed.unreadable(&topic, &why)?,
+                Sent::Refused(topic, why) => feed.refused(&topic, &why)?,
+                Sent::Broken(message) => feed.interrupted(message)?,
+                Sent::Connected(message) => feed.connected(message),
                 Sent::Failed(error) => return Err(error.into()),
                 Sent::Stop => break,
             });
-            if !print(self.args, &events)? {
+            if !sink.take(&events)? {
                 return Ok(false);
             }
         }
@@ -194,18 +203,53 @@ impl Reader<'_> {
     }
 }
 
-/// Prints events; whether anyone still reads them.
-fn print(args: &Args, events: &[LiveEvent]) -> Result<bool, Failure> {
-    let shown = events.iter().filter(|event| !(args.no_labels && event.name() == "label"));
-    let mut text = String::new();
-    for event in shown {
-        match args.format {
-            Format::Json => text.push_str(&event.json()),
-            Format::Text => text.push_str(&line(event)),
+/// Where events go.
+struct Sink<'a> {
+    args: &'a Args,
+    #[cfg(feature = "net")]
+    server: Option<server::Server>,
+}
+
+impl<'a> Sink<'a> {
+    fn new(args: &'a Args) -> Result<Self, InputError> {
+        #[cfg(feature = "net")]
+        let server = args.serve.map(server::Server::begin).transpose()?;
+        #[cfg(feature = "net")]
+        if let Some(server) = &server {
+            output::complain(&format!("serving labels on ws://{}", server.address()));
         }
-        text.push('\n');
+        Ok(Self {
+            args,
+            #[cfg(feature = "net")]
+            server,
+        })
     }
-    if text.is_empty() { Ok(true) } else { Ok(output::print_more(&text)?) }
+
+    /// Prints events, and sends them on; whether anyone still reads what is printed.
+    fn take(&mut self, events: &[LiveEvent]) -> Result<bool, Failure> {
+        #[cfg(feature = "net")]
+        if let Some(server) = &mut self.server {
+            events.iter().for_each(|event| server.event(event));
+        }
+        let shown = events.iter().filter(|event| !(self.args.no_labels && event.name() == "label"));
+        let mut text = String::new();
+        for event in shown {
+            match self.args.format {
+                Format::Json => text.push_str(&event.json()),
+                Format::Text => text.push_str(&line(event)),
+            }
+            text.push('\n');
+        }
+        if text.is_empty() { Ok(true) } else { Ok(output::print_more(&text)?) }
+    }
+
+    /// Nothing comes any more.
+    fn finish(&self) {
+        #[cfg(feature = "net")]
+        if let Some(server) = &self.server {
+            server.finish();
+        }
+    }
 }
 
 /// An event as a line for people: what may still change is marked.
@@ -216,6 +260,7 @@ fn line(event: &LiveEvent) -> String {
         ("task", false) => "task?  ",
         ("segment", true) => "segment",
         ("task", true) => "task   ",
+        ("clock", _) => "clock  ",
         _ => "issue  ",
     };
     format!("{mark} {event}")
@@ -225,66 +270,4 @@ fn line(event: &LiveEvent) -> String {
 fn beside(source: &str) -> Result<Option<Scene>, Failure> {
     let path = Path::new(source).with_extension("scene.yaml");
     if source != "-" && !source.contains("://") && path.is_file() { Ok(Some(Scene::open(path)?)) } else { Ok(None) }
-}
-
-/// Begins to read a source; whether it does not wait for us.
-fn begin(source: &str, outlet: Outlet) -> Result<bool, InputError> {
-    if let Some(address) = source.strip_prefix("udp://") {
-        let failed = |error: std::io::Error| InputError::new(source, format!("cannot be listened to: {error}"));
-        let socket = UdpSocket::bind(address).map_err(failed)?;
-        thread::spawn(move || datagrams(&socket, &outlet));
-        return Ok(true);
-    }
-    if source.contains("://") {
-        return Err(InputError::new(source, "expected `-`, `udp://ADDRESS:PORT` or a file"));
-    }
-    let name = if source == "-" { "standard input".to_string() } else { source.to_string() };
-    let bytes: Box<dyn Read + Send> = if source == "-" {
-        Box::new(std::io::stdin())
-    } else {
-        let open = File::open(source);
-        Box::new(open.map_err(|error| InputError::new(source, format!("cannot be opened: {error}")))?)
-    };
-    thread::spawn(move || read(BufReader::new(bytes), &name, &outlet));
-    Ok(false)
-}
-
-/// Sends the lines of a stream to its end, waiting where nobody takes them.
-fn read(mut bytes: impl BufRead, name: &str, outlet: &Outlet) {
-    loop {
-        let mut line = vec![];
-        let sent = match bytes.by_ref().take(MAX_LINE + 1).read_until(b'\n', &mut line) {
-            Ok(0) => Sent::Stop,
-            Ok(_) if line.len() as u64 <= MAX_LINE || line.ends_with(b"\n") => Sent::Line(line),
-            Ok(_) => match bytes.skip_until(b'\n') {
-                Ok(_) => Sent::TooLong,
-                Err(error) => failed(name, &error),
-            },
-            Err(error) => failed(name, &error),
-        };
-        let ends = matches!(sent, Sent::Stop | Sent::Failed(_));
-        if !outlet.send(sent) || ends {
-            return;
-        }
-    }
-}
-
-fn failed(name: &str, error: &std::io::Error) -> Sent {
-    Sent::Failed(InputError::new(name, format!("cannot be read: {error}")))
-}
-
-/// Sends datagrams, as long as there is room for them; counts the others.
-fn datagrams(socket: &UdpSocket, outlet: &Outlet) {
-    let mut buffer = vec![0; 1 << 16];
-    let mut lost = 0;
-    while let Ok(length) = socket.recv(&mut buffer) {
-        if lost > 0 && outlet.try_send(Sent::Lost(lost)).is_ok() {
-            lost = 0;
-        }
-        match outlet.try_send(Sent::Line(buffer[..length].to_vec())) {
-            Ok(()) => {}
-            Err(TrySendError::Full(_)) => lost += 1,
-            Err(TrySendError::Disconnected(_)) => return,
-        }
-    }
 }

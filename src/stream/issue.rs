@@ -36,6 +36,7 @@ macro_rules! kinds {
 kinds! {
     BIASED "biased" "The bias of a force sensor was subtracted.",
     CONSTANT_FLAG "constant_flag" "A contact lasts as long as the log, or a gripper never opens or closes.",
+    DISCONNECTED "disconnected" "The connection to the source of a live log broke, or is there again.",
     DUPLICATE_STAMP "duplicate_stamp" "Rows repeat the stamp of the row before.",
     GAP "gap" "Rows are missing.",
     IMPLAUSIBLE_FORCE "implausible_force" "The sign of a force contradicts what the finger touches.",

@@ -55,6 +55,12 @@ mod live_log;
 mod live_memory;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod live_program;
+#[cfg(all(feature = "cli", feature = "net"))]
+mod live_robot;
+#[cfg(all(feature = "world", feature = "cli", feature = "net"))]
+mod live_serve;
+#[cfg(all(feature = "cli", feature = "mcap"))]
+mod live_topics;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
 mod many_logs;

@@ -46,6 +46,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("hdf5_pure", &["src/stream/read/formats/hdf5.rs", "src/stream/read/formats/hdf5/"]),
     ("clap", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),
+    ("tungstenite", &["src/cli/live/"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/", "src/session/fitting.rs"]),
     ("similar", &["src/cli/fit/"]),

@@ -6,12 +6,16 @@ use crate::session::{Segment, Task};
 use crate::stream::issue::Issue;
 use std::fmt;
 
+/// Nanoseconds in a second.
+const NANOS: i64 = 1_000_000_000;
+
 /// Something new about a live log.
 ///
 /// - `label`: the primitive of a track at the newest frame, if the log ended there.
 /// - `segment`: a segment that has closed, as the trees returned it; `is_final`: after relabeling, as in the analysis of the whole log.
 /// - `task`: a task that has closed; `is_final`: as in the analysis of the whole log.
 /// - `issue`: what is wrong with the log.
+/// - `clock`: from when on times count, of a log whose messages have the time of day.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LiveEvent {
     sequence: u64,
@@ -24,6 +28,7 @@ pub enum Inner {
     Segment { who: Who, segment: Stretch, is_final: bool },
     Task { who: Who, task: TaskSpan, is_final: bool },
     Issue(Issue),
+    Clock { origin_ns: i64 },
 }
 
 impl LiveEvent {
@@ -36,13 +41,14 @@ impl LiveEvent {
         self.sequence
     }
 
-    /// What it is about: `label`, `segment`, `task`, `issue`.
+    /// What it is about: `label`, `segment`, `task`, `issue`, `clock`.
     pub const fn name(&self) -> &'static str {
         match &self.inner {
             Inner::Label { .. } => "label",
             Inner::Segment { .. } => "segment",
             Inner::Task { .. } => "task",
             Inner::Issue(_) => "issue",
+            Inner::Clock { .. } => "clock",
         }
     }
 
@@ -51,7 +57,7 @@ impl LiveEvent {
         match &self.inner {
             Inner::Label { .. } => false,
             Inner::Segment { is_final, .. } | Inner::Task { is_final, .. } => *is_final,
-            Inner::Issue(_) => true,
+            Inner::Issue(_) | Inner::Clock { .. } => true,
         }
     }
 
@@ -87,6 +93,14 @@ impl LiveEvent {
         }
     }
 
+    /// Of a `clock`: the time of 0 s, ns since 1970.
+    pub const fn origin_ns(&self) -> Option<i64> {
+        match &self.inner {
+            Inner::Clock { origin_ns } => Some(*origin_ns),
+            _ => None,
+        }
+    }
+
     /// The event as JSON on one line, schema `teachtree.live/1` (docs/formats.md).
     pub fn json(&self) -> String {
         let (sequence, is_final) = (self.sequence, self.is_final());
@@ -95,6 +109,7 @@ impl LiveEvent {
             Inner::Segment { who, segment, .. } => json::live_segment(sequence, *who, segment, is_final),
             Inner::Task { who, task, .. } => json::live_task(sequence, *who, task, is_final),
             Inner::Issue(issue) => json::live_issue(sequence, issue),
+            Inner::Clock { origin_ns } => json::live_clock(sequence, *origin_ns),
         }
     }
 }
@@ -110,6 +125,9 @@ impl fmt::Display for LiveEvent {
             Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),
             Inner::Issue(Issue { kind, channel, message, .. }) if channel.is_empty() => write!(f, "{kind}: {message}"),
             Inner::Issue(Issue { kind, channel, message, .. }) => write!(f, "{kind} {channel}: {message}"),
+            Inner::Clock { origin_ns } => {
+                write!(f, "0 s is {}.{:09} s since 1970", origin_ns.div_euclid(NANOS), origin_ns.rem_euclid(NANOS))
+            }
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::session::error::Error;
 use crate::session::log::{Log, Scene};
 use crate::session::rules::RulesOptions;
 use crate::stream::OpenRequest;
-use crate::stream::bind::RowBinder;
+use crate::stream::bind::{BoundRows, RowBinder};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names::split_unit;
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
@@ -61,6 +61,8 @@ pub struct Feed {
     /// The scene of the first line.
     scene: Option<Scene>,
     line: u64,
+    /// The stamp of the first message of a topic, ns.
+    origin_ns: Option<i64>,
     bad: usize,
     form: Form,
     state: State,
@@ -110,12 +112,21 @@ impl Beginning {
     }
 
     fn issue(&mut self, kind: IssueKind, message: String) {
-        let at = if self.last_s.is_finite() { self.last_s } else { 0.0 };
+        let at = self.at_s();
+        self.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message });
+    }
+
+    fn report(&mut self, issue: Issue) {
         if self.issues.len() < MOST_PENDING {
-            self.issues.push(Issue { kind, start_s: at, end_s: at, channel: String::new(), message });
+            self.issues.push(issue);
         } else {
             self.more += 1;
         }
+    }
+
+    /// Where the newest row is, s.
+    fn at_s(&self) -> f64 {
+        if self.last_s.is_finite() { self.last_s } else { 0.0 }
     }
 
     /// Keeps a row that comes after the others.
@@ -163,7 +174,7 @@ impl Feed {
             options.rules = options.rules.or_of_binding(binder.hand_file(), binder.params());
         }
         let (is_bound, said) = (options.binder.is_none(), BTreeSet::new());
-        Self { options, is_bound, said, scene: None, line: 0, bad: 0, form: Form::Unknown, state }
+        Self { options, is_bound, said, scene: None, line: 0, origin_ns: None, bad: 0, form: Form::Unknown, state }
     }
 
     /// Takes a line. A line that is no row is an issue.
@@ -185,14 +196,83 @@ impl Feed {
         let read = match self.row(line) {
             Ok(Some(row)) => {
                 self.find_scene()?;
-                self.bound(row).and_then(|(row, mut events)| {
-                    events.extend(self.take(&row, line.len())?);
-                    Ok(events)
-                })
+                match &mut self.options.binder {
+                    None => self.take(&row, line.len()),
+                    Some(binder) => match binder.bind(&row) {
+                        Ok(bound) => {
+                            self.is_bound = true;
+                            self.take_bound(bound)
+                        }
+                        Err(error) => Err(self.not_bound(error)),
+                    },
+                }
             }
             Ok(None) => return Ok(vec![]),
             Err(message) => Err(Refused::Line(message)),
         };
+        self.read("line", read)
+    }
+
+    /// Takes the message of a topic: its stamp, ns, from which on times count if it is the first one, and the only row of a table. A message that cannot be
+    /// bound is an issue.
+    ///
+    /// # Errors
+    /// As [`line`](Self::line).
+    pub fn message(&mut self, topic: &str, stamp_ns: i64, row: &InMemoryTable) -> Result<Vec<LiveEvent>, Error> {
+        self.line += 1;
+        let origin_ns = *self.origin_ns.get_or_insert(stamp_ns);
+        let time_s = stamp_ns.saturating_sub(origin_ns) as f64 * 1e-9;
+        let Some(binder) = &mut self.options.binder else { return Ok(vec![]) };
+        let read = match binder.bind_message(topic, time_s, row) {
+            Ok(bound) => {
+                self.is_bound |= !bound.rows.is_empty();
+                self.take_bound(bound)
+            }
+            Err(error) => Err(self.not_bound(error)),
+        };
+        self.read("message", read)
+    }
+
+    /// A message of a topic that cannot be read.
+    ///
+    /// # Errors
+    /// Too many in a row cannot.
+    pub fn unreadable(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
+        self.line += 1;
+        self.read("message", Err(Refused::Line(format!("{topic}: {why}"))))
+    }
+
+    /// No message of a topic can be read.
+    ///
+    /// # Errors
+    /// The binding needs it.
+    pub fn refused(&mut self, topic: &str, why: &str) -> Result<Vec<LiveEvent>, Error> {
+        let Some(binder) = &mut self.options.binder else { return Ok(vec![]) };
+        binder.refuse(topic, why).map_err(|error| Error::new(error, ErrorKind::Binding))?;
+        Ok(vec![])
+    }
+
+    /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
+    ///
+    /// # Errors
+    /// As [`line`](Self::line).
+    pub fn interrupted(&mut self, message: String) -> Result<Vec<LiveEvent>, Error> {
+        let rest = self.options.binder.as_mut().map(RowBinder::interrupt);
+        let mut events = self.rest(rest)?;
+        events.extend(self.issue(IssueKind::DISCONNECTED, message));
+        if let State::Running(_, live) = &mut self.state {
+            events.extend(live.interrupt()?);
+        }
+        Ok(events)
+    }
+
+    /// The source is there again.
+    pub fn connected(&mut self, message: String) -> Vec<LiveEvent> {
+        self.issue(IssueKind::DISCONNECTED, message)
+    }
+
+    /// What became of a line or message.
+    fn read(&mut self, what: &str, read: Result<Vec<LiveEvent>, Refused>) -> Result<Vec<LiveEvent>, Error> {
         match read {
             Ok(events) => {
                 self.bad = 0;
@@ -202,11 +282,19 @@ impl Feed {
             Err(Refused::Line(message)) => {
                 self.bad += 1;
                 if self.bad > MOST_BAD {
-                    return Err(self.error(format!("more than {MOST_BAD} lines in a row are no rows; {message}")));
+                    return Err(self.error(format!("more than {MOST_BAD} {what}s in a row are no rows; {message}")));
                 }
-                Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("line {} is left out: {message}", self.line)))
+                Ok(self.issue(IssueKind::UNREADABLE_ROW, format!("{what} {} is left out: {message}", self.line)))
             }
         }
+    }
+
+    /// Takes the rows that wait for others.
+    fn rest(&mut self, rest: Option<Result<BoundRows, InputError>>) -> Result<Vec<LiveEvent>, Error> {
+        let Some(rest) = rest else { return Ok(vec![]) };
+        let rest = rest.map_err(|error| Error::new(error, ErrorKind::Binding))?;
+        let read = self.take_bound(rest);
+        self.read("row", read)
     }
 
     /// The log has ended.
@@ -214,7 +302,11 @@ impl Feed {
     /// # Errors
     /// As [`line`](Self::line).
     pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
-        let mut events = if matches!(self.state, State::Calibrating(_)) { self.calibrate()? } else { vec![] };
+        let rest = self.options.binder.as_mut().map(RowBinder::finish);
+        let mut events = self.rest(rest)?;
+        if matches!(self.state, State::Calibrating(_)) {
+            events.extend(self.calibrate()?);
+        }
         if let State::Running(_, live) = self.state {
             events.extend(live.finish()?);
         }
@@ -223,7 +315,7 @@ impl Feed {
 
     /// Reports that lines were lost before they were read.
     pub fn lost(&mut self, lines: u64) -> Vec<LiveEvent> {
-        let message = format!("{lines} lines came faster than they could be analyzed, and are left out");
+        let message = format!("{lines} rows came faster than they could be analyzed, and are left out");
         self.issue(IssueKind::OVERRUN, message)
     }
 
@@ -241,7 +333,7 @@ impl Feed {
         let message = if is_on {
             "labels of the newest frames are reported again"
         } else {
-            "lines come nearly faster than they can be analyzed; labels of the newest frames are left out"
+            "rows come nearly faster than they can be analyzed; labels of the newest frames are left out"
         };
         self.issue(IssueKind::OVERRUN, message.into())
     }
@@ -252,15 +344,20 @@ impl Feed {
     }
 
     fn issue(&mut self, kind: IssueKind, message: String) -> Vec<LiveEvent> {
+        let at = match &self.state {
+            State::Calibrating(beginning) => beginning.at_s(),
+            State::Running(_, live) => live.newest_s(),
+        };
+        self.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message })
+    }
+
+    fn report(&mut self, issue: Issue) -> Vec<LiveEvent> {
         match &mut self.state {
             State::Calibrating(beginning) => {
-                beginning.issue(kind, message);
+                beginning.report(issue);
                 vec![]
             }
-            State::Running(_, live) => {
-                let at = live.newest_s();
-                live.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message })
-            }
+            State::Running(_, live) => live.report(issue),
         }
     }
 
@@ -295,24 +392,26 @@ impl Feed {
         }
     }
 
-    /// A row with the names of channels, and what is new about it.
-    fn bound(&mut self, row: InMemoryTable) -> Result<(InMemoryTable, Vec<LiveEvent>), Refused> {
-        let Some(binder) = &mut self.options.binder else { return Ok((row, vec![])) };
-        match binder.bind(&row) {
-            Ok((row, issues)) => {
-                self.is_bound = true;
-                let mut events = vec![];
-                for issue in issues {
-                    if self.said.len() < MOST_PENDING && self.said.insert(issue.message.clone()) {
-                        events.extend(self.issue(issue.kind, issue.message));
-                    }
-                }
-                Ok((row, events))
+    /// Takes rows with the names of channels; what was said of one is said once.
+    fn take_bound(&mut self, bound: BoundRows) -> Result<Vec<LiveEvent>, Refused> {
+        let mut events = vec![];
+        for issue in bound.issues {
+            let is_new = self.said.len() < MOST_PENDING && self.said.insert(issue.message.clone());
+            // What has a place in time is news each time.
+            if is_new || issue.kind == IssueKind::GAP || issue.kind == IssueKind::DUPLICATE_STAMP {
+                events.extend(self.report(issue));
             }
-            // What does not fit the first row is a mistake of the binding.
-            Err(error) if !self.is_bound => Err(Refused::Log(Error::new(error, ErrorKind::Binding))),
-            Err(error) => Err(Refused::Line(error.message)),
         }
+        for row in &bound.rows {
+            let bytes = row.columns().len() * size_of::<f64>();
+            events.extend(self.take(row, bytes)?);
+        }
+        Ok(events)
+    }
+
+    /// What does not fit the first row is a mistake of the binding.
+    fn not_bound(&self, error: InputError) -> Refused {
+        if self.is_bound { Refused::Line(error.message) } else { Refused::Log(Error::new(error, ErrorKind::Binding)) }
     }
 
     /// The scene that was named, else that of the first line, else the one beside the log.
@@ -363,7 +462,8 @@ impl Feed {
             None => Calibration::of(&log, &rules)?,
         };
         let mut live = Live::new(&rules, &header, &scene, &calibration)?;
-        let mut events = vec![];
+        let mut events: Vec<LiveEvent> =
+            self.origin_ns.into_iter().flat_map(|origin_ns| live.begin(origin_ns)).collect();
         // What is wrong with a recording that was named is no news of this log.
         let learned = calibration.issues().iter().filter(|_| self.options.calibration.is_none());
         for issue in learned.chain(&beginning.issues) {

@@ -240,6 +240,21 @@ impl Live {
         Ok(())
     }
 
+    /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
+    #[cfg(feature = "cli")]
+    pub(crate) fn interrupt(&mut self) -> Result<Vec<LiveEvent>, Error> {
+        self.end_stretch()?;
+        self.admission.restart();
+        Ok(std::mem::take(&mut self.events))
+    }
+
+    /// Reports from when on times count: ns since 1970.
+    #[cfg(feature = "cli")]
+    pub(crate) fn begin(&mut self, origin_ns: i64) -> Vec<LiveEvent> {
+        self.event(Inner::Clock { origin_ns });
+        std::mem::take(&mut self.events)
+    }
+
     /// Ends the log: all segments and tasks that are left.
     ///
     /// # Errors

@@ -107,10 +107,15 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
     read.issues.extend(stuck_sensors::silence_uncorrected(&mut read.recording, &binding.trust));
     read.issues.extend(sensors::correct(&mut read.recording, file)?);
     read.issues.extend(places::learn(&mut read.recording, file)?);
-    if binding.normals == Normals::ByRole {
-        normals_by_role(&mut read.recording);
-    }
+    add_normals(&mut read.recording, file);
     Ok(read)
+}
+
+/// Adds the normals of contacts as the binding says.
+pub fn add_normals(recording: &mut Recording, file: &BindingFile) {
+    if file.binding.normals == Normals::ByRole {
+        normals_by_role(recording);
+    }
 }
 
 /// Cuts off the ends at which some sensor is silent still or already, up to `bridge`, s: sensors do not start and stop as one.
@@ -146,63 +151,103 @@ fn trim(recording: &mut Recording, bridge: f64) {
 
 /// The bound columns, and from how many sheets they are.
 fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, usize), InputError> {
-    let header = Header::new(&source);
-    let objects: Vec<&str> =
-        scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
-    let mut wants = vec![Want::Nothing; header.titles.len()];
-    let times = if file.binding.rate.is_some() { vec![] } else { header.times(&source, file)? };
-    let mut bound: Vec<Bound> = vec![];
-    let mut labels: IndexMap<String, usize> = IndexMap::new();
-    let mut offsets = vec![];
-    for (key, columns) in &file.binding.channels {
-        let wrong = |message: String| file.error(key, message);
-        if names::is_label(key) {
-            let (patterns, _) = columns.component(0);
-            let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
-            labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
-        } else if let Columns::Offset(offset) = columns {
-            offsets.push((key.as_str(), offset));
-        } else {
-            bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
+    let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
+    let table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
+    let sheets = table.sheets;
+    Ok((bound.apply(table, file)?, sheets))
+}
+
+/// Which columns of a table become which channels.
+pub struct BoundColumns {
+    bound: Vec<Bound>,
+    /// The column of each label.
+    labels: IndexMap<String, usize>,
+    /// What is wanted of each column of the table.
+    pub wants: Vec<Want>,
+    /// The rotations whose angles are taken for radians.
+    in_radians: Vec<String>,
+}
+
+impl BoundColumns {
+    /// Looks up the columns that the binding names.
+    ///
+    /// # Errors
+    /// When the table lacks one, or one has another form than its channel.
+    pub fn of(header: &Header, file: &BindingFile, scene: &Scene) -> Result<Self, InputError> {
+        let times = if file.binding.rate.is_some() { vec![] } else { header.times(file)? };
+        let mut bound = Self::of_stamped(header, file, scene)?;
+        for time in times {
+            if let Some(want) = time.column.and_then(|column| bound.wants.get_mut(column)) {
+                *want = Want::Time(time.factor);
+            }
         }
+        Ok(bound)
     }
-    for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
-        if let Some(want) = wants.get_mut(column) {
-            *want = Want::Number(1.0);
+
+    /// The same of rows whose stamps are known.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of).
+    pub fn of_stamped(header: &Header, file: &BindingFile, scene: &Scene) -> Result<Self, InputError> {
+        let objects: Vec<&str> =
+            scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name.as_str()).collect();
+        let mut wants = vec![Want::Nothing; header.titles.len()];
+        let mut bound: Vec<Bound> = vec![];
+        let mut labels: IndexMap<String, usize> = IndexMap::new();
+        for (key, columns) in &file.binding.channels {
+            let wrong = |message: String| file.error(key, message);
+            if names::is_label(key) {
+                let (patterns, _) = columns.component(0);
+                let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
+                labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
+            } else if !matches!(columns, Columns::Offset(_)) {
+                bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
+            }
         }
-    }
-    for (key, column) in &labels {
-        match wants.get_mut(*column) {
-            Some(want) if *want == Want::Nothing => *want = Want::Text,
-            _ => return Err(file.error(key, "its column is bound as numbers too".into())),
+        for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
+            if let Some(want) = wants.get_mut(column) {
+                *want = Want::Number(1.0);
+            }
         }
-    }
-    for time in times {
-        if let Some(want) = time.column.and_then(|column| wants.get_mut(column)) {
-            *want = Want::Time(time.factor);
+        for (key, column) in &labels {
+            match wants.get_mut(*column) {
+                Some(want) if *want == Want::Nothing => *want = Want::Text,
+                _ => return Err(file.error(key, "its column is bound as numbers too".into())),
+            }
         }
+        let in_radians = bound
+            .iter()
+            .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
+            .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
+            .collect();
+        Ok(Self { bound, labels, wants, in_radians })
     }
-    let rate = file.binding.rate.map(|rate| rate.0);
-    let in_radians: Vec<String> = bound
-        .iter()
-        .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
-        .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
-        .collect();
-    let Table { time, numbers, mut texts, mut issues, sheets, row_time } = source.read(&wants, rate)?;
-    let mut recording = Recording { time, ..Recording::default() };
-    for bound in bound {
-        let values = bound.values(&numbers, recording.time.len());
-        if recording.columns.insert(bound.name.clone(), Column { dimension: bound.dimension, values }).is_some() {
-            return Err(file.error("channels", format!("`{}` is bound twice", bound.name)));
+
+    /// The channels of rows.
+    ///
+    /// # Errors
+    /// When two columns are bound to one channel, or the frame of a point is not bound.
+    pub fn apply(&self, table: Table, file: &BindingFile) -> Result<Read, InputError> {
+        let Table { time, numbers, mut texts, mut issues, row_time, .. } = table;
+        let mut recording = Recording { time, ..Recording::default() };
+        for bound in &self.bound {
+            let values = bound.values(&numbers, recording.time.len());
+            if recording.columns.insert(bound.name.clone(), Column { dimension: bound.dimension, values }).is_some() {
+                return Err(file.error("channels", format!("`{}` is bound twice", bound.name)));
+            }
         }
+        issues.extend(self.in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
+        rotations::to_quaternions(&mut recording);
+        for (key, columns) in &file.binding.channels {
+            if let Columns::Offset(offset) = columns {
+                offsets::place(&mut recording, file, key, offset)?;
+            }
+        }
+        for (name, column) in &self.labels {
+            recording.labels.insert(name.clone(), texts.get_mut(*column).map(std::mem::take).unwrap_or_default());
+        }
+        Ok(Read { recording, issues, row_time })
     }
-    issues.extend(in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
-    rotations::to_quaternions(&mut recording);
-    offsets.into_iter().try_for_each(|(key, offset)| offsets::place(&mut recording, file, key, offset))?;
-    for (name, column) in labels {
-        recording.labels.insert(name, texts.get_mut(column).map(std::mem::take).unwrap_or_default());
-    }
-    Ok((Read { recording, issues, row_time }, sheets))
 }
 
 impl Bound {
@@ -228,7 +273,7 @@ impl Bound {
 }
 
 /// The header of a foreign table: names, and units where they are given as ours are.
-struct Header {
+pub struct Header {
     titles: Vec<String>,
     /// Where a name is.
     columns: IndexMap<String, usize>,
@@ -242,25 +287,28 @@ struct Header {
 
 impl Header {
     fn new(source: &Source) -> Self {
+        let sheets = source.sheets.iter().map(|sheet| sheet.name.clone()).collect();
+        Self::of(source.header(), sheets, source.refused.clone())
+    }
+
+    /// The full names of all columns, the names of the sheets, and sheets that cannot be read with the reason.
+    pub fn of(titles: Vec<String>, sheets: Vec<String>, refused: Vec<(String, String)>) -> Self {
         let mut columns = IndexMap::new();
         let mut units = vec![];
-        let titles = source.header();
         for (index, title) in titles.iter().enumerate() {
             let (name, unit) = names::split_known_unit(title);
             columns.entry(name.to_string()).or_insert(index);
             units.push(unit.map(str::to_string));
         }
-        let sheets = source.sheets.iter().map(|sheet| sheet.name.clone()).collect();
-        Self { titles, columns, units, sheets, refused: source.refused.clone() }
+        Self { titles, columns, units, sheets, refused }
     }
 
     /// The columns of time: the one of this name, else the one of each sheet.
-    fn times(&self, source: &Source, file: &BindingFile) -> Result<Vec<Term>, InputError> {
+    fn times(&self, file: &BindingFile) -> Result<Vec<Term>, InputError> {
         let pattern = &file.binding.time;
         let name = pattern.name.fill(Filling::default());
         let alone = std::iter::once(name.clone());
-        let of_sheets =
-            source.sheets.iter().filter(|sheet| !sheet.name.is_empty()).map(|sheet| format!("{}.{name}", sheet.name));
+        let of_sheets = self.sheets.iter().filter(|sheet| !sheet.is_empty()).map(|sheet| format!("{sheet}.{name}"));
         let mut times = vec![];
         for name in alone.chain(of_sheets) {
             let pattern = Pattern { name: Template::text(&name), ..pattern.clone() };

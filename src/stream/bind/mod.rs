@@ -2,12 +2,14 @@
 
 mod apply;
 mod check;
+mod join;
 mod normals;
 mod offsets;
 mod pattern;
 mod placed;
 mod places;
 mod resample;
+mod resampler;
 mod rotations;
 mod rows;
 mod sensors;
@@ -15,7 +17,7 @@ pub mod template;
 mod tool;
 
 pub use apply::bind;
-pub use rows::RowBinder;
+pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
 
 pub use pattern::{Columns, Filling, Offset, Pattern, Template, Threshold};
 

@@ -146,6 +146,14 @@ impl Template {
         Self(vec![Piece::Text(name.to_string())])
     }
 
+    /// What stands before the first placeholder.
+    pub fn start(&self) -> &str {
+        match self.0.first() {
+            Some(Piece::Text(text)) => text,
+            _ => "",
+        }
+    }
+
     /// Reads a name with placeholders.
     ///
     /// # Errors

@@ -16,7 +16,9 @@ use indexmap::IndexMap;
 pub const MAX_FRAMES: usize = 100_000_000;
 
 /// So many usual steps of a log are no gap, whatever the binding says.
-const BRIDGED_STEPS: f64 = 1.5;
+pub const BRIDGED_STEPS: f64 = 1.5;
+/// Stamps are written with a few digits: a new sample this near before an old one, in steps, is at it.
+pub const AT: f64 = 1e-6;
 
 /// A new sample: its time, and the old row at or before it.
 struct Sample {
@@ -69,8 +71,6 @@ fn usual_step(time: &[f64]) -> f64 {
 
 /// The new samples: on the grid that begins with the first old one, none inside a gap.
 fn samples(time: &[f64], rate_hz: f64, bridge: f64) -> Result<Vec<Sample>, InputError> {
-    /// Stamps are written with a few digits: a new sample this near before an old one, in steps, is at it.
-    const AT: f64 = 1e-6;
     let Some(&start) = time.first() else { return Ok(vec![]) };
     let mut samples = vec![];
     let mut tick = 0.0_f64;
@@ -125,22 +125,20 @@ fn rotations(samples: &[Sample], recording: &Recording, meaning: Meaning, bridge
             })
             .collect();
     };
-    let values = interpolated(
-        samples,
-        &recording.time,
-        &[&w.values, &x.values, &y.values, &z.values],
-        bridge,
-        |from, to, part| {
-            let (from, to) = (unit(from), unit(to));
-            let between = from.try_slerp(&to, part, 1e-9).unwrap_or(from);
-            [between.w, between.i, between.j, between.k]
-        },
-    );
+    let values =
+        interpolated(samples, &recording.time, &[&w.values, &x.values, &y.values, &z.values], bridge, rotation_between);
     parts
         .iter()
         .zip(values)
         .map(|((name, column), values)| (name.clone(), Column { dimension: column.dimension, values }))
         .collect()
+}
+
+/// The rotation a part of the way from one to another, along the shortest arc.
+pub fn rotation_between(from: [f64; 4], to: [f64; 4], part: f64) -> [f64; 4] {
+    let (from, to) = (unit(from), unit(to));
+    let between = from.try_slerp(&to, part, 1e-9).unwrap_or(from);
+    [between.w, between.i, between.j, between.k]
 }
 
 /// Columns that are interpolated together, between the rows in which all of them were measured.

@@ -1,32 +1,79 @@
-//! A binding of a log that is being made: each row is bound by itself.
+//! A binding of a log that is being made: rows, or messages of several topics, are bound as they come.
 //!
-//! What a binding learns from the whole log, or computes from the rows around a row, is refused: a row has to be bound when it comes.
+//! What a binding learns from the whole log is refused. Topics are joined ([`Join`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind)
+//! does with the whole log.
 
-use super::{BindingFile, ToolMass, bind};
+use super::apply::{BoundColumns, Header, add_normals};
+use super::join::{Join, Pushed, Value};
+use super::resampler::{Resampled, Resampler};
+use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
 use crate::base::error::InputError;
+use crate::base::recording::{Column, Recording};
 use crate::base::scene::Scene;
+use crate::base::units::Dimension;
 use crate::stream::issue::Issue;
 use crate::stream::open::hand_file_of;
-use crate::stream::read::sheet::{Cells, InMemoryTable};
-use crate::stream::read::table::Source;
-use indexmap::IndexSet;
+use crate::stream::read::csv::{self, Clock, Read};
+use crate::stream::read::sheet::InMemoryTable;
+use crate::stream::read::table::{Source, Table, Want, date_time};
 use std::path::Path;
+
+/// For how long topics are awaited, s, where nothing else is said.
+pub const WAIT_S: f64 = 1.0;
+/// How many times as long what a binding names is awaited at the beginning.
+const FIRST_WAIT: f64 = 10.0;
+/// The longest step that is bridged, s: its rows come at once.
+const MAX_BRIDGE_S: f64 = 60.0;
 
 /// A binding that takes row by row.
 pub struct RowBinder {
     file: BindingFile,
     scene: Scene,
-    /// The columns that any row had so far, so that a row that lacks one of them is a row without its value.
-    titles: IndexSet<String>,
     hand_file: Option<String>,
+    join: Join,
+    wait_s: f64,
+    /// Topics that cannot be read, with the reason.
+    refused: Vec<(String, String)>,
+    /// Which columns are what, once all that the binding names have come.
+    bound: Option<BoundColumns>,
+    resampler: Option<Resampler>,
+    beginning: Beginning,
+}
+
+/// What came of a row or message.
+#[derive(Default)]
+pub struct BoundRows {
+    /// Rows with canonical names, SI, `time` in s.
+    pub rows: Vec<InMemoryTable>,
+    /// What was wrong.
+    pub issues: Vec<Issue>,
+}
+
+/// Which topics a binding may name.
+#[derive(Clone, Debug)]
+pub struct TopicFilter(Vec<String>);
+
+impl TopicFilter {
+    /// Whether columns of this topic may be bound.
+    pub fn may_name(&self, topic: &str) -> bool {
+        let prefix = format!("{topic}.");
+        self.0.iter().any(|start| start.starts_with(&prefix) || prefix.starts_with(start.as_str()))
+    }
+}
+
+/// Cuts off the beginning at which some sensor is silent still: sensors do not start as one.
+#[derive(Default)]
+struct Beginning {
+    is_over: bool,
+    rows: Vec<Resampled>,
 }
 
 impl RowBinder {
-    /// Reads a binding; `scene` replaces its own.
+    /// Reads a binding; `scene` replaces its own. Topics are awaited for `wait_s`.
     ///
     /// # Errors
     /// What the binding says that no row alone can show, at `file:line:column`; a binding without a scene where none is given.
-    pub fn open(path: &Path, scene: Option<Scene>) -> Result<Self, InputError> {
+    pub fn open(path: &Path, scene: Option<Scene>, wait_s: f64) -> Result<Self, InputError> {
         let file = BindingFile::read(path)?;
         let binding = &file.binding;
         let whole = |key: &str, fix: &str| {
@@ -35,8 +82,9 @@ impl RowBinder {
         if binding.rate.is_some() {
             return whole("rate", "send a stamp with each row, and name its column as `time`");
         }
-        if binding.resample.is_some() {
-            return whole("resample", "send rows at an even rate; `live` bridges short drop-outs by itself");
+        if binding.resample.is_some() && binding.bridge.0 > MAX_BRIDGE_S {
+            let message = format!("found {} s, a live log is bridged over {MAX_BRIDGE_S} s at most", binding.bridge.0);
+            return Err(file.error("bridge", message));
         }
         if binding.tare.is_some() {
             return whole("tare", "leave it out; `live` learns the bias of force sensors from the first seconds");
@@ -57,7 +105,10 @@ impl RowBinder {
         })?;
         file.check(&scene)?;
         let hand_file = binding.hand_file.clone().map(|name| hand_file_of(path, name));
-        Ok(Self { file, scene, titles: IndexSet::new(), hand_file })
+        let resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
+        let join = Join::new(wait_s);
+        let beginning = Beginning::default();
+        Ok(Self { file, scene, hand_file, join, wait_s, refused: vec![], bound: None, resampler, beginning })
     }
 
     /// The bodies and hands.
@@ -75,37 +126,311 @@ impl RowBinder {
         self.file.binding.params.iter().map(|(name, value)| (name.as_str(), value.as_str()))
     }
 
-    /// Binds the only row of a table: canonical names, SI, `time` in s.
+    /// Refuses a binding that messages of topics cannot be bound with.
+    ///
+    /// # Errors
+    /// It does not say what the stamps or the channels are of.
+    pub fn check_topics(&self) -> Result<(), InputError> {
+        if !self.file.binding.has_stamps_of_log() {
+            let message = "messages have stamps of their own, expected no `time`";
+            return Err(self.file.error("time", message.into()));
+        }
+        if self.file.binding.channels.is_empty() {
+            let message = "no channel is bound, expected columns such as `/wrench.wrench.force.<xyz>`";
+            return Err(self.file.error("channels", message.into()));
+        }
+        Ok(())
+    }
+
+    /// Which topics may have columns that are bound.
+    pub fn topics(&self) -> TopicFilter {
+        let patterns = self.file.binding.channels.values().flat_map(Columns::patterns);
+        TopicFilter(patterns.map(|pattern| pattern.name.start().to_string()).collect())
+    }
+
+    /// The messages of a topic cannot be read, because of `why`.
+    ///
+    /// # Errors
+    /// The binding needs the topic.
+    pub fn refuse(&mut self, topic: &str, why: &str) -> Result<(), InputError> {
+        if self.refused.iter().any(|(known, _)| known == topic) {
+            return Ok(());
+        }
+        self.refused.push((topic.to_string(), why.to_string()));
+        let prefix = format!("{topic}.");
+        for (key, columns) in &self.file.binding.channels {
+            let names_it = |pattern: &&Pattern| !pattern.optional && pattern.name.start().starts_with(&prefix);
+            if columns.patterns().iter().any(|pattern| names_it(&pattern)) {
+                return Err(self.file.error(key, format!("`{topic}` cannot be read: {why}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// Binds the only row of a table.
     ///
     /// # Errors
     /// A column that the binding names and no row had so far; a value that is no number.
-    pub fn bind(&mut self, row: &InMemoryTable) -> Result<(InMemoryTable, Vec<Issue>), InputError> {
-        for title in row.columns().keys() {
-            if !self.titles.contains(title) {
-                self.titles.insert(title.clone());
+    pub fn bind(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        if self.file.binding.channels.is_empty() {
+            return self.bind_canonical(row);
+        }
+        if self.join.learn("", row)? || self.bound.is_none() {
+            self.find_columns()?;
+        }
+        let stamp = self.stamp(row)?;
+        self.take("", stamp + self.file.binding.time_offset.0, row)
+    }
+
+    /// Binds the message of a topic: the only row of a table, and its stamp, s.
+    ///
+    /// # Errors
+    /// A column that the binding names and no message had within the time that topics are awaited; a value that is no number.
+    pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        if self.join.learn(topic, row)? {
+            self.bound = None;
+        }
+        let waits_s = self.join.waits_s();
+        let mut made = self.take(topic, time_s + self.file.binding.time_offset.0, row)?;
+        if self.bound.is_none() {
+            match self.find_columns() {
+                Ok(()) => self.make(false, &mut made)?,
+                Err(error) if waits_s > self.wait_s * FIRST_WAIT => return Err(error),
+                Err(_) => self.join.forget_oldest(),
             }
         }
-        let mut whole = InMemoryTable::new(row.place.clone());
-        whole.begin_row()?;
-        for title in &self.titles {
-            match row.columns().get(title) {
-                Some(Cells::Texts(texts)) => whole.put_text(title, texts.first().map_or("", String::as_str))?,
-                Some(cells) => {
-                    let value = cells.numbers().and_then(|values| values.first()).copied();
-                    whole.put(title, value.unwrap_or(f64::NAN))?
+        Ok(made)
+    }
+
+    /// The log has ended: all rows that are left.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn finish(&mut self) -> Result<BoundRows, InputError> {
+        if self.bound.is_none() && !self.join.topics().is_empty() {
+            self.find_columns()?;
+        }
+        self.interrupt()
+    }
+
+    /// The log was interrupted: all rows that are left. Later ones begin anew.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn interrupt(&mut self) -> Result<BoundRows, InputError> {
+        let mut made = BoundRows::default();
+        if self.bound.is_none() && !self.join.topics().is_empty() && self.find_columns().is_err() {
+            self.join.restart();
+            return Ok(made);
+        }
+        self.make(true, &mut made)?;
+        if let Some(resampler) = &mut self.resampler {
+            let mut rows = vec![];
+            resampler.finish(&mut rows);
+            let mut rows: Vec<Resampled> =
+                rows.into_iter().flat_map(|row| self.beginning.take(row, f64::INFINITY)).collect();
+            rows.extend(self.beginning.finish());
+            self.finished(rows, &mut made)?;
+        }
+        self.join.restart();
+        Ok(made)
+    }
+
+    /// A row whose columns have the names of channels.
+    fn bind_canonical(&mut self, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let binding = &self.file.binding;
+        let clock = Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone());
+        let Read { mut recording, issues, .. } =
+            csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
+        recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);
+        let mut made = BoundRows { rows: vec![], issues };
+        self.bound_row(recording, &mut made)?;
+        Ok(made)
+    }
+
+    /// Looks up the columns that the binding names among those that have come.
+    fn find_columns(&mut self) -> Result<(), InputError> {
+        let mut titles = vec![];
+        for (name, topic) in self.join.topics() {
+            let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
+            titles.extend(topic.titles.iter().map(title));
+        }
+        let sheets = self.join.topics().keys().cloned().collect();
+        let header = Header::of(titles, sheets, self.refused.clone());
+        let is_of_topics = !self.join.topics().contains_key("");
+        let bound = match is_of_topics {
+            true => BoundColumns::of_stamped(&header, &self.file, &self.scene)?,
+            false => BoundColumns::of(&header, &self.file, &self.scene)?,
+        };
+        let mut first = 0;
+        let ranges: Vec<std::ops::Range<usize>> = self
+            .join
+            .topics()
+            .values()
+            .map(|topic| {
+                let range = first..first + topic.titles.len();
+                first = range.end;
+                range
+            })
+            .collect();
+        let is_wanted = |at: usize| {
+            let wants = ranges.get(at).and_then(|range| bound.wants.get(range.clone()));
+            wants.is_some_and(|wants| wants.iter().any(|want| matches!(want, Want::Number(_))))
+        };
+        let used = (0..ranges.len()).filter(|at| is_wanted(*at)).count();
+        if used > 1 && self.resampler.is_none() {
+            let message = format!("the bound columns are of {used} topics with stamps of their own");
+            return Err(self.file.error("channels", message).help("say the common rate, such as `resample: 100 Hz`"));
+        }
+        self.join.mark(is_wanted);
+        self.beginning.is_over |= used <= 1;
+        self.bound = Some(bound);
+        Ok(())
+    }
+
+    /// The stamp of a row without topics, s.
+    fn stamp(&self, row: &InMemoryTable) -> Result<f64, InputError> {
+        let titles = self.join.topics().values().flat_map(|topic| &topic.titles);
+        let wants = self.bound.iter().flat_map(|bound| &bound.wants);
+        let time = titles.zip(wants).find_map(|(title, want)| match want {
+            Want::Time(factor) => Some((title, *factor)),
+            _ => None,
+        });
+        let Some((title, factor)) = time else { return Err(InputError::new(&row.place, "no column holds the time")) };
+        let found = super::join::value(title, row);
+        let seconds = match &found {
+            Value::Number(number) => number * factor,
+            Value::Text(text) => date_time(text).unwrap_or(f64::NAN),
+        };
+        if seconds.is_finite() {
+            return Ok(seconds);
+        }
+        Err(InputError::new(&row.place, format!("found `{found}` as `{title}`, expected a time")))
+    }
+
+    fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let mut made = BoundRows::default();
+        match self.join.push(topic, time_s, row) {
+            Pushed::Kept => {}
+            Pushed::Late(issue) => made.issues.extend(issue),
+            Pushed::SetBack(issue) => {
+                made = self.interrupt()?;
+                made.issues.push(issue);
+                let binding = &self.file.binding;
+                self.resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
+                self.join.push(topic, time_s, row);
+            }
+        }
+        if self.bound.is_some() {
+            self.make(false, &mut made)?;
+        }
+        Ok(made)
+    }
+
+    /// Makes the rows that are whole.
+    fn make(&mut self, ends: bool, made: &mut BoundRows) -> Result<(), InputError> {
+        made.issues.extend(self.join.settle());
+        while let Some((stamp, topics)) = self.join.next(ends) {
+            let Some(bound) = &self.bound else { return Ok(()) };
+            let mut numbers = Vec::with_capacity(bound.wants.len());
+            for (mut values, (name, topic)) in topics.into_iter().zip(self.join.topics()) {
+                // Earlier messages lack the columns that have come since.
+                values.resize(topic.titles.len(), Value::Number(f64::NAN));
+                for (value, title) in values.into_iter().zip(&topic.titles) {
+                    numbers.push(match (bound.wants.get(numbers.len()), value) {
+                        (Some(Want::Number(_)), Value::Number(number)) => vec![number],
+                        (Some(Want::Number(_)), Value::Text(text)) => {
+                            let message = format!("found `{text}` as `{title}`, expected a number");
+                            return Err(InputError::new(if name.is_empty() { "the row" } else { name }, message));
+                        }
+                        _ => vec![],
+                    });
                 }
-                None => whole.put(title, f64::NAN)?,
-            };
+            }
+            let texts = vec![vec![]; numbers.len()];
+            let table = Table { time: vec![stamp], numbers, texts, ..Table::default() };
+            let Read { recording, issues, .. } = bound.apply(table, &self.file)?;
+            made.issues.extend(issues);
+            self.bound_row(recording, made)?;
         }
-        let source = Source::one(&row.place, whole.header(), Box::new(whole));
-        let bound = bind(source, &self.file, self.scene.clone())?;
-        let mut canonical = InMemoryTable::new(row.place.clone());
-        canonical.begin_row()?;
+        Ok(())
+    }
+
+    /// Takes a recording of one row, at its own stamp.
+    fn bound_row(&mut self, recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(resampler) = &mut self.resampler else {
+            return self.finished_row(recording, made);
+        };
+        let mut rows = vec![];
+        resampler.push(&recording, &mut rows)?;
+        let bridge = self.file.binding.bridge.0;
+        let rows = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
+        self.finished(rows, made)
+    }
+
+    fn finished(&mut self, rows: Vec<Resampled>, made: &mut BoundRows) -> Result<(), InputError> {
+        let columns: Vec<(String, Dimension)> = match &self.resampler {
+            Some(resampler) if !rows.is_empty() => {
+                resampler.columns().iter().map(|(name, dimension)| (name.clone(), *dimension)).collect()
+            }
+            _ => return Ok(()),
+        };
+        for (time, values) in rows {
+            let cells = columns.iter().zip(values).map(|((name, dimension), value)| {
+                (name.clone(), Column { dimension: *dimension, values: vec![value] })
+            });
+            let recording = Recording { time: vec![time], columns: cells.collect(), ..Recording::default() };
+            self.finished_row(recording, made)?;
+        }
+        Ok(())
+    }
+
+    /// Corrects what a row of its own shows, and gives it the form of a table.
+    fn finished_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        recording.scene = std::mem::take(&mut self.scene);
+        let corrected = sensors::correct(&mut recording, &self.file);
+        add_normals(&mut recording, &self.file);
+        self.scene = std::mem::take(&mut recording.scene);
+        made.issues.extend(corrected?);
         let first = |values: &[f64]| values.first().copied().unwrap_or(f64::NAN);
-        canonical.put("time", first(&bound.recording.time))?;
-        for (name, column) in &bound.recording.columns {
-            canonical.put(name, first(&column.values))?;
+        let mut row = InMemoryTable::new("the log");
+        row.begin_row()?;
+        row.put("time", first(&recording.time))?;
+        for (name, column) in &recording.columns {
+            row.put(name, first(&column.values))?;
         }
-        Ok((canonical, bound.issues))
+        made.rows.push(row);
+        Ok(())
+    }
+}
+
+impl Beginning {
+    /// Takes a row; returns those that are complete, or will not be within the bridge, s.
+    fn take(&mut self, row: Resampled, bridge: f64) -> Vec<Resampled> {
+        if self.is_over {
+            return vec![row];
+        }
+        let time = row.0;
+        self.rows.push(row);
+        let start = self.rows.first().map_or(time, |(start, _)| *start);
+        let is_complete = (0..self.width()).all(|column| self.first(column).is_some());
+        if is_complete || time - start > bridge { self.finish() } else { vec![] }
+    }
+
+    /// What is left.
+    fn finish(&mut self) -> Vec<Resampled> {
+        self.is_over = true;
+        let from = (0..self.width()).filter_map(|column| self.first(column)).max().unwrap_or_default();
+        let mut rows = std::mem::take(&mut self.rows);
+        rows.split_off(from.min(rows.len()))
+    }
+
+    fn width(&self) -> usize {
+        self.rows.iter().map(|(_, values)| values.len()).max().unwrap_or_default()
+    }
+
+    /// The first row in which a column was measured.
+    fn first(&self, column: usize) -> Option<usize> {
+        self.rows.iter().position(|(_, values)| values.get(column).is_some_and(|value| !value.is_nan()))
     }
 }

@@ -107,6 +107,11 @@ impl Admission {
         }
     }
 
+    /// The stretch has ended: the next row begins another one.
+    pub fn restart(&mut self) {
+        (self.last, self.lacking) = (None, None);
+    }
+
     /// Takes a row: its stamp, s, and a value for each column, SI; NaN was not measured.
     pub fn take(&mut self, time_s: f64, values: &[f64]) -> Admitted {
         let mut admitted = Admitted::default();

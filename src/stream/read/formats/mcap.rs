@@ -7,7 +7,6 @@ pub mod copy;
 pub mod message;
 pub mod write;
 
-use super::rosmsg::{Definition, Wire};
 use super::topics::{Reading, Topics};
 use super::truncated;
 use crate::base::error::InputError;
@@ -93,28 +92,43 @@ const MESSAGE: u8 = 5;
 const CHUNK: u8 = 6;
 const DATA_END: u8 = 15;
 
+/// What takes messages: topic, how they are read, when they were recorded, ns, and their bytes.
+type Each<'a> = &'a mut dyn FnMut(&str, &Reading, i64, &[u8]) -> Result<(), InputError>;
+
 /// Reads the messages of a file, which may be compressed as a whole; the message when it ends too early.
 fn read(bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
+    let push = &mut |topic: &str, reading: &Reading, recorded: i64, message: &[u8]| {
+        topics.push(topic, reading, recorded, message)
+    };
+    let is_cut = play(bytes, file, push)?;
+    if is_cut && topics.is_empty() {
+        return Err(InputError::new(file, "cannot be read as MCAP: it ends before its first message"));
+    }
+    Ok(is_cut.then(|| format!("{file} ends in the middle of a record; what is before counts")))
+}
+
+/// Gives the messages of a file as they come, in the order of the file; whether it ends in the middle of a record.
+///
+/// # Errors
+/// When it is damaged; the first one of `each`.
+pub fn play(bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
     let unreadable = |error: std::io::Error| InputError::unreadable(file, &error);
     let mut bytes = std::io::BufReader::new(bytes);
     if bytes.fill_buf().map_err(unreadable)?.starts_with(&ZSTD) {
         let decoder = ::zstd::stream::read::Decoder::with_buffer(bytes).map_err(unreadable)?;
-        return plain(std::io::BufReader::new(decoder), file, topics);
+        return plain(std::io::BufReader::new(decoder), file, each);
     }
-    plain(bytes, file, topics)
+    plain(bytes, file, each)
 }
 
-fn plain(mut bytes: impl Read, file: &str, topics: &mut Topics) -> Result<Option<String>, InputError> {
+fn plain(mut bytes: impl Read, file: &str, each: Each) -> Result<bool, InputError> {
     let mut magic = [0; MAGIC.len()];
     if bytes.read_exact(&mut magic).is_err() || magic != MAGIC {
         return Err(InputError::new(file, "cannot be read as MCAP: it does not begin as one"));
     }
-    match Known::default().records(&mut bytes, true, topics) {
-        Ok(()) => Ok(None),
-        Err(Fault::Cut) if !topics.is_empty() => {
-            Ok(Some(format!("{file} ends in the middle of a record; what is before counts")))
-        }
-        Err(Fault::Cut) => Err(InputError::new(file, "cannot be read as MCAP: it ends before its first message")),
+    match Known::default().records(&mut bytes, true, each) {
+        Ok(()) => Ok(false),
+        Err(Fault::Cut) => Ok(true),
         Err(Fault::Damaged(message)) => Err(InputError::new(file, format!("cannot be read as MCAP: {message}"))),
         Err(Fault::Log(error)) => Err(error),
     }
@@ -227,13 +241,13 @@ struct Known {
 
 impl Known {
     /// Reads records to the end; `outer` ones may be chunks of others.
-    fn records(&mut self, bytes: &mut impl Read, outer: bool, topics: &mut Topics) -> Result<(), Fault> {
+    fn records(&mut self, bytes: &mut impl Read, outer: bool, each: Each) -> Result<(), Fault> {
         while let Some((kind, body)) = record(bytes)? {
             match kind {
                 SCHEMA => self.schema(&mut Fields(&body))?,
                 CHANNEL => self.channel(&mut Fields(&body))?,
-                MESSAGE => self.message(&mut Fields(&body), topics)?,
-                CHUNK if outer => self.records(&mut decompressed(&body)?.as_slice(), false, topics)?,
+                MESSAGE => self.message(&mut Fields(&body), each)?,
+                CHUNK if outer => self.records(&mut decompressed(&body)?.as_slice(), false, each)?,
                 // What follows is an index and a summary, which are not needed.
                 DATA_END | FOOTER if outer => return Ok(()),
                 _ => {}
@@ -253,45 +267,23 @@ impl Known {
         let (id, schema, topic, encoding) = (fields.u16()?, fields.u16()?, fields.text()?, fields.text()?);
         let known = self.channels.contains_key(&id);
         if !known {
-            let reading = self.reading(&encoding, schema);
+            let schema = self.schemas.get(&schema);
+            let schema = schema.map(|(name, form, text)| (name.as_str(), form.as_str(), text.as_str()));
+            let reading = Reading::of(&encoding, schema);
             self.channels.insert(id, (topic, reading));
         }
         Ok(())
     }
 
-    fn message(&mut self, fields: &mut Fields, topics: &mut Topics) -> Result<(), Fault> {
+    fn message(&mut self, fields: &mut Fields, each: Each) -> Result<(), Fault> {
         let (id, _sequence, recorded, _published) = (fields.u16()?, fields.u32()?, fields.u64()?, fields.u64()?);
         let Some((topic, reading)) = self.channels.get(&id) else { return Ok(()) };
         let recorded = i64::try_from(recorded).unwrap_or(i64::MAX);
         // A recorder may compress each message by itself; none begins like this otherwise.
         if fields.0.starts_with(&ZSTD) {
             let plain = unpacked(::zstd::stream::read::Decoder::new(fields.0).map_err(undone)?)?;
-            return topics.push(topic, reading, recorded, &plain).map_err(Fault::Log);
+            return each(topic, reading, recorded, &plain).map_err(Fault::Log);
         }
-        topics.push(topic, reading, recorded, fields.0).map_err(Fault::Log)
-    }
-
-    /// How the messages of a channel are read.
-    fn reading(&self, encoding: &str, schema: u16) -> Reading {
-        let wire = match encoding {
-            "json" => return Reading::Json,
-            "cdr" => Wire::Cdr,
-            "ros1" => Wire::Ros1,
-            other => {
-                return Reading::Refused(format!(
-                    "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
-                ));
-            }
-        };
-        let Some((name, form, definition)) = self.schemas.get(&schema) else {
-            return Reading::Refused("it has no message definition".into());
-        };
-        if !matches!(form.as_str(), "ros2msg" | "ros1msg") {
-            return Reading::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
-        }
-        match Definition::parse(name, definition, wire) {
-            Ok(definition) => Reading::Defined(definition),
-            Err(why) => Reading::Refused(format!("its type {name}: {why}")),
-        }
+        each(topic, reading, recorded, fields.0).map_err(Fault::Log)
     }
 }

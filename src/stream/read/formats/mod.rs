@@ -27,8 +27,8 @@ mod npy;
 pub mod parquet;
 mod qualisys;
 mod rosbag;
-mod rosmsg;
-mod topics;
+pub mod rosmsg;
+pub mod topics;
 #[cfg(feature = "arrays")]
 mod zarr;
 #[cfg(feature = "arrays")]

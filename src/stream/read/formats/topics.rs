@@ -3,6 +3,8 @@
 //! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches.
 //! Times count from the earliest stamp of the bag, and the rows of a topic are in the order of their stamps.
 
+#[cfg(feature = "mcap")]
+use super::rosmsg::Wire;
 use super::rosmsg::{Definition, Failure};
 use crate::base::error::InputError;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
@@ -21,6 +23,46 @@ pub enum Reading {
     Json,
     /// Not at all, and why.
     Refused(String),
+}
+
+impl Reading {
+    /// How messages in this encoding are read, with the name, the form and the text of their type's definition.
+    #[cfg(feature = "mcap")]
+    pub fn of(encoding: &str, schema: Option<(&str, &str, &str)>) -> Self {
+        let wire = match encoding {
+            "json" => return Self::Json,
+            "cdr" => Wire::Cdr,
+            "ros1" => Wire::Ros1,
+            other => {
+                return Self::Refused(format!(
+                    "its messages are encoded as `{other}`, expected `cdr`, `ros1` or `json`"
+                ));
+            }
+        };
+        let Some((name, form, definition)) = schema else {
+            return Self::Refused("it has no message definition".into());
+        };
+        if !matches!(form, "ros2msg" | "ros1msg") {
+            return Self::Refused(format!("its type {name} is defined as `{form}`, expected `ros2msg`"));
+        }
+        match Definition::parse(name, definition, wire) {
+            Ok(definition) => Self::Defined(definition),
+            Err(why) => Self::Refused(format!("its type {name}: {why}")),
+        }
+    }
+
+    /// Puts the fields of a message into the last row; its stamp in nanoseconds, if it has a header with one.
+    ///
+    /// # Errors
+    /// When the message is not as it should be.
+    pub fn decode(&self, message: &[u8], row: &mut InMemoryTable) -> Result<Option<i64>, Failure> {
+        match self {
+            Self::Defined(definition) => definition.decode(message, row),
+            #[cfg(feature = "mcap")]
+            Self::Json => super::json::message(message, row),
+            Self::Refused(why) => Err(why.clone().into()),
+        }
+    }
 }
 
 /// The topics so far.
@@ -75,13 +117,7 @@ impl Topics {
             return Ok(());
         }
         topic.rows.begin_row()?;
-        let decoded = match reading {
-            Reading::Defined(definition) => definition.decode(message, &mut topic.rows),
-            #[cfg(feature = "mcap")]
-            Reading::Json => super::json::message(message, &mut topic.rows),
-            Reading::Refused(_) => return Ok(()),
-        };
-        match decoded {
+        match reading.decode(message, &mut topic.rows) {
             Ok(stamp) => {
                 topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
                 topic.stamps.push(stamp.unwrap_or(recorded));

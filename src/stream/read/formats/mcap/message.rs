@@ -14,7 +14,8 @@ pub enum Type {
 impl Type {
     pub(super) const ALL: [Self; 3] = [Self::Text, Self::Number, Self::Poses];
 
-    pub(super) const fn name(self) -> &'static str {
+    /// Its name.
+    pub const fn name(self) -> &'static str {
         match self {
             Self::Text => "std_msgs/msg/String",
             Self::Number => "std_msgs/msg/Float64",
@@ -22,7 +23,8 @@ impl Type {
         }
     }
 
-    pub(super) const fn definition(self) -> &'static str {
+    /// The text that defines it.
+    pub const fn definition(self) -> &'static str {
         match self {
             Self::Text => "string data\n",
             Self::Number => "float64 data\n",

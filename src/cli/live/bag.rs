@@ -1,0 +1,51 @@
+//! Messages of an MCAP file in the order in which they were recorded, also while the file is being written.
+
+use super::source::{Outlet, Sent, message};
+use crate::base::error::InputError;
+use crate::stream::bind::TopicFilter;
+use crate::stream::read::formats::mcap;
+use std::fs::File;
+use std::io::Read;
+use std::thread;
+use std::time::Duration;
+
+/// How often a file is looked at for what was added.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Sends the messages of a file to its end.
+pub fn play(file: File, name: &str, topics: &TopicFilter, followed: bool, outlet: &Outlet) {
+    // What nobody takes any more ends the reading.
+    let gone = || InputError::new(name, "nobody reads it any more");
+    let each = &mut |topic: &str, reading: &_, recorded_ns: i64, bytes: &[u8]| {
+        if !topics.may_name(topic) || outlet.send(message(topic, reading, recorded_ns, bytes)) {
+            Ok(())
+        } else {
+            Err(gone())
+        }
+    };
+    let played = match followed {
+        true => mcap::play(Growing { file, outlet: outlet.clone() }, name, each),
+        false => mcap::play(file, name, each),
+    };
+    let _ = outlet.send(match played {
+        Ok(_) => Sent::Stop,
+        Err(error) => Sent::Failed(error),
+    });
+}
+
+/// A file that is being written: its end is waited at.
+struct Growing {
+    file: File,
+    outlet: Outlet,
+}
+
+impl Read for Growing {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        loop {
+            match self.file.read(buffer) {
+                Ok(0) if !buffer.is_empty() && !self.outlet.stops() => thread::sleep(LOOK),
+                read => return read,
+            }
+        }
+    }
+}

@@ -1,0 +1,241 @@
+//! What is served to viewers and controllers: the topics, and the newest messages of them, from which each connection reads at its own pace.
+
+use super::protocol::ServedTopic;
+use crate::analysis::Who;
+use crate::session::LiveEvent;
+use crate::stream::read::formats::mcap::message;
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How many messages are kept for those that come late, and how many bytes of them.
+const MOST_MESSAGES: usize = 1 << 16;
+const MOST_BYTES: usize = 32 << 20;
+/// How long the end of a log waits for those that read still.
+const LAST_WAIT: Duration = Duration::from_secs(3);
+
+/// How many topics a connection may subscribe to.
+const MOST_SUBSCRIPTIONS: usize = 1000;
+
+/// The topic of all events.
+const EVENTS: &str = "/teachtree/events";
+/// Whose labels and tasks have topics.
+const TRACKS: [&str; 3] = ["left", "right", "both"];
+
+/// Messages for all connections.
+pub struct Hub {
+    /// The topics; a channel is a place in this list.
+    pub topics: Vec<ServedTopic>,
+    /// A name of this run: sequence numbers of another one mean something else.
+    pub session: String,
+    state: Mutex<State>,
+    changed: Condvar,
+}
+
+#[derive(Default)]
+struct State {
+    /// The newest messages, in order.
+    kept: VecDeque<Arc<Served>>,
+    bytes: usize,
+    /// The number of the first of them.
+    first: u64,
+    /// The last message of each channel.
+    last: BTreeMap<usize, Arc<Served>>,
+    /// The last task of each track: its start, s, and name.
+    tasks: BTreeMap<Who, (f64, String)>,
+    is_over: bool,
+    /// How many connections there are.
+    readers: usize,
+}
+
+/// A message.
+pub struct Served {
+    pub channel: usize,
+    /// The number of the event that it is of.
+    pub sequence: u64,
+    pub time_ns: u64,
+    pub bytes: Vec<u8>,
+}
+
+/// From where on a connection reads a channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum From {
+    /// The last message there is, and new ones.
+    Last,
+    /// What is behind the event of this number.
+    After(u64),
+    /// Everything that is kept.
+    Kept,
+}
+
+/// What a connection has subscribed to.
+#[derive(Default)]
+pub struct Subscriptions {
+    of: BTreeMap<u32, Subscription>,
+}
+
+struct Subscription {
+    channel: usize,
+    /// The number of the next message.
+    next: u64,
+    /// Messages before it.
+    before: Vec<Arc<Served>>,
+    after: Option<u64>,
+}
+
+/// What a connection is to be sent.
+pub struct Batch {
+    /// Subscription and message.
+    pub messages: Vec<(u32, Arc<Served>)>,
+    /// How many messages, of any channel, were dropped before they could be sent.
+    pub dropped: u64,
+    /// Whether these are the last ones.
+    pub is_last: bool,
+}
+
+impl Hub {
+    /// Nothing was sent yet.
+    pub fn new(session: String) -> Self {
+        let text = |who: &str, what: &str| ServedTopic::Text(format!("/teachtree/{who}/{what}"));
+        let tracks = TRACKS.iter().flat_map(|who| [text(who, "primitive"), text(who, "task")]);
+        let topics = std::iter::once(ServedTopic::Events(EVENTS.into())).chain(tracks).collect();
+        Self { topics, session, state: Mutex::default(), changed: Condvar::new() }
+    }
+
+    /// Takes an event that happened at a time, ns since 1970.
+    pub fn event(&self, event: &LiveEvent, time_ns: u64) {
+        let sequence = event.sequence();
+        let mut messages = vec![Served { channel: 0, sequence, time_ns, bytes: event.json().into_bytes() }];
+        let mut text = |who: String, what: &str, text: &str| {
+            let name = format!("/teachtree/{who}/{what}");
+            if let Some(channel) = self.topics.iter().position(|topic| topic.name() == name) {
+                messages.push(Served { channel, sequence, time_ns, bytes: message::text(text) });
+            }
+        };
+        if let Some((who, primitive, _)) = event.label() {
+            text(who.to_string(), "primitive", primitive.unwrap_or_default());
+        }
+        let mut state = self.state();
+        if let Some(task) = event.task() {
+            // At the end of a log a task may be final at once.
+            let span = (task.start_s(), task.name().to_string());
+            let is_new = !event.is_final() || state.tasks.get(&task.track()) != Some(&span);
+            if is_new {
+                text(task.track().to_string(), "task", task.name());
+            }
+            state.tasks.insert(task.track(), span);
+        }
+        for message in messages {
+            state.keep(message);
+        }
+        drop(state);
+        self.changed.notify_all();
+    }
+
+    /// Nothing comes any more: waits until everything was sent, though not for long.
+    pub fn finish(&self) {
+        let mut state = self.state();
+        state.is_over = true;
+        self.changed.notify_all();
+        let waited = self.changed.wait_timeout_while(state, LAST_WAIT, |state| state.readers > 0);
+        drop(waited.unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// Counts a connection, if there is room for it.
+    pub fn enter(&self, most: usize) -> bool {
+        let mut state = self.state();
+        let has_room = state.readers < most && !state.is_over;
+        state.readers += usize::from(has_room);
+        has_room
+    }
+
+    /// A connection has ended.
+    pub fn leave(&self) {
+        self.state().readers -= 1;
+        self.changed.notify_all();
+    }
+
+    /// Wakes those that wait.
+    pub fn wake(&self) {
+        // Whoever is about to wait has the lock.
+        drop(self.state());
+        self.changed.notify_all();
+    }
+
+    /// Begins to read a channel.
+    pub fn subscribe(&self, subscriptions: &Mutex<Subscriptions>, id: u32, channel: usize, from: From) {
+        // In this order, as in `next`.
+        let state = self.state();
+        let mut subscriptions = subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
+        if channel >= self.topics.len() || subscriptions.of.len() >= MOST_SUBSCRIPTIONS {
+            return;
+        }
+        let end = state.first + state.kept.len() as u64;
+        let (next, before, after) = match from {
+            From::Last => (end, state.last.get(&channel).cloned().into_iter().collect(), None),
+            From::Kept => (state.first, vec![], None),
+            From::After(sequence) => (state.first, vec![], Some(sequence)),
+        };
+        subscriptions.of.insert(id, Subscription { channel, next, before, after });
+    }
+
+    /// Waits for something to send; `None` when the connection `is_gone`.
+    pub fn next(&self, subscriptions: &Mutex<Subscriptions>, is_gone: impl Fn() -> bool) -> Option<Batch> {
+        let mut state = self.state();
+        loop {
+            if is_gone() {
+                return None;
+            }
+            let batch = state.batch(&mut subscriptions.lock().unwrap_or_else(PoisonError::into_inner));
+            if !batch.messages.is_empty() || batch.is_last {
+                return Some(batch);
+            }
+            state = self.changed.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl State {
+    fn keep(&mut self, message: Served) {
+        let message = Arc::new(message);
+        self.bytes += message.bytes.len();
+        self.last.insert(message.channel, Arc::clone(&message));
+        self.kept.push_back(message);
+        while self.kept.len() > MOST_MESSAGES || self.bytes > MOST_BYTES {
+            let Some(oldest) = self.kept.pop_front() else { return };
+            self.bytes -= oldest.bytes.len();
+            self.first += 1;
+        }
+    }
+
+    fn batch(&self, subscriptions: &mut Subscriptions) -> Batch {
+        let end = self.first + self.kept.len() as u64;
+        let (mut messages, mut dropped) = (vec![], 0);
+        for (id, subscription) in &mut subscriptions.of {
+            messages.extend(subscription.before.drain(..).map(|message| (*id, message)));
+            dropped = dropped.max(self.first.saturating_sub(subscription.next));
+            let from = subscription.next.max(self.first) - self.first;
+            let new = self.kept.iter().skip(usize::try_from(from).unwrap_or(usize::MAX));
+            let is_wanted = |message: &&Arc<Served>| {
+                message.channel == subscription.channel
+                    && subscription.after.is_none_or(|after| message.sequence > after)
+            };
+            messages.extend(new.filter(is_wanted).map(|message| (*id, Arc::clone(message))));
+            subscription.next = end;
+        }
+        // Messages of several channels go out in the order of their events.
+        messages.sort_by_key(|(_, message)| message.sequence);
+        Batch { messages, dropped, is_last: self.is_over }
+    }
+}
+
+impl Subscriptions {
+    /// Does not read a channel any more.
+    pub fn remove(&mut self, id: u32) {
+        self.of.remove(&id);
+    }
+}

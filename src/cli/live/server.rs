@@ -1,0 +1,230 @@
+//! A server of the Foxglove WebSocket protocol, from which viewers show labels and controllers take events.
+
+use super::foxglove::PROTOCOLS;
+use super::hub::{From, Hub, Subscriptions};
+use super::protocol::{FromClient, advertise, data, server_info, status};
+use crate::base::error::InputError;
+use crate::session::LiveEvent;
+use std::hash::{BuildHasher, Hasher, RandomState};
+use std::io::{Read, Write};
+use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
+use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::http::{HeaderValue, StatusCode};
+use tungstenite::protocol::{Role, WebSocketConfig};
+use tungstenite::{Message, WebSocket, accept_hdr_with_config};
+
+/// How many may be connected.
+const MOST_CLIENTS: usize = 32;
+/// The largest message that a client may send, bytes.
+const MAX_MESSAGE: usize = 1 << 20;
+/// How long a client may take to say what it wants, and to take a message.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A server.
+pub struct Server {
+    hub: Arc<Hub>,
+    address: SocketAddr,
+    /// The time of 0 s, and of the newest event, ns since 1970.
+    origin_ns: i64,
+    newest_ns: u64,
+}
+
+/// The address that a text says, `8765` or `0.0.0.0:8765`; without a host only this machine is served.
+///
+/// # Errors
+/// It says none.
+pub fn address(text: &str) -> Result<SocketAddr, String> {
+    let port = text.parse().map(|port| SocketAddr::from((Ipv4Addr::LOCALHOST, port)));
+    port.or_else(|_| text.parse())
+        .map_err(|_| "expected a port or an address, such as 8765 or 0.0.0.0:8765".to_string())
+}
+
+impl Server {
+    /// Begins to serve.
+    ///
+    /// # Errors
+    /// The port cannot be had.
+    pub fn begin(address: SocketAddr) -> Result<Self, InputError> {
+        let failed =
+            |error: std::io::Error| InputError::new(address.to_string(), format!("cannot be served on: {error}"));
+        let listener = TcpListener::bind(address).map_err(failed)?;
+        let address = listener.local_addr().map_err(failed)?;
+        let mut hasher = RandomState::new().build_hasher();
+        hasher.write_u32(std::process::id());
+        let hub = Arc::new(Hub::new(format!("{:016x}", hasher.finish())));
+        let of_clients = Arc::clone(&hub);
+        thread::spawn(move || {
+            for stream in listener.incoming().flatten() {
+                let hub = Arc::clone(&of_clients);
+                if hub.enter(MOST_CLIENTS) {
+                    thread::spawn(move || {
+                        // A client that goes, or says nothing that is understood, is no news.
+                        let _ = serve(stream, &hub);
+                        hub.leave();
+                    });
+                }
+            }
+        });
+        Ok(Self { hub, address, origin_ns: 0, newest_ns: 0 })
+    }
+
+    /// Where it serves.
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Sends an event to all who want it.
+    pub fn event(&mut self, event: &LiveEvent) {
+        if let Some(origin_ns) = event.origin_ns() {
+            self.origin_ns = origin_ns;
+        }
+        let ends_s = event.label().map(|(_, _, at_s)| at_s);
+        let ends_s = ends_s.or_else(|| event.segment().map(|segment| segment.end_s()));
+        let ends_s = ends_s.or_else(|| event.task().map(|task| task.end_s()));
+        let ends_s = ends_s.or_else(|| event.issue().map(|issue| issue.end_s)).unwrap_or_default();
+        // A cast from f64 saturates.
+        let time_ns = self.origin_ns.saturating_add((ends_s * 1e9) as i64);
+        // Viewers want times that do not go back.
+        self.newest_ns = self.newest_ns.max(u64::try_from(time_ns).unwrap_or_default());
+        self.hub.event(event, self.newest_ns);
+    }
+
+    /// Ends when everything was sent.
+    pub fn finish(&self) {
+        self.hub.finish();
+    }
+}
+
+/// Serves a client until it goes.
+fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(PATIENCE))?;
+    let both = Shared { reader: Arc::new(stream.try_clone()?), writer: Arc::new(Mutex::new(stream)) };
+    let mut from = None;
+    let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
+    #[allow(clippy::result_large_err, reason = "the type is the library's")]
+    let greet = |request: &Request, response: Response| {
+        from = Some(wanted(request.uri().query().unwrap_or_default(), hub));
+        greeted(request, response)
+    };
+    let mut reading = accept_hdr_with_config(both.clone(), greet, Some(config)).map_err(|error| match error {
+        tungstenite::HandshakeError::Failure(error) => error,
+        tungstenite::HandshakeError::Interrupted(_) => tungstenite::Error::ConnectionClosed,
+    })?;
+    both.reader.set_read_timeout(None)?;
+    let mut writing = WebSocket::from_raw_socket(both.clone(), Role::Server, None);
+    writing.send(Message::text(server_info(&hub.session)))?;
+    writing.send(Message::text(advertise(&hub.topics)))?;
+    let (subscriptions, is_gone) = (Arc::new(Mutex::new(Subscriptions::default())), Arc::new(AtomicBool::new(false)));
+    let reader = {
+        let (hub, subscriptions, is_gone) = (Arc::clone(hub), Arc::clone(&subscriptions), Arc::clone(&is_gone));
+        let from = from.unwrap_or(From::Last);
+        thread::spawn(move || {
+            while let Ok(message) = reading.read() {
+                if let Message::Text(text) = &message {
+                    take(FromClient::parse(text.as_str()), &hub, &subscriptions, from);
+                }
+            }
+            is_gone.store(true, Ordering::Relaxed);
+            hub.wake();
+        })
+    };
+    let written = write(&mut writing, hub, &subscriptions, &is_gone);
+    let _ = both.reader.shutdown(Shutdown::Both);
+    let _ = reader.join();
+    written
+}
+
+/// Answers a request, with the protocol that both speak.
+#[allow(clippy::result_large_err, reason = "the type is the library's")]
+fn greeted(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
+    let headers = request.headers().get_all("Sec-WebSocket-Protocol");
+    let offered: Vec<&str> =
+        headers.iter().filter_map(|value| value.to_str().ok()).flat_map(|text| text.split(',')).collect();
+    let Some(protocol) = PROTOCOLS.iter().find(|protocol| offered.iter().any(|name| name.trim() == **protocol)) else {
+        let mut refusal = ErrorResponse::new(Some(format!("expected the protocol {}\n", PROTOCOLS.join(" or "))));
+        *refusal.status_mut() = StatusCode::BAD_REQUEST;
+        return Err(refusal);
+    };
+    response.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static(protocol));
+    Ok(response)
+}
+
+/// From where on a client reads, as its address says: `?session=…&after=120`.
+fn wanted(query: &str, hub: &Hub) -> From {
+    let value = |key: &str| query.split('&').find_map(|part| part.strip_prefix(key)?.strip_prefix('='));
+    let is_same = value("session").is_none_or(|session| session == hub.session);
+    match value("after").map(str::parse) {
+        Some(Ok(after)) if is_same => From::After(after),
+        Some(_) => From::Kept,
+        None => From::Last,
+    }
+}
+
+fn take(message: FromClient, hub: &Hub, subscriptions: &Mutex<Subscriptions>, from: From) {
+    match message {
+        FromClient::Subscribe(wanted) => {
+            for (id, channel) in wanted {
+                hub.subscribe(subscriptions, id, usize::try_from(channel).unwrap_or(usize::MAX), from);
+            }
+        }
+        FromClient::Unsubscribe(ids) => {
+            let mut subscriptions = subscriptions.lock().unwrap_or_else(PoisonError::into_inner);
+            ids.into_iter().for_each(|id| subscriptions.remove(id));
+        }
+        FromClient::Other => {}
+    }
+    hub.wake();
+}
+
+/// Sends what a client has subscribed to until it goes, or nothing comes any more.
+fn write(
+    socket: &mut WebSocket<Shared>,
+    hub: &Hub,
+    subscriptions: &Mutex<Subscriptions>,
+    is_gone: &AtomicBool,
+) -> tungstenite::Result<()> {
+    while let Some(batch) = hub.next(subscriptions, || is_gone.load(Ordering::Relaxed)) {
+        if batch.dropped > 0 {
+            socket.write(Message::text(status(&format!("{} messages were dropped", batch.dropped))))?;
+        }
+        for (subscription, message) in &batch.messages {
+            socket.write(Message::binary(data(*subscription, message.time_ns, &message.bytes)))?;
+        }
+        socket.flush()?;
+        if batch.is_last {
+            socket.close(None)?;
+            return socket.flush();
+        }
+    }
+    Ok(())
+}
+
+/// A connection that one thread reads and another one writes: what is written at once stays together.
+#[derive(Clone)]
+struct Shared {
+    reader: Arc<TcpStream>,
+    writer: Arc<Mutex<TcpStream>>,
+}
+
+impl Read for Shared {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        (&*self.reader).read(buffer)
+    }
+}
+
+impl Write for Shared {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_all(bytes)?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}

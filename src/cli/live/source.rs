@@ -1,0 +1,223 @@
+//! Where rows and messages of a live log come from. A source reads in a thread of its own, and waits, or leaves out and counts, while nobody takes what it sends.
+
+#[cfg(feature = "mcap")]
+use super::bag;
+use crate::base::error::InputError;
+#[cfg(feature = "mcap")]
+use crate::stream::bind::TopicFilter;
+#[cfg(feature = "mcap")]
+use crate::stream::read::formats::rosmsg::Failure;
+#[cfg(feature = "mcap")]
+use crate::stream::read::formats::topics::Reading;
+use crate::stream::read::sheet::InMemoryTable;
+use std::fs::File;
+use std::io::{BufRead, BufReader, Read};
+use std::net::UdpSocket;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc::{SendError, SyncSender, TrySendError};
+use std::thread;
+
+/// The longest line, bytes.
+pub const MAX_LINE: u64 = 1 << 20;
+
+/// What a source sends.
+pub enum Sent {
+    Line(Vec<u8>),
+    /// A line that is too long was left out.
+    TooLong,
+    /// Lines or messages that nobody waited for.
+    Lost(u64),
+    /// A message: its topic, its stamp, ns, and its fields as a row.
+    Message(String, i64, Box<InMemoryTable>),
+    /// A message that cannot be read: its topic, and why.
+    Unreadable(String, String),
+    /// A topic of which no message can be read, and why.
+    Refused(String, String),
+    /// The connection broke; what has come after it is another stretch.
+    Broken(String),
+    /// It is there again.
+    Connected(String),
+    Failed(InputError),
+    Stop,
+}
+
+/// Where a source sends to.
+#[derive(Clone)]
+pub struct Outlet {
+    pub sender: SyncSender<Sent>,
+    pub waiting: Arc<AtomicUsize>,
+    /// Whether the source is to stop.
+    pub stops: Arc<AtomicBool>,
+}
+
+impl Outlet {
+    /// Sends when there is room, waiting for it; whether anyone takes it.
+    pub fn send(&self, sent: Sent) -> bool {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        !matches!(self.sender.send(sent), Err(SendError(_)))
+    }
+
+    /// Sends if there is room; returns what was not sent.
+    pub fn try_send(&self, sent: Sent) -> Result<(), TrySendError<Sent>> {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let tried = self.sender.try_send(sent);
+        if tried.is_err() {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
+        tried
+    }
+
+    /// Whether the source is to stop.
+    #[cfg(feature = "mcap")]
+    pub fn stops(&self) -> bool {
+        self.stops.load(Ordering::Relaxed)
+    }
+}
+
+/// What a source is, as its name says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    Lines,
+    Datagrams,
+    /// Messages of topics, by the Foxglove protocol.
+    #[cfg(feature = "net")]
+    Robot,
+    /// Messages of topics, in a file.
+    #[cfg(feature = "mcap")]
+    Bag,
+}
+
+impl Kind {
+    /// What a source of this name is.
+    ///
+    /// # Errors
+    /// There is none of this name.
+    pub fn of(source: &str) -> Result<Self, InputError> {
+        if source.starts_with("udp://") {
+            return Ok(Self::Datagrams);
+        }
+        if source.starts_with("ws://") || source.starts_with("wss://") {
+            #[cfg(feature = "net")]
+            return Ok(Self::Robot);
+            #[cfg(not(feature = "net"))]
+            return Err(InputError::new(source, "this program was built without the feature `net`"));
+        }
+        if source.contains("://") {
+            return Err(InputError::new(source, "expected `-`, `ws://HOST:PORT`, `udp://ADDRESS:PORT` or a file"));
+        }
+        if Path::new(source).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+            #[cfg(feature = "mcap")]
+            return Ok(Self::Bag);
+            #[cfg(not(feature = "mcap"))]
+            return Err(InputError::new(source, "this program was built without the feature `mcap`"));
+        }
+        Ok(Self::Lines)
+    }
+
+    /// Whether it does not wait for us.
+    pub fn is_timed(self) -> bool {
+        #[cfg(feature = "net")]
+        return matches!(self, Self::Datagrams | Self::Robot);
+        #[cfg(not(feature = "net"))]
+        return self == Self::Datagrams;
+    }
+
+    /// How many lines or messages may wait.
+    pub fn most_waiting(self) -> usize {
+        // Several topics send at a time, and images are not among them.
+        if self.has_topics() { 8192 } else { 256 }
+    }
+
+    /// Whether it has topics, each with messages of its own.
+    pub fn has_topics(self) -> bool {
+        #[cfg(feature = "net")]
+        return matches!(self, Self::Bag | Self::Robot);
+        #[cfg(all(feature = "mcap", not(feature = "net")))]
+        return self == Self::Bag;
+        #[cfg(not(feature = "mcap"))]
+        return false;
+    }
+}
+
+/// Begins to read a source.
+pub fn begin(source: &str, kind: Kind, outlet: Outlet) -> Result<(), InputError> {
+    if kind == Kind::Datagrams {
+        let failed = |error: std::io::Error| InputError::new(source, format!("cannot be listened to: {error}"));
+        let socket = UdpSocket::bind(source.trim_start_matches("udp://")).map_err(failed)?;
+        thread::spawn(move || datagrams(&socket, &outlet));
+        return Ok(());
+    }
+    let name = if source == "-" { "standard input".to_string() } else { source.to_string() };
+    let bytes: Box<dyn Read + Send> = if source == "-" { Box::new(std::io::stdin()) } else { Box::new(open(source)?) };
+    thread::spawn(move || read(BufReader::new(bytes), &name, &outlet));
+    Ok(())
+}
+
+fn open(source: &str) -> Result<File, InputError> {
+    File::open(source).map_err(|error| InputError::new(source, format!("cannot be opened: {error}")))
+}
+
+/// Begins to read a file of messages; while it is being written if it is `followed`.
+#[cfg(feature = "mcap")]
+pub fn begin_bag(source: &str, topics: TopicFilter, followed: bool, outlet: Outlet) -> Result<(), InputError> {
+    let (file, name) = (open(source)?, source.to_string());
+    thread::spawn(move || bag::play(file, &name, &topics, followed, &outlet));
+    Ok(())
+}
+
+/// A message as it is sent on; it was recorded or received at a time, ns, which counts where it has no stamp.
+#[cfg(feature = "mcap")]
+pub fn message(topic: &str, reading: &Reading, recorded_ns: i64, bytes: &[u8]) -> Sent {
+    if let Reading::Refused(why) = reading {
+        return Sent::Refused(topic.into(), why.clone());
+    }
+    let mut row = InMemoryTable::new(format!("topic {topic}"));
+    let decoded = row.begin_row().map_err(Failure::Log).and_then(|()| reading.decode(bytes, &mut row));
+    match decoded {
+        Ok(stamp) => Sent::Message(topic.into(), stamp.unwrap_or(recorded_ns), Box::new(row)),
+        Err(Failure::Message(why)) => Sent::Unreadable(topic.into(), why),
+        Err(Failure::Log(error)) => Sent::Unreadable(topic.into(), error.message),
+    }
+}
+
+/// Sends the lines of a stream to its end, waiting where nobody takes them.
+fn read(mut bytes: impl BufRead, name: &str, outlet: &Outlet) {
+    loop {
+        let mut line = vec![];
+        let sent = match bytes.by_ref().take(MAX_LINE + 1).read_until(b'\n', &mut line) {
+            Ok(0) => Sent::Stop,
+            Ok(_) if line.len() as u64 <= MAX_LINE || line.ends_with(b"\n") => Sent::Line(line),
+            Ok(_) => match bytes.skip_until(b'\n') {
+                Ok(_) => Sent::TooLong,
+                Err(error) => failed(name, &error),
+            },
+            Err(error) => failed(name, &error),
+        };
+        let ends = matches!(sent, Sent::Stop | Sent::Failed(_));
+        if !outlet.send(sent) || ends {
+            return;
+        }
+    }
+}
+
+fn failed(name: &str, error: &std::io::Error) -> Sent {
+    Sent::Failed(InputError::new(name, format!("cannot be read: {error}")))
+}
+
+/// Sends datagrams, as long as there is room for them; counts the others.
+fn datagrams(socket: &UdpSocket, outlet: &Outlet) {
+    let mut buffer = vec![0; 1 << 16];
+    let mut lost = 0;
+    while let Ok(length) = socket.recv(&mut buffer) {
+        if lost > 0 && outlet.try_send(Sent::Lost(lost)).is_ok() {
+            lost = 0;
+        }
+        match outlet.try_send(Sent::Line(buffer[..length].to_vec())) {
+            Ok(()) => {}
+            Err(TrySendError::Full(_)) => lost += 1,
+            Err(TrySendError::Disconnected(_)) => return,
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! `teachtree live --serve`: viewers and controllers of another party's library, some of which go and come again.
+
+use crate::live_log::{Rows, demonstration};
+use crate::program::program;
+use serde_json::Value;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+/// Reads what is served to its end, one JSON object a message. It may go, without a word, once an event of a number has come, and come again.
+const CLIENT: &str = r#"
+import asyncio, json, struct, sys, websockets
+port, topics, leaves_after = sys.argv[1], sys.argv[2].split(","), int(sys.argv[3])
+
+async def read(query, leaves_after):
+    last = -1
+    async with websockets.connect(f"ws://127.0.0.1:{port}/{query}", subprotocols=["foxglove.sdk.v1"]) as socket:
+        session = json.loads(await socket.recv())["sessionId"]
+        channels = {c["id"]: c for c in json.loads(await socket.recv())["channels"]}
+        wanted = [id for id, c in channels.items() if topics == [""] or c["topic"] in topics]
+        await socket.send(json.dumps({"op": "subscribe", "subscriptions": [{"id": 100 + id, "channelId": id} for id in wanted]}))
+        print(json.dumps({"ready": sorted(c["topic"] for c in channels.values())}), flush=True)
+        async for message in socket:
+            if isinstance(message, str):
+                print(json.dumps({"status": json.loads(message)["message"]}), flush=True)
+                continue
+            op, subscription, time = struct.unpack_from("<BIQ", message)
+            assert op == 1
+            channel = channels[subscription - 100]
+            payload = message[13:]
+            if channel["encoding"] == "json":
+                value = json.loads(payload)
+                last = value["sequence"]
+            else:
+                assert channel["schemaName"] == "std_msgs/msg/String" and payload[:4] == b"\0\1\0\0"
+                value = payload[8:8 + struct.unpack_from("<I", payload, 4)[0] - 1].decode()
+            print(json.dumps({"topic": channel["topic"], "time": time, "value": value}), flush=True)
+            if 0 <= leaves_after <= last:
+                socket.transport.abort()
+                return session, last
+    return session, last
+
+async def main():
+    session, last = await read("", leaves_after)
+    if leaves_after >= 0:
+        await asyncio.sleep(0.5)
+        await read(f"?session={session}&after={last}", -1)
+
+asyncio.run(main())
+"#;
+
+/// The interpreter with the library, if there is one.
+fn python() -> Option<String> {
+    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+    let has = Command::new(&python).args(["-c", "import websockets"]).output().is_ok_and(|it| it.status.success());
+    if !has {
+        // Not by `println!`: that is shown for failed tests only.
+        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_PYTHON names no Python with websockets");
+    }
+    has.then_some(python)
+}
+
+/// The program, which serves on a port.
+fn serving() -> (Child, u16) {
+    let mut command =
+        program(Path::new(env!("CARGO_MANIFEST_DIR")), &["live", "-", "--serve", "0", "--format", "json"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+    let port = line.trim().strip_prefix("serving labels on ws://127.0.0.1:").unwrap().parse().unwrap();
+    (child, port)
+}
+
+/// A demonstration as JSON lines, in two parts.
+fn lines() -> [String; 2] {
+    let recording = demonstration("pick_and_place");
+    let rows = Rows::of(&recording);
+    let object = |row: &Vec<f64>| {
+        let values = row.iter().map(|value| serde_json::json!(value));
+        let object: serde_json::Map<String, Value> = rows.titles.iter().cloned().zip(values).collect();
+        format!("{}\n", Value::Object(object))
+    };
+    let scene = format!("{}\n", serde_json::json!({ "scene": recording.scene }));
+    let lines: Vec<String> = rows.rows.iter().map(object).collect();
+    let (one, other) = lines.split_at(lines.len() * 4 / 5);
+    [scene + &one.concat(), other.concat()]
+}
+
+/// What the program prints, and what clients, which subscribe before anything happens, are sent: with the topics that each wants, and the event after which
+/// it goes for a while.
+fn run(python: &str, clients: &[(&str, i64)]) -> (Vec<Value>, Vec<Vec<Value>>) {
+    let (mut child, port) = serving();
+    let mut readers = vec![];
+    for (topics, leaves_after) in clients {
+        let mut command = Command::new(python);
+        command.args(["-c", CLIENT, &port.to_string(), topics, &leaves_after.to_string()]);
+        let mut client = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut out = BufReader::new(client.stdout.take().unwrap());
+        let mut first = String::new();
+        out.read_line(&mut first).unwrap();
+        let reading = std::thread::spawn(move || {
+            let mut text = first;
+            out.read_to_string(&mut text).unwrap();
+            assert!(client.wait().unwrap().success(), "{text}");
+            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<Value>>()
+        });
+        readers.push(reading);
+    }
+    let mut stdout = child.stdout.take().unwrap();
+    let printing = std::thread::spawn(move || {
+        let mut text = String::new();
+        stdout.read_to_string(&mut text).unwrap();
+        text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+    });
+    let mut stdin = child.stdin.take().unwrap();
+    for part in lines() {
+        stdin.write_all(part.as_bytes()).unwrap();
+        // Long enough for who has gone to come again while the log goes on.
+        std::thread::sleep(std::time::Duration::from_millis(1500));
+    }
+    drop(stdin);
+    assert!(child.wait().unwrap().success());
+    (printing.join().unwrap(), readers.into_iter().map(|reader| reader.join().unwrap()).collect())
+}
+
+fn of_topic(messages: &[Value], topic: &str) -> Vec<Value> {
+    messages.iter().filter(|message| message["topic"] == topic).map(|message| message["value"].clone()).collect()
+}
+
+#[test]
+fn viewers_and_controllers_get_every_event_once() {
+    let Some(python) = python() else { return };
+    let (printed, clients) = run(&python, &[("", -1), ("/teachtree/events", 4)]);
+    assert!(printed.len() > 10, "{printed:?}");
+    let [viewer, controller] = clients.as_slice() else { unreachable!() };
+    assert_eq!(of_topic(viewer, "/teachtree/events"), printed);
+    let labels = printed.iter().filter(|event| event["event"] == "label" && event["track"] == "right");
+    let labels: Vec<Value> = labels.map(|event| event["primitive"].clone()).collect();
+    assert_eq!(of_topic(viewer, "/teachtree/right/primitive"), labels);
+    assert_eq!(of_topic(viewer, "/teachtree/right/task"), ["pick_and_place"]);
+    let times: Vec<u64> = viewer.iter().filter_map(|message| message["time"].as_u64()).collect();
+    assert!(times.is_sorted() && times.len() > printed.len(), "{times:?}");
+    // It was gone for a while.
+    assert_eq!(controller.iter().filter(|message| !message["ready"].is_null()).count(), 2);
+    assert_eq!(of_topic(controller, "/teachtree/events"), printed);
+}
+
+/// Who comes late sees what is so now, and then what is new; what is no client, or stays silent, keeps nobody from being served.
+#[test]
+fn who_comes_late_sees_what_is_so_now() {
+    let Some(python) = python() else { return };
+    let (mut child, port) = serving();
+    let _silent = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+    let mut odd = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+    odd.write_all(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n\0\0\0").unwrap();
+    let [one, other] = lines();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    stdin.write_all(one.as_bytes()).unwrap();
+    let mut label = Value::Null;
+    while label["track"] != "right" || label["event"] != "label" {
+        let mut line = String::new();
+        stdout.read_line(&mut line).unwrap();
+        label = serde_json::from_str(&line).unwrap();
+    }
+    let printing = std::thread::spawn(move || stdout.read_to_string(&mut String::new()).unwrap());
+    std::thread::sleep(std::time::Duration::from_millis(1500));
+    let mut command = Command::new(&python);
+    command.args(["-c", CLIENT, &port.to_string(), "/teachtree/right/primitive,/teachtree/right/task", "-1"]);
+    let mut client = command.stdout(Stdio::piped()).spawn().unwrap();
+    let mut out = BufReader::new(client.stdout.take().unwrap());
+    let mut lines = String::new();
+    out.read_line(&mut lines).unwrap();
+    let ready: Value = serde_json::from_str(&lines).unwrap();
+    assert_eq!(ready["ready"].as_array().unwrap().len(), 7, "{ready}");
+    lines.clear();
+    out.read_line(&mut lines).unwrap();
+    let first: Value = serde_json::from_str(&lines).unwrap();
+    assert_eq!(first["topic"], "/teachtree/right/primitive", "{first}");
+    stdin.write_all(other.as_bytes()).unwrap();
+    drop(stdin);
+    lines.clear();
+    out.read_to_string(&mut lines).unwrap();
+    assert!(lines.contains("pick_and_place"), "{lines}");
+    assert!(client.wait().unwrap().success());
+    assert!(child.wait().unwrap().success());
+    printing.join().unwrap();
+}
+
+#[test]
+fn what_cannot_be_served_on_is_refused() {
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = taken.local_addr().unwrap().port().to_string();
+    let refused = |serve: &str| {
+        let mut command = program(Path::new(env!("CARGO_MANIFEST_DIR")), &["live", "-", "--serve", serve]);
+        let output = command.stdin(Stdio::null()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).replace(&port, "PORT")
+    };
+    insta::assert_snapshot!([refused(&port), refused("robot")].join("\n"));
+}
