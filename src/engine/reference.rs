@@ -3,16 +3,19 @@
 //! It shares nothing with the compiled evaluator but the checked rules and the frames: every operator with memory looks back over the
 //! frames themselves, from the last restart on.
 
+mod functions;
+
+use self::functions::{Value, each, nothing, numbers, pairs, scalar, truth};
 use super::runs::{Leaves, Run, append};
-use super::semantics::{absent, changes, internal, per_second, samples, slots, target_of};
+use super::semantics::{changes, internal, per_second, samples, slots, target_of};
 use super::width::Width;
 use crate::base::channels::{Shape, reads_target};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::language::ops::Temporal;
 use crate::language::rules::{
-    Arithmetic, Branch, ChannelId, Comparison, Constant, Expr, ExprKind, Function, Label, LatchId, Rules, SignalId,
-    Then, Tree, TreeScope,
+    Arithmetic, Branch, ChannelId, Comparison, Constant, Expr, ExprKind, Label, LatchId, Rules, SignalId, Then, Tree,
+    TreeScope,
 };
 use crate::stream::frames::{ColumnKey, Frames, Values};
 use std::cell::RefCell;
@@ -33,15 +36,6 @@ pub fn evaluate(rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputErro
 /// When the rate of the log cannot honour a duration of the rules.
 pub fn evaluate_in(width: Width, rules: &Rules, frames: &Frames) -> Result<Vec<Leaves>, InputError> {
     frames.stretches.iter().map(|stretch| Reference::new(width, rules, frames, stretch.clone()).run()).collect()
-}
-
-/// The value of an expression on a frame.
-#[derive(Clone, Debug, PartialEq)]
-enum Value {
-    Bool(bool),
-    Number(f64),
-    Vector(Vec<f64>),
-    Array(Vec<Value>),
 }
 
 /// A leaf on a frame; `None` for `separate`.
@@ -439,119 +433,5 @@ impl<'a> Reference<'a> {
             result = pairs(&result, &then, &|a, b| Value::Bool(f(truth(a), truth(b))));
         }
         Ok(result)
-    }
-}
-
-/// What a hand or finger reads as that the log lacks.
-fn nothing(shape: Shape) -> Value {
-    let number = absent(shape);
-    match shape {
-        Shape::Bool => Value::Bool(number > 0.5),
-        Shape::Scalar | Shape::Object => Value::Number(number),
-        Shape::Vec3 | Shape::Rotation => Value::Vector(vec![number; shape.components().len()]),
-    }
-}
-
-const fn truth(value: &Value) -> bool {
-    matches!(value, Value::Bool(true))
-}
-
-const fn scalar(value: &Value) -> f64 {
-    match value {
-        Value::Number(number) => *number,
-        _ => 0.0,
-    }
-}
-
-fn vector(value: &Value) -> &[f64] {
-    match value {
-        Value::Vector(vector) => vector,
-        _ => &[],
-    }
-}
-
-fn each(value: &Value, f: &dyn Fn(&Value) -> Value) -> Value {
-    match value {
-        Value::Array(slots) => Value::Array(slots.iter().map(f).collect()),
-        one => f(one),
-    }
-}
-
-fn pairs(a: &Value, b: &Value, f: &dyn Fn(&Value, &Value) -> Value) -> Value {
-    match (a, b) {
-        (Value::Array(a), Value::Array(b)) => Value::Array(a.iter().zip(b).map(|(a, b)| f(a, b)).collect()),
-        (Value::Array(a), b) => Value::Array(a.iter().map(|a| f(a, b)).collect()),
-        (a, Value::Array(b)) => Value::Array(b.iter().map(|b| f(a, b)).collect()),
-        (a, b) => f(a, b),
-    }
-}
-
-fn numbers(value: &Value, f: impl Fn(f64) -> f64) -> Value {
-    match value {
-        Value::Vector(vector) => Value::Vector(vector.iter().map(|number| f(*number)).collect()),
-        other => Value::Number(f(scalar(other))),
-    }
-}
-
-/// Arithmetic, each operation rounded.
-impl Width {
-    fn arithmetic(self, operation: Arithmetic, a: &Value, b: &Value) -> Value {
-        let f = |a: f64, b: f64| self.round(operation.apply(a, b));
-        match (a, b) {
-            (Value::Vector(a), Value::Vector(b)) => Value::Vector(a.iter().zip(b).map(|(a, b)| f(*a, *b)).collect()),
-            (Value::Vector(_), b) => numbers(a, |a| f(a, scalar(b))),
-            (a, Value::Vector(_)) => numbers(b, |b| f(scalar(a), b)),
-            (a, b) => Value::Number(f(scalar(a), scalar(b))),
-        }
-    }
-
-    fn dot(self, a: &[f64], b: &[f64]) -> f64 {
-        let products = a.iter().zip(b).map(|(a, b)| self.round(a * b));
-        products.reduce(|sum, product| self.round(sum + product)).unwrap_or(0.0)
-    }
-
-    fn norm(self, vector: &[f64]) -> f64 {
-        self.round(self.dot(vector, vector).sqrt())
-    }
-
-    fn sum(self, slots: &[Value], shape: Shape) -> Value {
-        let mut slots = slots.iter().cloned();
-        let first = slots.next().unwrap_or_else(|| nothing(shape));
-        slots.fold(first, |sum, slot| self.arithmetic(Arithmetic::Add, &sum, &slot))
-    }
-
-    fn call(self, function: Function, args: &[Value], expr: &Expr) -> Value {
-        let slots = |at: usize| if let Some(Value::Array(slots)) = args.get(at) { slots.as_slice() } else { &[] };
-        let nowhere = Value::Number(0.0);
-        let (first, second) = (args.first().unwrap_or(&nowhere), args.get(1).unwrap_or(&nowhere));
-        let bools = || slots(0).iter().map(truth);
-        match function {
-            Function::Abs => each(first, &|number| numbers(number, f64::abs)),
-            Function::Norm => each(first, &|value| Value::Number(self.norm(vector(value)))),
-            Function::Dot => pairs(first, second, &|a, b| Value::Number(self.dot(vector(a), vector(b)))),
-            Function::Tangential => pairs(first, second, &|v, n| {
-                let along = Value::Number(self.dot(vector(v), vector(n)));
-                self.arithmetic(Arithmetic::Subtract, v, &self.arithmetic(Arithmetic::Multiply, n, &along))
-            }),
-            Function::Sum => self.sum(slots(0), expr.ty.shape),
-            Function::Mean => {
-                #[allow(clippy::cast_precision_loss, reason = "a handful of slots")]
-                let count = slots(0).len().max(1) as f64;
-                self.arithmetic(Arithmetic::Divide, &self.sum(slots(0), expr.ty.shape), &Value::Number(count))
-            }
-            Function::Min if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).min(scalar(b)))),
-            Function::Max if args.len() == 2 => pairs(first, second, &|a, b| Value::Number(scalar(a).max(scalar(b)))),
-            Function::Min => Value::Number(slots(0).iter().map(scalar).fold(f64::INFINITY, f64::min)),
-            Function::Max => Value::Number(slots(0).iter().map(scalar).fold(f64::NEG_INFINITY, f64::max)),
-            Function::Count => Value::Number(bools().map(|bool| if bool { 1.0 } else { 0.0 }).sum()),
-            Function::Any => Value::Bool(bools().any(|bool| bool)),
-            Function::All => Value::Bool(bools().all(|bool| bool)),
-            Function::SqueezeOf => {
-                let forces: Vec<Value> = slots(0).iter().chain(slots(1)).cloned().collect();
-                let norms: Vec<Value> = forces.iter().map(|force| Value::Number(self.norm(vector(force)))).collect();
-                let (norms, total) = (self.sum(&norms, Shape::Scalar), self.sum(&forces, Shape::Vec3));
-                Value::Number(self.round(self.round(scalar(&norms) - self.norm(vector(&total))) / 2.0))
-            }
-        }
     }
 }

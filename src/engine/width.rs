@@ -69,6 +69,8 @@ pub trait Real:
     fn min(self, other: Self) -> Self;
     /// The larger; NaN loses.
     fn max(self, other: Self) -> Self;
+    /// The angle of the point `(x, self)`, rad, worked out in 64 bits and rounded.
+    fn atan2(self, x: Self) -> Self;
     /// The next one above.
     fn next_up(self) -> Self;
     /// The next one below.
@@ -141,6 +143,10 @@ macro_rules! real {
             #[inline(always)]
             fn max(self, other: Self) -> Self {
                 self.max(other)
+            }
+
+            fn atan2(self, x: Self) -> Self {
+                Self::of(self.wide().atan2(x.wide()))
             }
 
             fn next_up(self) -> Self {

@@ -96,6 +96,12 @@ fn twist_is_carried_out() {
     own("twist", "pick_and_place", ["Twist", "turn", "twist"]).carried_out();
 }
 
+/// The tilt is computed by the functions of rotations and frames.
+#[test]
+fn pour_is_carried_out() {
+    own("pour", "pick_and_place", ["Pour", "carry", "pour"]).carried_out();
+}
+
 #[test]
 fn regrasp_is_carried_out() {
     own("regrasp", "pick_and_place", ["Regrasp", "close", "regrasp"]).carried_out();

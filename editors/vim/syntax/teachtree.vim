@@ -20,7 +20,7 @@ syntax match teachtreeKeyword /\<\(first\|last\)\ze\s*{/
 syntax match teachtreeKeyword /\<\(before\|after\)\ze\s\+\w/
 syntax match teachtreeKeyword /\<\(lasting\|travelling\|turning\)\ze\s\+[0-9(]/
 syntax match teachtreeType /:\s*\zs\(bool\|scalar\|vec3\|rotation\|object\)\>/
-syntax match teachtreeFunction /\<\(abs\|all\|any\|count\|dot\|falls\|in_contact\|max\|mean\|min\|norm\|rate\|rises\|squeeze_of\|sum\|tangential\)\ze\s*(/
+syntax match teachtreeFunction /\<\(abs\|all\|angle\|any\|count\|cross\|dot\|falls\|from_frame\|in_contact\|in_frame\|max\|mean\|min\|norm\|rate\|rises\|squeeze_of\|sum\|tangential\|vec3\)\ze\s*(/
 syntax match teachtreePrimitive /\<[A-Z]\w*\>/
 syntax match teachtreeNumber /\<\d\+\(\.\d\+\)\?\([eE][+-]\?\d\+\)\?/ nextgroup=teachtreeUnit skipwhite
 syntax match teachtreeUnit /\(%\|\<\(mm\|cm\|um\|ms\|mN\|kg\|rad\|deg\|kHz\|Hz\|m\|s\|N\|g\)\>\)\(\^-\?\d\+\)\?/ contained nextgroup=teachtreeUnitOver,teachtreeUnit skipwhite

@@ -202,6 +202,9 @@ impl<R: Real> Columns<R> {
             Number::Max(a, b) => {
                 with_slices!([a = arg(a); b = arg(b);] write(Of((a, b), |a: R, b: R| a.max(b)), out));
             }
+            Number::Atan2(y, x) => {
+                with_slices!([y = arg(y); x = arg(x);] write(Of((y, x), |y: R, x: R| y.atan2(x)), out));
+            }
             Number::Count(bits) => {
                 out.fill(R::ZERO);
                 for bits in bits {

@@ -439,6 +439,14 @@ fn reduces(function: Function, graph: &Graph, value: &crate::graph::Value) -> bo
     match function {
         Function::Sum | Function::Mean | Function::Count | Function::Any | Function::All | Function::SqueezeOf => true,
         Function::Min | Function::Max => value.args.len() == 1 && array,
-        Function::Abs | Function::Norm | Function::Dot | Function::Tangential => false,
+        Function::Abs
+        | Function::Norm
+        | Function::Dot
+        | Function::Tangential
+        | Function::Vec3
+        | Function::Cross
+        | Function::Angle
+        | Function::InFrame
+        | Function::FromFrame => false,
     }
 }

@@ -88,6 +88,8 @@ pub enum Number {
     Dot([NumberId; 3], [NumberId; 3]),
     /// `a - b * c`.
     MulSub(NumberId, NumberId, NumberId),
+    /// The angle of the point `(x, y)`, rad, of y and x.
+    Atan2(NumberId, NumberId),
     /// `sqrt(x*x + y*y + z*z)`.
     Norm(Vector),
     /// The smaller; NaN loses.
@@ -294,7 +296,9 @@ impl Plan {
             Step::Number(id) => match &self.numbers[id.index()].0 {
                 Number::Input(_) | Number::Constant(_) => (vec![], vec![]),
                 Number::Negate(a) | Number::Abs(a) | Number::Delay(a, _) => (vec![*a], vec![]),
-                Number::Arithmetic(_, a, b) | Number::Min(a, b) | Number::Max(a, b) => (vec![*a, *b], vec![]),
+                Number::Arithmetic(_, a, b) | Number::Min(a, b) | Number::Max(a, b) | Number::Atan2(a, b) => {
+                    (vec![*a, *b], vec![])
+                }
                 Number::Sum(all) => (all.clone(), vec![]),
                 Number::Dot(a, b) => ([*a, *b].concat(), vec![]),
                 Number::MulSub(a, b, c) => (vec![*a, *b, *c], vec![]),

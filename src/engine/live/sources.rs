@@ -29,6 +29,7 @@ enum Batch {
     Divide(Vec<(Place, Place, Place)>),
     Min(Vec<(Place, Place, Place)>),
     Max(Vec<(Place, Place, Place)>),
+    Atan2(Vec<(Place, Place, Place)>),
     MulSub(Vec<([Place; 3], Place)>),
     Sum(Vec<(Vec<Place>, Place)>),
     Dot(Vec<([Place; 3], [Place; 3], Place)>),
@@ -146,6 +147,7 @@ impl Sources {
                     }
                     Number::Min(a, b) => Batch::Min(vec![(at(a), at(b), out)]),
                     Number::Max(a, b) => Batch::Max(vec![(at(a), at(b), out)]),
+                    Number::Atan2(y, x) => Batch::Atan2(vec![(at(y), at(x), out)]),
                     Number::MulSub(a, b, c) => Batch::MulSub(vec![([at(a), at(b), at(c)], out)]),
                     Number::Sum(all) => Batch::Sum(vec![(all.iter().map(at).collect(), out)]),
                     Number::Dot(a, b) => Batch::Dot(vec![(three(a), three(b), out)]),
@@ -251,6 +253,7 @@ impl Sources {
             Batch::Divide(all) => binary(all, values, |a, b| a / b),
             Batch::Min(all) => binary(all, values, f64::min),
             Batch::Max(all) => binary(all, values, f64::max),
+            Batch::Atan2(all) => binary(all, values, f64::atan2),
             Batch::MulSub(all) => {
                 for ([a, b, c], out) in all {
                     values[*out as usize] = values[*a as usize] - values[*b as usize] * values[*c as usize];
@@ -345,7 +348,8 @@ impl Batch {
             | (Self::Multiply(all), Self::Multiply(more))
             | (Self::Divide(all), Self::Divide(more))
             | (Self::Min(all), Self::Min(more))
-            | (Self::Max(all), Self::Max(more)) => all.extend(more),
+            | (Self::Max(all), Self::Max(more))
+            | (Self::Atan2(all), Self::Atan2(more)) => all.extend(more),
             (Self::MulSub(all), Self::MulSub(more)) | (Self::Norm(all), Self::Norm(more)) => all.extend(more),
             (Self::Sum(all), Self::Sum(more)) => all.extend(more),
             (Self::Dot(all), Self::Dot(more)) | (Self::Distance(all), Self::Distance(more)) => all.extend(more),

@@ -113,3 +113,14 @@ pub fn part(args: &[Known]) -> Known {
         Known::Unknown
     }
 }
+
+/// A vector of these components.
+pub fn alike(args: &[Known]) -> Known {
+    if args.contains(&Known::Empty) {
+        Known::Empty
+    } else if args.iter().all(|known| *known == first(args)) {
+        first(args)
+    } else {
+        Known::Unknown
+    }
+}

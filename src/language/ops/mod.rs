@@ -60,6 +60,8 @@ pub enum Takes {
     Vec3,
     /// A vec3 without a dimension.
     Direction,
+    /// A rotation.
+    Rotation,
     /// A constant of the dimension of the first place.
     Threshold,
     /// A constant time.
@@ -87,6 +89,12 @@ pub enum Gives {
     Length,
     /// A scalar of the product of the dimensions.
     Product,
+    /// A vec3 of the product of the dimensions.
+    CrossProduct,
+    /// A vec3 of the dimension of the first place.
+    Vec3,
+    /// An angle.
+    Angle,
     /// The type of the first place, per time.
     PerTime,
     /// One force.

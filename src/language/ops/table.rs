@@ -1,6 +1,6 @@
 //! The rows, by kind and name.
 
-use super::known::{Known, abs, all, any, lasting, length, part, product, same, total, unchanging, unknown};
+use super::known::{Known, abs, alike, all, any, lasting, length, part, product, same, total, unchanging, unknown};
 use super::{Becomes, Form, Gives, Kind, Operator, Range, Takes};
 use crate::language::rules::Function;
 
@@ -42,6 +42,30 @@ pub static OPERATORS: &[Operator] = &[
             abs,
         )
     },
+    Operator {
+        never_negative: true,
+        ..row(
+            Kind::Function,
+            Becomes::Call(Function::Angle),
+            "angle",
+            &[
+                form("angle(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::Angle),
+                form("angle(r, s)", &[Takes::Rotation, Takes::Rotation], Gives::Angle),
+            ],
+            "the angle between two vec3, or of the turn from one rotation to another; 0 where one has no direction",
+            "angle(target.velocity, vec3(0, 0, 1)) > 60 deg",
+            unknown,
+        )
+    },
+    row(
+        Kind::Function,
+        Becomes::Call(Function::Cross),
+        "cross",
+        &[form("cross(a, b)", &[Takes::Vec3, Takes::Vec3], Gives::CrossProduct)],
+        "the vector product of two vec3",
+        "any(norm(cross(contacts.force, contacts.normal)) > 1 N)",
+        product,
+    ),
     row(
         Kind::Function,
         Becomes::Call(Function::Dot),
@@ -50,6 +74,15 @@ pub static OPERATORS: &[Operator] = &[
         "the scalar product of two vec3",
         "any(dot(contacts.force, contacts.normal) > 1 N)",
         product,
+    ),
+    row(
+        Kind::Function,
+        Becomes::Call(Function::FromFrame),
+        "from_frame",
+        &[form("from_frame(v, target.rotation)", &[Takes::Vec3, Takes::Rotation], Gives::Same)],
+        "a vec3 that is given in the frame of a body, in the reference frame",
+        "from_frame(vec3(0, 0, 1), target.rotation).z > 0.5",
+        part,
     ),
     row(
         Kind::Function,
@@ -63,6 +96,15 @@ pub static OPERATORS: &[Operator] = &[
         "whether the two hands' targets touch each other",
         "in_contact(left.target, right.target)",
         unknown,
+    ),
+    row(
+        Kind::Function,
+        Becomes::Call(Function::InFrame),
+        "in_frame",
+        &[form("in_frame(v, target.rotation)", &[Takes::Vec3, Takes::Rotation], Gives::Same)],
+        "a vec3 of the reference frame in the frame of a body",
+        "in_frame(target.velocity, target.rotation).x > 10 mm/s",
+        part,
     ),
     Operator {
         never_negative: true,
@@ -97,6 +139,15 @@ pub static OPERATORS: &[Operator] = &[
         "the part of a vec3 that is at right angles to a direction",
         "any(norm(tangential(contacts.force, contacts.normal)) > 1 N)",
         part,
+    ),
+    row(
+        Kind::Function,
+        Becomes::Call(Function::Vec3),
+        "vec3",
+        &[form("vec3(x, y, z)", &[Takes::Scalar, Takes::SameScalar, Takes::SameScalar], Gives::Vec3)],
+        "a vec3 of its components",
+        "norm(target.velocity - vec3(0 m/s, 0 m/s, 10 mm/s)) > 20 mm/s",
+        alike,
     ),
     row(
         Kind::Set,

@@ -173,6 +173,17 @@ pub enum Function {
     Dot,
     /// `tangential(v, n)`: `v - n * dot(v, n)`.
     Tangential,
+    /// `vec3(x, y, z)` of three scalars of one dimension.
+    Vec3,
+    /// `cross(a, b)` of two vec3.
+    Cross,
+    /// `angle(a, b)`, rad, 0 to π: of two vec3 `atan2(norm(cross(a, b)), dot(a, b))`; of two rotations `2 atan2(norm(v), |w|)` of the quaternion
+    /// `(w, v)` that takes one to the other.
+    Angle,
+    /// `in_frame(v, r)`: a vec3 of the reference frame in the frame that `r` turns the reference frame to, `r⁻¹ v`.
+    InFrame,
+    /// `from_frame(v, r)`: a vec3 of that frame in the reference frame, `r v`.
+    FromFrame,
     /// `sum(array)` of scalars or vec3, from the first slot to the last; zero for an empty array.
     Sum,
     /// `mean(array)`: the sum divided by the number of slots; zero for an empty array.

@@ -37,6 +37,7 @@ impl Resolver {
             (Becomes::Call(function), _) => {
                 let read: Vec<Option<Expr>> = arguments.iter().map(|argument| self.expr(argument, scope)).collect();
                 let arguments = read.into_iter().collect::<Option<Vec<Expr>>>()?;
+                let form = of_rotations(operator, &arguments).unwrap_or(form);
                 let ty = self.applied(&name, form, &arguments)?;
                 Some(Expr { kind: ExprKind::Call(function, arguments), ty, span })
             }
@@ -74,7 +75,8 @@ impl Resolver {
         let counts: Vec<usize> = operator.forms.iter().map(|form| form.takes.len()).collect();
         let wanted = match counts.as_slice() {
             [1] => "one argument",
-            [2] => "two arguments",
+            [2] | [2, 2] => "two arguments",
+            [3] => "three arguments",
             _ => "one or two arguments",
         };
         self.report(
@@ -95,6 +97,7 @@ impl Resolver {
                 }
                 Takes::Number | Takes::Numbers => self.want_number(argument, &who)?,
                 Takes::Vec3 | Takes::Direction => self.want(argument, Shape::Vec3, &who)?,
+                Takes::Rotation => self.want(argument, Shape::Rotation, &who)?,
                 Takes::Duration | Takes::Times | Takes::OfHand(_) => return None,
             }
             if matches!(takes, Takes::Conditions | Takes::Scalars | Takes::Numbers) {
@@ -102,21 +105,22 @@ impl Resolver {
             }
         }
         let first = arguments.first()?;
-        let axis = match arguments {
-            [a, b] => {
-                match form.takes.get(1) {
-                    Some(Takes::Direction) => self.want_direction(b)?,
-                    Some(Takes::SameScalar) if a.ty.dimension != b.ty.dimension => {
-                        let message = format!("cannot compare {} with {}", super::element(a.ty), super::element(b.ty));
-                        self.report(super::two_sides(codes::COMPARED_KINDS, message, a, b));
-                        return None;
-                    }
-                    _ => {}
+        let mut axis = first.ty.axis;
+        for (at, argument) in arguments.iter().enumerate().skip(1) {
+            match form.takes.get(at) {
+                Some(Takes::Direction) => self.want_direction(argument)?,
+                Some(Takes::SameScalar) if first.ty.dimension != argument.ty.dimension => {
+                    let [a, b] = [first, argument].map(|one| super::element(one.ty));
+                    let message = format!("cannot compare {a} with {b}");
+                    self.report(super::two_sides(codes::COMPARED_KINDS, message, first, argument));
+                    return None;
                 }
-                self.merged(a, b)?
+                _ => {}
             }
-            _ => first.ty.axis,
-        };
+            for before in arguments.iter().take(at) {
+                axis = axis.or(self.merged(before, argument)?);
+            }
+        }
         Some(match form.gives {
             Gives::Condition => Type { axis, ..Type::BOOL },
             Gives::OneCondition => Type::BOOL,
@@ -129,6 +133,13 @@ impl Resolver {
                 let dimension = first.ty.dimension.times(last.ty.dimension);
                 Type { axis, ..scalar(self.carried(dimension, first.span.to(last.span))?) }
             }
+            Gives::CrossProduct => {
+                let last = arguments.last()?;
+                let dimension = first.ty.dimension.times(last.ty.dimension);
+                Type { axis, shape: Shape::Vec3, dimension: self.carried(dimension, first.span.to(last.span))? }
+            }
+            Gives::Vec3 => Type { axis, shape: Shape::Vec3, dimension: first.ty.dimension },
+            Gives::Angle => Type { axis, ..scalar(Dimension::ANGLE) },
             Gives::PerTime => {
                 let dimension = self.carried(first.ty.dimension.over(Dimension::TIME), first.span)?;
                 Type { dimension, ..first.ty }
@@ -221,4 +232,10 @@ impl Resolver {
         }
         self.unknown("function", &name, path.span, |_| ops::functions().map(|known| known.name.to_string()).collect());
     }
+}
+
+/// The form of rotations of a function that has one, where the first argument is a rotation.
+fn of_rotations(operator: &'static Operator, arguments: &[Expr]) -> Option<&'static Form> {
+    let is_rotation = arguments.first()?.ty.shape == Shape::Rotation;
+    operator.forms.iter().find(|form| is_rotation && form.takes.first() == Some(&Takes::Rotation))
 }

@@ -65,6 +65,7 @@ impl<'a> Performer<'a> {
             Goal::Turn(turn) => {
                 positive("speed", turn.speed.0, 20.0, "rad/s")?;
                 positive("angle (or its opposite)", turn.angle.0.abs(), 6.0, "rad")?;
+                direction("about", turn.about)?;
             }
             Goal::Press(press) => {
                 direction("toward", press.toward)?;
@@ -131,7 +132,7 @@ impl<'a> Performer<'a> {
             Goal::Withdraw(withdraw) => {
                 self.begin_plugging(&withdraw.socket, withdraw.above.0, withdraw.speed.0, None, world)?
             }
-            Goal::Turn(turn) => self.begin_turn(turn, world),
+            Goal::Turn(turn) => self.begin_turn(turn, world)?,
             Goal::Press(press) => self.begin_press(press)?,
             Goal::Open(open) => self.begin_open(open),
             Goal::Hold(time) => Motion::Still(time.0 * self.chance.factor(self.variation().pace / 2.0)),
@@ -285,14 +286,15 @@ impl<'a> Performer<'a> {
         }))
     }
 
-    fn begin_turn(&mut self, turn: &Turn, world: &World) -> Motion {
+    fn begin_turn(&mut self, turn: &Turn, world: &World) -> Result<Motion, InputError> {
         let speed = turn.speed.0 * self.pace_now();
-        Motion::Turning(Turning {
+        Ok(Motion::Turning(Turning {
             from_palm: self.palm,
             centre: self.object(world).into(),
+            axis: nalgebra::Unit::new_unchecked(direction("about", turn.about)?),
             angle: turn.angle.0,
             duration: duration(turn.angle.0.abs(), speed),
-        })
+        }))
     }
 
     fn begin_press(&mut self, press: &Press) -> Result<Motion, InputError> {

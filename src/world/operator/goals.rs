@@ -164,14 +164,21 @@ pub struct Withdraw {
     pub speed: Speed,
 }
 
-/// Turns the hand with the object of the grip about an upright axis through the object's origin.
+/// Turns the hand with the object of the grip about an axis through the object's origin.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
-    /// How far, counter-clockwise from above.
+    /// How far, counter-clockwise as seen against the axis.
     pub angle: Angle,
     /// Largest angular speed.
     pub speed: AngularSpeed,
+    /// The direction of the axis in the world; upward when left out.
+    #[serde(default = "upward")]
+    pub about: [f64; 3],
+}
+
+const fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 /// Moves the object of the grip until it meets something, and presses it against that.

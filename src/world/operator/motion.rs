@@ -1,7 +1,7 @@
 //! How operators move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
 
 use crate::base::easing::minimum_jerk;
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// The largest speed of a minimum-jerk motion over its mean speed.
 const PEAK_OVER_MEAN: f64 = 1.875;
@@ -62,7 +62,9 @@ pub(super) struct Turning {
     pub(super) from_palm: Isometry3<f64>,
     /// A point of the axis.
     pub(super) centre: Point3<f64>,
-    /// Counter-clockwise from above, rad.
+    /// The direction of the axis.
+    pub(super) axis: Unit<Vector3<f64>>,
+    /// Counter-clockwise as seen against the axis, rad.
     pub(super) angle: f64,
     pub(super) duration: f64,
 }
@@ -71,7 +73,7 @@ impl Turning {
     /// The palm `time` seconds after the start.
     pub(super) fn at(&self, time: f64) -> Isometry3<f64> {
         let angle = self.angle * minimum_jerk(time / self.duration);
-        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), angle);
+        let turned = UnitQuaternion::from_axis_angle(&self.axis, angle);
         let arm = self.from_palm.translation.vector - self.centre.coords;
         Isometry3::from_parts((self.centre.coords + turned * arm).into(), turned * self.from_palm.rotation)
     }

@@ -92,6 +92,7 @@ fn channels() -> Vec<ChannelSpec> {
         spec("fingers.contact", true, Some(Axis::Fingers), Shape::Bool),
         spec("target", true, None, Shape::Object),
         spec("target.velocity", true, None, Shape::Vec3),
+        spec("target.rotation", true, None, Shape::Rotation),
         spec("target.depth", true, None, Shape::Scalar),
         spec("contacts.force", true, Some(Axis::Contacts), Shape::Vec3),
         spec("contacts.handled", true, Some(Axis::Contacts), Shape::Bool),
@@ -540,7 +541,13 @@ impl Maker {
             3 => of(ExprKind::Negate(Box::new(self.number(place, axis, deeper)))),
             4 => {
                 let vector = self.vector(place, axis);
-                of(ExprKind::Call(Function::Norm, vec![vector]))
+                match self.random.below(3) {
+                    0 => {
+                        let other = self.vector(place, axis);
+                        of(ExprKind::Call(Function::Angle, vec![vector, other]))
+                    }
+                    _ => of(ExprKind::Call(Function::Norm, vec![vector])),
+                }
             }
             5 => {
                 let duration = self.duration();
@@ -559,7 +566,11 @@ impl Maker {
                 of(ExprKind::Call(Function::SqueezeOf, args))
             }
             8 if axis.is_none() => {
-                let hand = self.hand(place);
+                let (hand, other) = (self.hand(place), self.hand(place));
+                if self.random.chance(30) {
+                    let rotations = [hand, other].map(|hand| self.channel("target.rotation", hand));
+                    return of(ExprKind::Call(Function::Angle, rotations.to_vec()));
+                }
                 let forces = self.channel("fingers.force", hand);
                 let sum = expr(ExprKind::Call(Function::Sum, vec![forces]), Shape::Vec3, None);
                 of(ExprKind::Call(Function::Norm, vec![sum]))
@@ -575,8 +586,11 @@ impl Maker {
         match axis {
             Some((Axis::Fingers, hand)) => {
                 let (position, force) = (self.channel("fingers.position", hand), self.channel("fingers.force", hand));
-                match self.random.below(3) {
+                let rotation = self.channel("target.rotation", hand);
+                match self.random.below(6) {
                     0 => position,
+                    3 => expr(ExprKind::Call(Function::InFrame, vec![position, rotation]), Shape::Vec3, axis),
+                    4 => expr(ExprKind::Call(Function::Cross, vec![force, position]), Shape::Vec3, axis),
                     1 => expr(ExprKind::Call(Function::Tangential, vec![position, force]), Shape::Vec3, axis),
                     _ => expr(
                         ExprKind::Arithmetic(Arithmetic::Subtract, Box::new(position), Box::new(force)),
@@ -593,7 +607,16 @@ impl Maker {
             None => {
                 let hand = self.hand(place);
                 let forces = self.channel("fingers.force", hand);
-                match self.random.below(3) {
+                match self.random.below(5) {
+                    3 => {
+                        let (velocity, rotation) =
+                            (self.channel("target.velocity", hand), self.channel("target.rotation", hand));
+                        expr(ExprKind::Call(Function::FromFrame, vec![velocity, rotation]), Shape::Vec3, None)
+                    }
+                    4 => {
+                        let parts = ["load", "target.depth", "load"].map(|name| self.channel(name, hand));
+                        expr(ExprKind::Call(Function::Vec3, parts.to_vec()), Shape::Vec3, None)
+                    }
                     0 => expr(ExprKind::Call(Function::Sum, vec![forces]), Shape::Vec3, None),
                     1 => expr(ExprKind::Call(Function::Mean, vec![forces]), Shape::Vec3, None),
                     _ => self.channel("target.velocity", hand),

@@ -21,11 +21,16 @@ impl Instantiation<'_> {
             Function::Tangential => {
                 let (vector, normal) = (numbers(0)?, numbers(1)?);
                 let along = self.dot(&vector, &normal)?;
-                let across = vector.iter().zip(&normal).map(|(v, n)| {
-                    let ([v, n, along], delay) = self.together([*v, *n, along]);
-                    Item::Number(self.number(Number::MulSub(v, n, along), delay))
-                });
+                let across = vector.iter().zip(&normal).map(|(v, n)| Item::Number(self.less_product(*v, *n, along)));
                 across.collect()
+            }
+            Function::Vec3 => args.iter().flat_map(|arg| arg.iter().copied()).collect(),
+            Function::Cross => self.cross(three(&numbers(0)?)?, three(&numbers(1)?)?).map(Item::Number).to_vec(),
+            Function::Angle => vec![Item::Number(self.angle(&numbers(0)?, &numbers(1)?)?)],
+            Function::InFrame | Function::FromFrame => {
+                let (vector, [w, axis @ ..]) = (three(&numbers(0)?)?, four(&numbers(1)?)?);
+                let axis = if function == Function::FromFrame { axis } else { axis.map(|part| self.negated(part)) };
+                self.turned(vector, w, axis).map(Item::Number).to_vec()
             }
             Function::Min | Function::Max => {
                 let pairs: Vec<(NumberId, NumberId)> = numbers(0)?.into_iter().zip(numbers(1)?).collect();
@@ -88,6 +93,68 @@ impl Instantiation<'_> {
         Ok(self.number(Number::Dot([ax, ay, az], [bx, by, bz]), delay))
     }
 
+    fn negated(&mut self, a: NumberId) -> NumberId {
+        let delay = self.number_delay(a);
+        self.number(Number::Negate(a), delay)
+    }
+
+    fn cross(&mut self, a: [NumberId; 3], b: [NumberId; 3]) -> [NumberId; 3] {
+        [0, 1, 2].map(|at| {
+            let (next, last) = ((at + 1) % 3, (at + 2) % 3);
+            let product = self.binary(Arithmetic::Multiply, a[next], b[last]);
+            self.less_product(product, a[last], b[next])
+        })
+    }
+
+    /// `a - b * c`.
+    fn less_product(&mut self, a: NumberId, b: NumberId, c: NumberId) -> NumberId {
+        let ([a, b, c], delay) = self.together([a, b, c]);
+        self.number(Number::MulSub(a, b, c), delay)
+    }
+
+    fn atan2(&mut self, y: NumberId, x: NumberId) -> NumberId {
+        let ([y, x], delay) = self.together([y, x]);
+        self.number(Number::Atan2(y, x), delay)
+    }
+
+    /// The angle between two vec3, or of the turn between two rotations.
+    fn angle(&mut self, a: &[NumberId], b: &[NumberId]) -> Result<NumberId, InputError> {
+        if a.len() == 3 {
+            let (a, b) = (three(a)?, three(b)?);
+            let cross = self.cross(a, b);
+            let (sine, cosine) = (self.norm(&cross)?, self.dot(&a, &b)?);
+            return Ok(self.atan2(sine, cosine));
+        }
+        let ([aw, a @ ..], [bw, b @ ..]) = (four(a)?, four(b)?);
+        let across = self.cross(a, b);
+        let turn = [0, 1, 2].map(|at| {
+            let product = self.binary(Arithmetic::Multiply, aw, b[at]);
+            let both = self.less_product(product, bw, a[at]);
+            self.binary(Arithmetic::Subtract, both, across[at])
+        });
+        let mut cosine = self.binary(Arithmetic::Multiply, aw, bw);
+        for (a, b) in a.into_iter().zip(b) {
+            let product = self.binary(Arithmetic::Multiply, a, b);
+            cosine = self.binary(Arithmetic::Add, cosine, product);
+        }
+        let delay = self.number_delay(cosine);
+        let cosine = self.number(Number::Abs(cosine), delay);
+        let sine = self.norm(&turn)?;
+        let half = self.atan2(sine, cosine);
+        Ok(self.binary(Arithmetic::Add, half, half))
+    }
+
+    /// A vec3 turned by the quaternion `(w, u)`: `v + w t + u × t` with `t = 2 u × v`.
+    fn turned(&mut self, v: [NumberId; 3], w: NumberId, u: [NumberId; 3]) -> [NumberId; 3] {
+        let twice = self.cross(u, v).map(|part| self.binary(Arithmetic::Add, part, part));
+        let across = self.cross(u, twice);
+        [0, 1, 2].map(|at| {
+            let along = self.binary(Arithmetic::Multiply, w, twice[at]);
+            let sum = self.binary(Arithmetic::Add, v[at], along);
+            self.binary(Arithmetic::Add, sum, across[at])
+        })
+    }
+
     fn extreme(&mut self, function: Function, a: NumberId, b: NumberId) -> NumberId {
         let ([a, b], delay) = self.together([a, b]);
         self.number(if function == Function::Min { Number::Min(a, b) } else { Number::Max(a, b) }, delay)
@@ -147,4 +214,8 @@ fn numbers_of(items: &[Item]) -> Result<Vec<NumberId>, InputError> {
 
 fn three(vector: &[NumberId]) -> Result<[NumberId; 3], InputError> {
     <[NumberId; 3]>::try_from(vector).map_err(|_| internal("a vec3 has other than three components"))
+}
+
+fn four(rotation: &[NumberId]) -> Result<[NumberId; 4], InputError> {
+    <[NumberId; 4]>::try_from(rotation).map_err(|_| internal("a rotation has other than four components"))
 }
