@@ -26,7 +26,7 @@ BINDING = "demos/robosuite/panda_lift.binding.yaml"
 RECORDINGS = 2000
 KILLS = 20
 # What two runs may have differently.
-CLOCKED = ["seconds", "shard"]
+CLOCKED = ["seconds", "shard", "done_at"]
 
 
 def short(folder: Path, count: int, rows: int = 40) -> Path:
@@ -74,6 +74,9 @@ def test_a_second_run_does_nothing_and_a_changed_recording_is_done_again(tmp_pat
     changed = folder / "piece_0003.csv"
     changed.write_text("\n".join(changed.read_text().splitlines()[:-3]) + "\n")
     assert fleet.run([folder], job, out) == fleet.Ran(1, 0, 5)
+    # Its rows are those of what it is now.
+    fleet.run([folder], job, str(tmp_path / "anew"))
+    assert rows(out, job) == rows(tmp_path / "anew", job)
     # Another rule set has other results, and leaves these.
     other = fleet.Job(binding=BINDING, params={"touch_on": "0.2 N"})
     assert other.digest != job.digest
@@ -92,6 +95,92 @@ def test_a_poisoned_recording_is_a_row(tmp_path: Path, job: fleet.Job) -> None:
     assert {name for name, row in manifest.items() if row["status"] != "ok"} == {"piece_0004.csv", "piece_0007.csv"}
     assert "piece_0004.csv" in manifest["piece_0004.csv"]["error"] and manifest["piece_0004.csv"]["code"]
     assert fleet.run([folder], job, out) == fleet.Ran(0, 0, 9)
+
+
+def test_a_recording_whose_name_is_not_utf_8_is_a_row(tmp_path: Path, job: fleet.Job) -> None:
+    folder, out = short(tmp_path / "set", 2), str(tmp_path / "out")
+    try:
+        os.rename(folder / "piece_0001.csv", os.fsencode(folder) + b"/piece_\xff.csv")
+    except OSError:
+        pytest.skip("this file system refuses such names")
+    assert fleet.run([folder], job, out) == fleet.Ran(2, 0, 0)
+    assert [Path(log).name for log in fleet.read(out, job, "manifest")["log"].to_pylist()] == ["piece_0000.csv", "piece_\\udcff.csv"]
+
+
+def test_files_beside_a_recording_are_part_of_it(tmp_path: Path) -> None:
+    script = "import sys, teachtree._teachtree as t; sys.exit(t.command_line(['teachtree', *sys.argv[1:]]))"
+    folder = tmp_path / "set"
+    folder.mkdir()
+    words = [sys.executable, "-c", script, "teach", "pick_and_place", "pick_and_place", "--seed", "1", "-o", str(folder / "grip.0.5N.csv")]
+    subprocess.run(words, check=True, capture_output=True)
+    fsspec = pytest.importorskip("fsspec")
+    fsspec.filesystem("memory").put(str(folder), "/beside", recursive=True)
+    job, out = fleet.Job(), str(tmp_path / "out")
+    assert fleet.run([folder], job, out) == fleet.Ran(1, 0, 0)
+    assert fleet.run(["memory://beside"], job, str(tmp_path / "fetched")) == fleet.Ran(1, 0, 0)
+    scene = folder / "grip.0.5N.scene.yaml"
+    scene.rename(folder / "grip.0.5N.csv.scene.yaml")
+    assert fleet.run([folder], job, out) == fleet.Ran(1, 0, 0)
+
+
+def test_a_store_that_does_not_answer_once_is_tried_again(tmp_path: Path, job: fleet.Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    from fsspec.implementations.memory import MemoryFileSystem
+
+    fs = MemoryFileSystem()
+    fs.put(str(short(tmp_path / "set", 1)), "/again", recursive=True)
+    fetch, failures = MemoryFileSystem.get_file, [OSError("no answer")]
+
+    def flaky(self: MemoryFileSystem, *given: object, **named: object) -> None:
+        if failures:
+            raise failures.pop()
+        fetch(self, *given, **named)
+
+    monkeypatch.setattr(MemoryFileSystem, "get_file", flaky)
+    assert fleet.run(["memory://again"], job, str(tmp_path / "out")) == fleet.Ran(1, 0, 0)
+
+
+def test_a_broken_file_of_many_recordings_in_a_store_is_a_row(tmp_path: Path) -> None:
+    import fsspec
+
+    fs = fsspec.filesystem("memory")
+    fs.put("demos/robosuite/lift.hdf5", "/many/lift.hdf5")
+    fs.pipe("/many/broken.hdf5", b"\x89HDF\r\n\x1a\n" + b"x" * 100)
+    job = fleet.Job(binding="demos/robosuite/lift_hdf5.binding.yaml")
+    assert fleet.run(["memory://many"], job, str(tmp_path / "out")) == fleet.Ran(3, 1, 0)
+
+
+def test_mistakes_in_a_job_are_reported_before_any_work(tmp_path: Path, job: fleet.Job) -> None:
+    for params in ({"hold_tim": "200 ms"}, {"hold_time": "200 N"}):
+        with pytest.raises(teachtree.RulesError):
+            fleet.Job(rules="examples/hold.rules", params=params)
+    with pytest.raises(teachtree.RulesError):
+        fleet.Job(binding=BINDING, params={"no_such_param": "1 N"})
+    with pytest.raises(teachtree.NotFound):
+        fleet.Job(binding="no_such.binding.yaml")
+    with pytest.raises(FileNotFoundError):
+        fleet.run([tmp_path / "no_such_folder"], job, str(tmp_path / "out"))
+    with pytest.raises(teachtree.ArgumentError, match="there are no results of the job"):
+        fleet.diff(str(tmp_path / "out"), job, job)
+    # Results inside of a folder of recordings are no recordings.
+    folder = short(tmp_path / "set", 2)
+    assert fleet.run([folder], job, str(folder / "out")) == fleet.Ran(2, 0, 0)
+    assert fleet.run([folder], job, str(folder / "out")) == fleet.Ran(0, 0, 2)
+
+
+def test_ctrl_c_ends_a_run_with_the_recording_it_is_at(tmp_path: Path, job: fleet.Job) -> None:
+    folder, out = short(tmp_path / "set", 40), str(tmp_path / "out")
+    begun = []
+
+    def progress(done: int, of: int) -> None:
+        begun.append(done)
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        fleet.run([folder], job, out, shard_size=1, progress=progress)
+    assert begun == [1]
+    while any(thread.name.startswith("teachtree") for thread in threading.enumerate()):
+        time.sleep(0.01)
+    assert len(fleet.read(out, job, "manifest")) < 40
 
 
 def test_two_plans_at_once_give_every_row_once(tmp_path: Path, job: fleet.Job) -> None:

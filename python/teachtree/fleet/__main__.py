@@ -19,14 +19,31 @@ def part(text: str) -> tuple[int, int]:
     return int(at), int(of)
 
 
+def pair(text: str) -> tuple[str, str]:
+    """Reads ``NAME=VALUE``."""
+    name, sign, value = text.partition("=")
+    if not (name and sign):
+        raise argparse.ArgumentTypeError(f"expected NAME=VALUE, found `{text}`")
+    return name, value
+
+
+def storage(text: str) -> dict[str, Any]:
+    """Reads storage options."""
+    try:
+        found = json.loads(text)
+    except ValueError:
+        found = None
+    if not isinstance(found, dict):
+        raise argparse.ArgumentTypeError(f'expected a JSON object such as {{"anon": true}}, found `{text}`')
+    return found
+
+
 def _job(args: argparse.Namespace) -> Job:
-    params = dict(pair.split("=", 1) for pair in args.set)
-    return Job(rules=args.rules, params=params, hand=args.hand, binding=args.binding, scene=args.scene)
+    return Job(rules=args.rules, params=dict(args.set), hand=args.hand, binding=args.binding, scene=args.scene)
 
 
 def _run(args: argparse.Namespace) -> Ran:
-    options: dict[str, Any] = json.loads(args.options)
-    given: dict[str, Any] = {"shard_size": args.shard_size, "shard": args.shard, "options": options}
+    given: dict[str, Any] = {"shard_size": args.shard_size, "shard": args.shard, "options": args.options}
     if args.dask is not None:
         from distributed import Client
 
@@ -52,11 +69,11 @@ def _parser() -> argparse.ArgumentParser:
     what = argparse.ArgumentParser(add_help=False)
     what.add_argument("--out", required=True, metavar="URL", help="the folder of results, on a disk or in an object store")
     what.add_argument("--rules", action="append", default=[], metavar="FILE", help="rule files; the shipped ones when left out")
-    what.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a param, such as touch_on=0.1N")
+    what.add_argument("--set", action="append", type=pair, default=[], metavar="NAME=VALUE", help="a param, such as touch_on=0.1N")
     what.add_argument("--hand", metavar="FILE", help="the hand file")
     what.add_argument("--binding", metavar="FILE", help="how the columns of foreign logs become channels")
     what.add_argument("--scene", metavar="FILE", help="a scene instead of the one that each log carries")
-    what.add_argument("--options", default="{}", metavar="JSON", help="storage options of fsspec")
+    what.add_argument("--options", type=storage, default={}, metavar="JSON", help="storage options of fsspec")
     runs = commands.add_parser("run", parents=[what], help="analyze what is not done yet")
     runs.add_argument("sources", nargs="+", metavar="SOURCE", help="folders, files, data sets, URLs")
     runs.add_argument("--shard", type=part, metavar="I/N", help="only the I-th of N parts, from 1: for arrays of jobs")
@@ -72,7 +89,7 @@ def _parser() -> argparse.ArgumentParser:
     lists = commands.add_parser("jobs", help="list the jobs of a folder")
     for command in (compares, lists):
         command.add_argument("--out", required=True, metavar="URL", help="the folder of results")
-        command.add_argument("--options", default="{}", metavar="JSON", help="storage options of fsspec")
+        command.add_argument("--options", type=storage, default={}, metavar="JSON", help="storage options of fsspec")
     return parser
 
 
@@ -85,12 +102,12 @@ def main() -> int:
             print(f"{ran.done} done, {ran.failed} of them cannot be used, {ran.skipped} were done before")
             return 3 if ran.failed else 0
         if args.command == "page":
-            found = page(args.out, _job(args), args.to, options=json.loads(args.options))
+            found = page(args.out, _job(args), args.to, options=args.options)
             print(f"{args.to}/index.html names {len(found)} recordings to look at")
         elif args.command == "diff":
-            print(diff(args.out, args.a, args.b, options=json.loads(args.options)))
+            print(diff(args.out, args.a, args.b, options=args.options))
         else:
-            for known in jobs(args.out, json.loads(args.options)):
+            for known in jobs(args.out, args.options):
                 print(known["digest"], ", ".join(known["rules"]) or "the shipped rules", known["params"] or "")
     except (Error, OSError, ValueError) as error:
         print(f"error: {error}", file=sys.stderr)

@@ -10,7 +10,7 @@ from typing import Any
 import pyarrow
 
 from ._job import Job
-from ._results import read
+from ._results import read, read_manifest
 
 _SCHEMA = pyarrow.schema(
     [
@@ -80,7 +80,7 @@ class Diff:
 
 def diff(out: str, a: Job | str, b: Job | str, *, options: Mapping[str, Any] | None = None) -> Diff:
     """Compares the segments of two jobs (or digests of jobs) in a folder of results, over the recordings that both did."""
-    used = [_used(read(out, job, "manifest", options=options)) for job in (a, b)]
+    used = [_used(read_manifest(out, job, options)) for job in (a, b)]
     both = used[0] & used[1]
     spans = [_spans(read(out, job, "segments", options=options), both) for job in (a, b)]
     rows: list[dict[str, Any]] = []

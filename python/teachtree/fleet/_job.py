@@ -9,12 +9,14 @@ import os
 import re
 import shutil
 import tempfile
+import threading
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
 from .. import __version__, _teachtree
 from .._analysis import Analysis
+from .._errors import NotFound, RulesError
 from .._log import Binding, Log
 from .._rules import Rules
 
@@ -46,15 +48,19 @@ class Job:
         self.hand = None if hand is None else os.fspath(hand)
         self.binding = None if binding is None else os.fspath(binding)
         self.scene = None if scene is None else os.fspath(scene)
-        # What is wrong with the rules is said here, not by every worker.
-        found = Rules(*self.rules, params=self.params, hand=self.hand)
+        # What is wrong with the job is reported here, not by every worker.
+        for given in (self.binding, self.scene):
+            if given is not None and not os.path.isfile(given):
+                raise NotFound(f"{given}: there is no such file", "io", given, "there is no such file")
+        hand = self.hand or _hand_file(self.binding)
         try:
-            read = found.files
-        except Exception:
-            # Params of a hand file that only the binding names; the files are the same.
-            read = Rules(*self.rules, hand=self.hand).files
-        files = {path for path in (*read, *self.rules, self.hand, self.binding, self.scene) if path and os.path.isfile(path)}
-        files.update(_beside(self.binding))
+            read = Rules(*self.rules, params=self.params, hand=hand).files
+        except RulesError:
+            if self.rules:
+                raise
+            # Without files, logs of two hands have other rules, with params of their own.
+            read = Rules("bimanual.rules", params=self.params, hand=hand).files
+        files = {path for path in (*read, *self.rules, hand, self.binding, self.scene) if path and os.path.isfile(path)}
         root = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files]) if files else os.getcwd()
         self._files = {os.path.relpath(os.path.abspath(path), root): Path(path).read_bytes() for path in sorted(files)}
 
@@ -77,7 +83,7 @@ class Job:
 
     def ready(self) -> tuple[Rules, Binding | None, str | None]:
         """The rules, binding and scene on this machine: the files are written into a temporary folder, once per process."""
-        return _ready(self)[1:]
+        return _placed(self)[1:]
 
     def analyze(self, log: Log) -> Analysis:
         """Analyzes a log that was opened with :meth:`ready`; the rules are loaded once per process, and once more for logs of two hands."""
@@ -85,7 +91,7 @@ class Job:
 
     def named(self, text: str) -> str:
         """An error's text with the names of the files instead of where they are on this machine."""
-        return text.replace(f"{_ready(self)[0]}{os.sep}", "")
+        return text.replace(f"{_placed(self)[0]}{os.sep}", "")
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Job) and other.digest == self.digest
@@ -95,6 +101,15 @@ class Job:
 
     def __repr__(self) -> str:
         return f"<teachtree.fleet.Job {self.digest}: {', '.join(self.rules) or 'the shipped rules'}>"
+
+
+_PLACING = threading.Lock()
+
+
+def _placed(job: Job) -> tuple[str, Rules, Binding | None, str | None]:
+    # One thread at a time: others find the same folder.
+    with _PLACING:
+        return _ready(job)
 
 
 @lru_cache(maxsize=8)
@@ -119,17 +134,23 @@ _KNOWN: dict[tuple[Job, int], _teachtree.Rules] = {}
 
 def _loaded(job: Job, hands: int, log: Log) -> _teachtree.Rules:
     """The rules of a job for logs with so many hands: all else that they depend on is the job's."""
-    if (job, hands) not in _KNOWN:
+    known = _KNOWN.get((job, hands))
+    if known is None:
+        known = _placed(job)[1]._options.for_log(log._inner)
         if len(_KNOWN) > 16:
             _KNOWN.clear()
-        _KNOWN[job, hands] = _ready(job)[1]._options.for_log(log._inner)
-    return _KNOWN[job, hands]
+        _KNOWN[job, hands] = known
+    return known
 
 
-def _beside(binding: str | None) -> list[str]:
-    """The hand file of one's own that a binding names: it lies beside it."""
-    if not binding or not os.path.isfile(binding):
-        return []
-    found = re.findall(r"^hand_file:\s*[\"']?([^\"'#\s]+)", Path(binding).read_text(encoding="utf-8"), re.MULTILINE)
-    paths = [os.path.join(os.path.dirname(binding), name) for name in found]
-    return [path for path in paths if os.path.isfile(path)]
+def _hand_file(binding: str | None) -> str | None:
+    """The hand file that a binding names: one of one's own lies beside it, others come with the program."""
+    if binding is None:
+        return None
+    text = Path(binding).read_text(encoding="utf-8", errors="replace")
+    found = re.search(r"^hand_file:[ \t]*(?:\"([^\"\n]+)\"|'([^'\n]+)'|([^\"'#\s]+))", text, re.MULTILINE)
+    if found is None:
+        return None
+    name = found[1] or found[2] or found[3]
+    own = os.path.join(os.path.dirname(binding), name)
+    return own if os.path.isfile(own) else name

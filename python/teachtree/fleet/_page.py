@@ -9,9 +9,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from .._errors import Error
 from .._log import Log
 from ._job import Job
-from ._results import read
+from ._results import read, read_manifest
 from ._sources import Sources
 
 _STYLE = """
@@ -36,9 +37,9 @@ def page(
 ) -> list[str]:
     """Writes a page of a job's results into the folder ``to``, ``index.html``; returns the recordings that it says to look at.
 
-    Of at most ``reports`` of them it also writes the reports, analyzing them once more, and links each.
+    Of at most ``reports`` of them it also writes the reports, analyzing them once more, and links each; one that is gone has no report.
     """
-    manifest = read(out, job, "manifest", options=options).to_pylist()
+    manifest = read_manifest(out, job, options).to_pylist()
     segments = read(out, job, "segments", options=options)
     tasks = read(out, job, "tasks", options=options)
     issues = read(out, job, "issues", options=options)
@@ -149,6 +150,10 @@ def _reports(job: Job, logs: list[str], to: str, options: Mapping[str, Any] | No
     with Sources(options) as sources:
         for at, log in enumerate(logs, 1):
             name = f"report_{at:03}.html"
-            rules.analyze(Log(sources.local(log), binding=binding, scene=scene)).save(os.path.join(to, name))
+            try:
+                analysis = rules.analyze(Log(sources.local(log), binding=binding, scene=scene))
+            except (Error, OSError):
+                continue
+            analysis.save(os.path.join(to, name))
             links[log] = name
     return links

@@ -13,10 +13,11 @@ from typing import Any
 
 import fsspec
 
+from .._errors import Error
 from .._log import recordings as listed
 from ._job import Job
 from ._results import done_keys
-from ._sources import COMPANIONS, LOGS, SETS
+from ._sources import COMPANIONS, LOGS, SETS, beside
 from ._store import is_url
 
 SHARD_SIZE = 64
@@ -33,7 +34,7 @@ class Recording:
 
     def key(self, job: Job) -> str:
         """The name of what a job makes of it."""
-        return hashlib.sha256("\0".join((job.digest, self.path, self.identity)).encode()).hexdigest()[:32]
+        return hashlib.sha256("\0".join((job.digest, self.path, self.identity)).encode(errors="surrogateescape")).hexdigest()[:32]
 
 
 @dataclass(frozen=True)
@@ -74,13 +75,18 @@ def plan(
     """Divides the recordings that are not done yet into shards of at most ``shard_size``.
 
     ``sources`` are those of :func:`recordings`, or a manifest of :class:`Recording`. ``shard`` is ``(I, N)``, ``I`` from 1: only the ``I``-th of ``N``
-    parts, for arrays of jobs. A recording is in the same part whatever else is done meanwhile.
+    parts, for arrays of jobs. A recording is in the same part whatever else is done meanwhile. Results that are in a folder of the sources are no
+    recordings.
     """
     if shard_size < 1 or shard is not None and not 1 <= shard[0] <= shard[1]:
         raise ValueError(f"expected a shard size from 1 and a part I/N with I from 1 to N, found {shard_size} and {shard}")
     found: dict[str, Recording] = {}
+    results = f"{os.fspath(out).rstrip('/')}/job="
+    results = results if is_url(results) else os.path.abspath(results)
     for recording in _recordings(sources, job.binding, options):
-        if shard is None or int(hashlib.sha256(recording.path.encode()).hexdigest()[:12], 16) % shard[1] == shard[0] - 1:
+        if (recording.path if is_url(recording.path) else os.path.abspath(recording.path)).startswith(results):
+            continue
+        if shard is None or int(hashlib.sha256(recording.path.encode(errors="surrogateescape")).hexdigest()[:12], 16) % shard[1] == shard[0] - 1:
             found[recording.path] = recording
     ordered = [found[path] for path in sorted(found)]
     known = done_keys(out, job, options)
@@ -113,19 +119,21 @@ def _recordings(
         elif is_url(os.fspath(source)):
             yield from _remote(os.fspath(source), binding, options)
         else:
-            for path in listed(source, binding=binding, each=True):
+            name = os.fspath(source)
+            if not os.path.exists(name) and not os.path.exists(name.partition("#")[0]):
+                raise FileNotFoundError(f"{name}: there is no such file or folder")
+            for path in listed(name, binding=binding, each=True):
                 yield Recording(path, identity(path.split("#")[0]))
 
 
 def _identity(path: str) -> str:
-    """Size and time of a file and of its scene; of a folder those of all files but videos."""
+    """Size and time of a file and of those beside it; of a folder those of all files but videos."""
     found = []
     if os.path.isdir(path):
         for folder, _, names in os.walk(path):
             found += [os.path.join(folder, name) for name in names if not name.endswith((".mp4", ".png", ".jpg"))]
     else:
-        stem = path.split(".")[0] if "/" not in path else os.path.join(os.path.dirname(path), os.path.basename(path).split(".")[0])
-        found = [path, *(beside for beside in (f"{stem}.scene.yaml", os.path.join(os.path.dirname(path), "scene.yaml")))]
+        found = [path, *beside(path)]
     facts = []
     for file in sorted(found):
         try:
@@ -159,22 +167,21 @@ def _remote(url: str, binding: str | None, options: Mapping[str, Any] | None) ->
             continue
         if path != root and (not path.lower().endswith(LOGS) or path.lower().endswith(COMPANIONS)):
             continue
-        fact = _fact({path: found[path], **{other: found[other] for other in _scenes(path) if other in found}})
+        fact = _fact({path: found[path], **{other: found[other] for other in beside(path) if other in found}})
         if path.lower().endswith(SETS):
             # Which demonstrations a file has is only known of the file.
             with tempfile.TemporaryDirectory() as folder:
                 local = os.path.join(folder, os.path.basename(path))
                 fs.get_file(path, local)
-                names = listed(f"{local}#{choice or '*'}", binding=binding)
+                try:
+                    names = listed(f"{local}#{choice}" if choice else folder, binding=binding, each=True)
+                except Error:
+                    # A file that cannot be read is a recording that cannot be used.
+                    names = [local]
             for name in names:
-                yield Recording(f"{scheme}://{path}#{name.partition('#')[2]}", fact)
+                yield Recording(f"{scheme}://{path}" + "".join(name.partition("#")[1:]), fact)
         else:
             yield Recording(f"{scheme}://{path}" + (f"#{choice}" if choice else ""), fact)
-
-
-def _scenes(path: str) -> list[str]:
-    folder, _, name = path.rpartition("/")
-    return [f"{folder}/{name.split('.')[0]}.scene.yaml", f"{folder}/scene.yaml"]
 
 
 def _fact(found: Mapping[str, Mapping[str, Any]]) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import pyarrow
 import pyarrow.compute
 
+from .._log import _argument
 from ._job import Job
 from ._store import Store
 
@@ -39,7 +40,7 @@ SCHEMAS = {
     "manifest": pyarrow.schema(
         [*_OF, ("status", _TEXT), ("code", _TEXT), ("error", _TEXT), ("frames", pyarrow.int64()), ("duration_s", pyarrow.float64())]
         + [("segments", pyarrow.int64()), ("tasks", pyarrow.int64()), ("issues", pyarrow.int64())]
-        + [("rules", _TEXT), ("seconds", pyarrow.float64()), ("shard", _TEXT)]
+        + [("rules", _TEXT), ("seconds", pyarrow.float64()), ("shard", _TEXT), ("done_at", pyarrow.timestamp("us", "UTC"))]
     ),
 }
 
@@ -73,22 +74,40 @@ def jobs(out: str, options: Mapping[str, Any] | None = None) -> list[dict[str, A
 def read(out: str, job: Job | str, table: str = "segments", *, options: Mapping[str, Any] | None = None) -> pyarrow.Table:
     """All rows of a table: ``"segments"``, ``"tasks"``, ``"issues"``, or ``"manifest"`` with a row for each recording; ordered by log.
 
-    Of a recording that was done in two shards, by two plans at once, the rows are there once. What a killed worker left is not read.
+    Of a recording that was done more than once, since it changed or by two plans at once, the rows that were made last are there. What a killed
+    worker left is not read.
     """
     if table not in SCHEMAS:
         raise ValueError(f"expected one of {', '.join(SCHEMAS)}, found `{table}`")
     store = store_of(out, job, options)
-    taken: set[str] = set()
-    parts: list[pyarrow.Table] = []
+    last: dict[str, tuple[int, str, str]] = {}
+    counts: dict[str, int] = {}
     for name in store.names("manifest", ".parquet"):
-        keys = store.read_table(f"manifest/{name}", ["key"])["key"].to_pylist()
-        new = [key for key in keys if key not in taken]
+        found = store.read_table(f"manifest/{name}", ["log", "key", "done_at"])
+        counts[name] = len(found)
+        times = found["done_at"].cast(pyarrow.int64()).to_pylist()
+        for log, key, done_at in zip(found["log"].to_pylist(), found["key"].to_pylist(), times):
+            last[log] = max(last.get(log, (0, "", "")), (done_at, name, key))
+    kept: dict[str, list[str]] = {name: [] for name in counts}
+    for _, name, key in last.values():
+        kept[name].append(key)
+    parts: list[pyarrow.Table] = []
+    for name, keys in kept.items():
         part = store.read_table(f"{table}/{name}")
-        if len(new) < len(keys):
-            part = part.filter(pyarrow.compute.is_in(part["key"], value_set=pyarrow.array(new, pyarrow.string())))
-        taken.update(new)
+        if len(keys) < counts[name]:
+            part = part.filter(pyarrow.compute.is_in(part["key"], value_set=pyarrow.array(keys, pyarrow.string())))
         parts.append(part)
     if not parts:
         return SCHEMAS[table].empty_table()
     order = [(name, "ascending") for name in ("log", "track", "start_s", "end_s", "kind") if name in SCHEMAS[table].names]
     return pyarrow.concat_tables(parts).combine_chunks().sort_by(order)
+
+
+def read_manifest(out: str, job: Job | str, options: Mapping[str, Any] | None = None) -> pyarrow.Table:
+    """The manifest of a job that has one."""
+    found = read(out, job, "manifest", options=options)
+    if not len(found):
+        digest = job if isinstance(job, str) else job.digest
+        help = "`python -m teachtree.fleet jobs` lists the jobs of a folder; other rules, params or files make another job"
+        raise _argument(str(out), f"there are no results of the job `{digest}`", help)
+    return found

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from typing import Any
 
 import pyarrow
@@ -18,6 +20,7 @@ from ._job import Job
 from ._plan import SHARD_SIZE, Recording, Shard, plan
 from ._results import SCHEMAS, TABLES, store_of
 from ._sources import Sources
+from ._store import Store
 
 Rows = list[dict[str, Any]]
 
@@ -40,15 +43,25 @@ def run_shard(shard: Shard, job: Job, out: str, options: Mapping[str, Any] | Non
     A shard that is done returns its rows again and does nothing else. A recording that cannot be used is a row with ``status`` ``"error"``,
     ``code`` and ``error``; an object store that does not answer is tried three times.
     """
+    return _shard(shard, job, out, options, threading.Event())
+
+
+class _Stopped(Exception):
+    """The run has ended; nothing of the shard is committed."""
+
+
+def _shard(shard: Shard, job: Job, out: str, options: Mapping[str, Any] | None, stop: threading.Event) -> Rows:
     store = store_of(out, job, options)
     name = f"{shard.name}.parquet"
-    if store.exists(f"manifest/{name}"):
-        known: Rows = store.read_table(f"manifest/{name}").to_pylist()
+    known = _known(store, name)
+    if known is not None:
         return known
     parts: dict[str, list[pyarrow.Table]] = {table: [] for table in TABLES}
     manifest: Rows = []
     with Sources(options) as sources:
         for recording in shard.recordings:
+            if stop.is_set():
+                raise _Stopped
             row, tables = _one(recording, job, sources)
             manifest.append({**row, "shard": shard.name})
             for table, part in tables.items():
@@ -58,24 +71,40 @@ def run_shard(shard: Shard, job: Job, out: str, options: Mapping[str, Any] | Non
 
 
 def failed(shard: Shard, job: Job, out: str, error: str, options: Mapping[str, Any] | None = None) -> Rows:
-    """Adds the rows of a shard that ends every worker that it runs on."""
+    """Adds the rows of a shard that ends every worker that it runs on; one that was committed before its worker ended stays."""
+    store = store_of(out, job, options)
+    known = _known(store, f"{shard.name}.parquet")
+    if known is not None:
+        return known
     manifest = [{**_blank(recording, job), "code": "killed", "error": error, "shard": shard.name} for recording in shard.recordings]
-    _commit(store_of(out, job, options), f"{shard.name}.parquet", job, {table: [] for table in TABLES}, manifest)
+    _commit(store, f"{shard.name}.parquet", job, {table: [] for table in TABLES}, manifest)
     return manifest
 
 
-def _commit(store: Any, name: str, job: Job, parts: Mapping[str, list[pyarrow.Table]], manifest: Rows) -> None:
+def _known(store: Store, name: str) -> Rows | None:
+    """The rows of ``manifest`` of a shard that is done."""
+    return store.read_table(f"manifest/{name}").to_pylist() if store.exists(f"manifest/{name}") else None
+
+
+def _commit(store: Store, name: str, job: Job, parts: Mapping[str, list[pyarrow.Table]], manifest: Rows) -> None:
     if not store.exists("job.json"):
         store.write("job.json", job.describe().encode())
     for table, tables in parts.items():
         store.write_table(f"{table}/{name}", pyarrow.concat_tables(tables) if tables else SCHEMAS[table].empty_table())
     # Last: with it, the shard is done.
-    store.write_table(f"manifest/{name}", pyarrow.Table.from_pylist(manifest, SCHEMAS["manifest"]))
+    done_at = datetime.now(UTC)
+    rows = [{**row, "done_at": done_at} for row in manifest]
+    store.write_table(f"manifest/{name}", pyarrow.Table.from_pylist(rows, SCHEMAS["manifest"]))
 
 
 def _blank(recording: Recording, job: Job) -> dict[str, Any]:
     row = dict.fromkeys(SCHEMAS["manifest"].names)
-    return {**row, "log": recording.path, "key": recording.key(job), "status": "error", "seconds": 0.0}
+    return {**row, "log": _text(recording.path), "key": recording.key(job), "status": "error", "seconds": 0.0}
+
+
+def _text(text: str) -> str:
+    """A text without the bytes of file names that are not UTF-8, which Parquet cannot hold."""
+    return text.encode(errors="backslashreplace").decode()
 
 
 def _one(recording: Recording, job: Job, sources: Sources) -> tuple[dict[str, Any], dict[str, pyarrow.Table]]:
@@ -86,14 +115,14 @@ def _one(recording: Recording, job: Job, sources: Sources) -> tuple[dict[str, An
         _, binding, scene = job.ready()
         analysis = job.analyze(Log(local, binding=binding, scene=scene))
         tables = {"segments": analysis.segments, "tasks": analysis.tasks, "issues": analysis.issues}
-        parts = {table: _rows(made, SCHEMAS[table], recording.path, row["key"]) for table, made in tables.items()}
+        parts = {table: _rows(made, SCHEMAS[table], row["log"], row["key"]) for table, made in tables.items()}
     except Error as error:
-        text = job.named(error.rendered.replace(local, recording.path))
-        if recording.path not in text:
-            text = f"{recording.path}: {text}"
+        text = job.named(error.rendered.replace(local, row["log"]))
+        if row["log"] not in text:
+            text = f"{row['log']}: {text}"
         return {**row, "code": error.code, "error": text, "seconds": time.perf_counter() - begun}, {}
     except OSError as error:
-        text = f"{recording.path}: {error}"
+        text = _text(f"{recording.path}: {error}")
         return {**row, "code": "io", "error": text, "seconds": time.perf_counter() - begun}, {}
     counts = {table: len(part) for table, part in parts.items()}
     facts = {"frames": analysis.frame_count, "duration_s": analysis.end_s - analysis.start_s, "rules": analysis.digest}
@@ -131,11 +160,18 @@ def run(
     """Does all in this process, on ``jobs`` threads; ``shard`` as in :func:`plan`. ``progress`` is called with how many recordings of how many are done."""
     todo = plan(sources, job, out, shard_size=shard_size, shard=shard, options=options)
 
-    def work(part: Shard) -> Rows:
-        return run_shard(part, job, out, options)
+    stop = threading.Event()
 
-    with ThreadPoolExecutor(max(1, jobs)) as pool:
+    def work(part: Shard) -> Rows:
+        return _shard(part, job, out, options, stop)
+
+    pool = ThreadPoolExecutor(max(1, jobs), thread_name_prefix="teachtree")
+    try:
         return counted(pool.map(work, todo.shards), len(todo), todo.skipped, progress)
+    finally:
+        # After Ctrl-C a thread ends with the recording that it is at.
+        stop.set()
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def counted(results: Iterable[Rows], of: int, skipped: int, progress: Callable[[int, int], None] | None = None) -> Ran:

@@ -12,9 +12,14 @@ import fsspec
 
 from ._store import is_url
 
-LOGS = (".csv", ".tsv", ".parquet", ".jsonl", ".ndjson", ".mcap", ".bag", ".hdf5", ".h5", ".hdf")
-SETS = (".hdf5", ".h5", ".hdf")
+LOGS = (".csv", ".tsv", ".parquet", ".jsonl", ".ndjson", ".mcap", ".bag", ".hdf5", ".h5", ".hdf", ".npz", ".npy", ".zarr.zip")
+SETS = (".hdf5", ".h5", ".hdf", ".zarr.zip")
 COMPANIONS = (".labels.csv", "_segments.csv", ".events.csv")
+
+
+def beside(path: str) -> list[str]:
+    """The files that may stand beside a log: of `a.csv` those are `a.scene.yaml`, `a.csv.scene.yaml`, and the same of its events."""
+    return [f"{name}.{ending}" for ending in ("scene.yaml", "events.csv") for name in (os.path.splitext(path)[0], path)]
 
 
 class Sources:
@@ -43,20 +48,19 @@ class Sources:
 
     def _fetch(self, url: str) -> str:
         self._folder = self._folder or tempfile.TemporaryDirectory(prefix="teachtree-fetched-")
-        place = os.path.join(self._folder.name, str(len(self._known)))
+        # A new folder for each try: one that failed leaves a part.
+        place = tempfile.mkdtemp(dir=self._folder.name)
         fs, path = fsspec.core.url_to_fs(url, **self._options)
         local = os.path.join(place, os.path.basename(path))
-        os.makedirs(place)
         if fs.isdir(path):
             for part in ("meta", "data"):
                 for file in fs.find(f"{path}/{part}"):
                     self._get(fs, file, os.path.join(local, file[len(path) + 1 :]))
             return local
         self._get(fs, path, local)
-        folder, _, name = path.rpartition("/")
-        for beside in (f"{name.split('.')[0]}.scene.yaml", "scene.yaml"):
-            if fs.exists(f"{folder}/{beside}"):
-                self._get(fs, f"{folder}/{beside}", os.path.join(place, beside))
+        for other in beside(path):
+            if fs.exists(other):
+                self._get(fs, other, os.path.join(place, os.path.basename(other)))
         return local
 
     def _get(self, fs: Any, path: str, local: str) -> None:
