@@ -5,10 +5,12 @@ from __future__ import annotations
 import html
 import json
 import os
+import uuid
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from . import _teachtree
+from ._errors import NotFound
 from ._table import Table
 
 if TYPE_CHECKING:
@@ -216,11 +218,14 @@ class Analysis:
             from ._log import _argument
 
             raise _argument(os.fspath(path), f"expected a name in .json, .csv or .html, found `{ending}`", None)
-        partial = f"{os.fspath(path)}.{os.getpid()}.partial"
+        partial = f"{os.fspath(path)}.{uuid.uuid4().hex}.partial"
         try:
             with open(partial, "w", encoding="utf-8", newline="") as file:
                 file.write(forms[ending]())
             os.replace(partial, path)
+        except OSError as error:
+            message = f"cannot be written: {error.strerror}"
+            raise NotFound(f"{os.fspath(path)}: {message}", "io", os.fspath(path), message) from None
         finally:
             if os.path.exists(partial):
                 os.remove(partial)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from . import _teachtree
-from ._log import Log, Path, Scene
+from ._errors import NotFound
+from ._log import Binding, Log, Path, Scene, opened
 from ._rules import Rules
 
 
@@ -43,7 +44,8 @@ class Calibration:
     ``whole`` learns from all of ``log`` as its analysis does: the final events then are those of the analysis.
     """
 
-    def __init__(self, rules: Rules, log: Log, *, whole: bool = False) -> None:
+    def __init__(self, rules: Rules, log: Log | Any, *, whole: bool = False, binding: Binding | Path | None = None) -> None:
+        log = opened(log, binding)
         self._rules = rules._options.for_log(log._inner)
         self._inner = _teachtree.Calibration(self._rules, log._inner, whole)
 
@@ -52,8 +54,7 @@ class Calibration:
         """Reads a calibration file, as ``teachtree inspect LOG --calibrate FILE`` and :meth:`text` write it."""
         made = cls.__new__(cls)
         made._rules = rules._rules()
-        with open(path, encoding="utf-8") as file:
-            made._inner = _teachtree.Calibration.parse(os.fspath(path), file.read())
+        made._inner = _teachtree.Calibration.parse(os.fspath(path), _text(path))
         return made
 
     def text(self) -> str:
@@ -83,8 +84,7 @@ class Live:
 
     def __init__(self, calibration: Calibration, columns: Sequence[str], *, scene: Scene | Path) -> None:
         if not isinstance(scene, Scene):
-            with open(scene, encoding="utf-8") as file:
-                scene = Scene(file.read())
+            scene = Scene(_text(scene))
         self._inner = _teachtree.Live(calibration._rules, list(columns), scene.text, calibration._inner)
 
     def push(self, row: Any) -> list[Event]:
@@ -100,6 +100,15 @@ class Live:
     def lag_s(self) -> float | None:
         """By how much segments lag behind the newest row, besides what relabeling and tasks need; known once some rows were pushed."""
         return self._inner.lag_s
+
+
+def _text(path: Path) -> str:
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read()
+    except OSError as error:
+        message = f"cannot be read: {error.strerror}"
+        raise NotFound(f"{os.fspath(path)}: {message}", "io", os.fspath(path), message) from None
 
 
 def _event(line: str) -> Event:

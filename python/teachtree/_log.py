@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from array import array
 from collections.abc import Iterator, Mapping, Sequence
@@ -113,6 +114,8 @@ class Log:
 
 def opened(log: Log | Any, binding: Binding | Path | None = None) -> Log:
     """A log, or what one is made of."""
+    if isinstance(log, Log) and binding is not None:
+        raise _argument("binding", "the log is open already, by its own binding", "write `Log(…, binding=…)`")
     return log if isinstance(log, Log) else Log(log, binding=binding)
 
 
@@ -142,23 +145,43 @@ def _columns(source: Mapping[str, Any], units: Mapping[str, str]) -> Iterator[tu
     for title, values in source.items():
         unit = units.get(title, "")
         if not (hasattr(values, "dtype") and hasattr(values, "__array__")):
-            listed = list(values)
-            if listed and all(value is None or isinstance(value, str) for value in listed):
-                yield title, unit, [value or "" for value in listed]
-            else:
-                yield title, unit, array("d", (float("nan") if value is None else float(value) for value in listed))
+            try:
+                yield from _listed(title, unit, list(values))
+            except (TypeError, ValueError, OverflowError) as error:
+                raise _argument(f"column {title}", f"expected numbers or texts, found another value: {error}", None) from None
             continue
         import numpy
 
         found = numpy.asarray(values)
+        if not found.ndim:
+            raise _argument(f"column {title}", "expected an array, found a single value", None)
         if found.dtype.kind in "OUTS":
             yield title, unit, ["" if value is None else str(value) for value in found.tolist()]
             continue
         if found.dtype.kind in "mM":
-            found = found.astype(f"{found.dtype.kind}8[ns]").astype("i8") / 1e9
+            since = found if found.dtype.kind == "m" else found - numpy.datetime64(0, "s")
+            found = since / numpy.timedelta64(1, "s")
             unit = unit or "s"
         if found.dtype.kind not in "biuf":
             raise _argument(f"column {title}", f"expected numbers or texts, found {found.dtype}", None)
-        places = numpy.ascontiguousarray(found.reshape(len(found), -1).T, dtype="f8")
+        places = numpy.ascontiguousarray(found.reshape(len(found), math.prod(found.shape[1:])).T, dtype="f8")
         for at, place in enumerate(places):
             yield title if found.ndim == 1 else f"{title}[{at}]", unit, place
+
+
+def _listed(title: str, unit: str, values: list[Any]) -> Iterator[tuple[str, str, Any]]:
+    """The column of a list, or the columns of a list of rows."""
+    if values and all(value is None or isinstance(value, str) for value in values):
+        yield title, unit, [value or "" for value in values]
+        return
+    if values and all(isinstance(value, (list, tuple)) for value in values):
+        if len(set(map(len, values))) > 1:
+            raise ValueError("rows of several lengths")
+        for at, place in enumerate(zip(*values)):
+            yield f"{title}[{at}]", unit, _doubles(place)
+        return
+    yield title, unit, _doubles(values)
+
+
+def _doubles(values: Sequence[Any]) -> array[float]:
+    return array("d", (float("nan") if value is None else float(value) for value in values))

@@ -11,7 +11,7 @@ from typing import Any
 
 from ._analysis import Analysis
 from ._errors import Error
-from ._log import Binding, Log, Path, recordings
+from ._log import Binding, Log, Path, _argument, recordings
 from ._rules import Rules
 
 
@@ -29,7 +29,7 @@ class Outcome:
 
 def analyze(log: Log | Any, *, rules: Rules | None = None, binding: Binding | Path | None = None) -> Analysis:
     """Analyzes a log, or what :class:`Log` takes, by the shipped rules or one's own: ``teachtree analyze``."""
-    return (rules or Rules()).analyze(log, binding=binding)
+    return _rules(rules).analyze(log, binding=binding)
 
 
 def analyze_many(
@@ -52,9 +52,15 @@ def analyze_many(
     demos/robosuite/lift.hdf5#demo_3 ['unknown', 'pick_and_place']
     """
     listed = recordings(paths, binding=binding, each=each)
-    rules = rules or Rules()
+    rules = _rules(rules)
     jobs = jobs or len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else jobs or os.cpu_count() or 1
     return _each(listed, rules, binding, max(1, jobs))
+
+
+def _rules(rules: Rules | None) -> Rules:
+    if rules is not None and not isinstance(rules, Rules):
+        raise _argument("rules", f"expected Rules, found {type(rules).__name__}", "write `teachtree.Rules(…)` around a file")
+    return Rules() if rules is None else rules
 
 
 def _one(path: str, rules: Rules, binding: Binding | Path | None) -> Outcome:

@@ -57,11 +57,12 @@ class Rules:
         self._loaded: _teachtree.Rules | None = None
         try:
             self._loaded = self._options.load()
-        except RulesError:
-            # Params may be those of a hand file that only the binding of a log names: they are checked with that log.
-            if not self.params:
+        except RulesError as error:
+            # A param that is unknown may be one of a hand file that only the binding of a log names, or of the rules for two hands: it is checked
+            # with that log.
+            is_final = hand is not None and bool(files or text is not None)
+            if is_final or not all(map(_is_unknown_param, error.diagnostics)):
                 raise
-            _options(files, text, None, hand, name).load()
 
     def _rules(self) -> _teachtree.Rules:
         return self._loaded if self._loaded is not None else self._options.load()
@@ -121,6 +122,11 @@ class Rules:
 
     def __repr__(self) -> str:
         return f"<teachtree.Rules: {self._name}>"
+
+
+def _is_unknown_param(found: Diagnostic) -> bool:
+    # E215 is also a value of the wrong unit, or outside the range.
+    return found.code == "E215" and found.message.startswith("there is no param ")
 
 
 def _options(

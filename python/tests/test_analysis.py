@@ -127,6 +127,10 @@ def test_errors_are_data_and_travel_between_processes() -> None:
 def test_a_param_that_does_not_fit_is_said_with_the_log() -> None:
     with pytest.raises(teachtree.RulesError, match="no_such_param"):
         teachtree.Rules(params={"no_such_param": "1 N"}).analyze(LOG, binding=BINDING)
+    # Of a param that the files have, at once.
+    for value in ("200 N", "5 s", "None"):
+        with pytest.raises(teachtree.RulesError, match="hold_time"):
+            teachtree.Rules("examples/hold.rules", params={"hold_time": value})
 
 
 def test_check_lists_what_the_command_line_lists() -> None:

@@ -99,6 +99,10 @@ def test_lists_are_a_column_for_each_place(tmp_path: Path) -> None:
         ({"time": [0.0, 1.0]}, {"cube.position.x": "mm"}, "there is no column `cube.position.x`"),
         ({"time": [0.0, 1.0], "cube.position.x": [0.0, 1.0]}, {"cube.position.x": "N"}, "N"),
         ({"cube.position.x": [0.0, 1.0]}, {}, "time"),
+        ({"time": [0.0, 1.0], "cube.position.x": ["here", 1.0]}, {}, "column cube.position.x: expected numbers or texts"),
+        ({"time": [0.0, 1.0], "cube.position.x": 1.0}, {}, "column cube.position.x: expected numbers or texts"),
+        ({"time": [0.0, 1.0], "cube.position.x": [10**400, 1.0]}, {}, "column cube.position.x: expected numbers or texts"),
+        ({"time": [0.0, 1.0], "state": [[1.0], [1.0, 2.0]]}, {}, "column state: expected numbers or texts"),
         (42, {}, "expected a path, a table with `__arrow_c_stream__` or a mapping of arrays, found int"),
     ],
 )
@@ -108,6 +112,33 @@ def test_what_cannot_be_a_log_is_one_clear_error(source: object, units: dict[str
     assert message in str(raised.value)
     assert raised.value.kind in {"format", "argument", "mismatch"}
     assert "panicked" not in str(raised.value)
+
+
+def test_arrays_without_rows_and_single_values_are_refused() -> None:
+    numpy = pytest.importorskip("numpy")
+    with pytest.raises(teachtree.LogError, match="no rows"):
+        teachtree.analyze({"time": numpy.zeros(0), "cube.position.x": numpy.zeros(0)})
+    with pytest.raises(teachtree.ArgumentError, match="column time: expected an array, found a single value"):
+        teachtree.Log({"time": numpy.array(0.0)})
+
+
+def test_times_of_numpy_are_seconds_in_every_year() -> None:
+    numpy = pytest.importorskip("numpy")
+    scene = teachtree.Scene("bodies: {cube: {role: object, radius: 20 mm}}")
+    place = {f"cube.position.{axis}": numpy.zeros(300) for axis in "xyz"}
+    for year in ("0001", "1970", "2026", "3000"):
+        time = numpy.datetime64(year) + (numpy.arange(300) * 10).astype("m8[ms]")
+        expected = float((time[0] - numpy.datetime64(0, "s")) / numpy.timedelta64(1, "s"))
+        found = teachtree.analyze(teachtree.Log({"time": time, **place}, scene=scene))
+        assert found.start_s == expected and found.rate_hz == pytest.approx(100)
+    time[4] = numpy.datetime64("NaT")
+    with pytest.raises(teachtree.LogError, match="row 5 column time"):
+        teachtree.Log({"time": time, **place}, scene=scene).read()
+
+
+def test_a_log_that_is_open_has_its_binding() -> None:
+    with pytest.raises(teachtree.ArgumentError, match="the log is open already"):
+        teachtree.analyze(teachtree.Log(columns(), binding=BINDING), binding=BINDING)
 
 
 def test_lists_that_change_their_length_are_refused() -> None:
