@@ -17,6 +17,13 @@ Ran(done=0, failed=0, skipped=2)
 ['unknown', 'pick_and_place', 'unknown', 'pick_and_place']
 """
 
+try:
+    import fsspec as _fsspec  # noqa: F401
+    import pyarrow as _pyarrow  # noqa: F401
+except ModuleNotFoundError as error:
+    help = "the package with the extra `fleet` brings them: pip install './python[fleet]'"
+    raise ModuleNotFoundError(f"teachtree.fleet needs pyarrow and fsspec, found no {error.name}\n  help: {help}", name=error.name) from None
+
 from ._diff import Diff, diff
 from ._job import Job
 from ._page import page
