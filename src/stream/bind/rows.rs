@@ -66,6 +66,8 @@ impl TopicFilter {
 struct Beginning {
     is_over: bool,
     rows: Vec<Resampled>,
+    /// The first row in which each column was measured.
+    begins: Vec<Option<usize>>,
 }
 
 impl RowBinder {
@@ -227,8 +229,8 @@ impl RowBinder {
         if let Some(resampler) = &mut self.resampler {
             let mut rows = vec![];
             resampler.finish(&mut rows);
-            let mut rows: Vec<Resampled> =
-                rows.into_iter().flat_map(|row| self.beginning.take(row, f64::INFINITY)).collect();
+            let bridge = self.file.binding.bridge.0;
+            let mut rows: Vec<Resampled> = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
             rows.extend(self.beginning.finish());
             self.finished(rows, &mut made)?;
         }
@@ -410,27 +412,22 @@ impl Beginning {
         if self.is_over {
             return vec![row];
         }
-        let time = row.0;
+        let (time, values) = &row;
+        let is_late = time - self.rows.first().map_or(*time, |(start, _)| *start) > bridge;
+        self.begins.resize(values.len().max(self.begins.len()), None);
+        // What begins later than the bridge is not waited for.
+        for (begins, value) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
+            begins.get_or_insert(self.rows.len());
+        }
         self.rows.push(row);
-        let start = self.rows.first().map_or(time, |(start, _)| *start);
-        let is_complete = (0..self.width()).all(|column| self.first(column).is_some());
-        if is_complete || time - start > bridge { self.finish() } else { vec![] }
+        if is_late || self.begins.iter().all(Option::is_some) { self.finish() } else { vec![] }
     }
 
     /// What is left.
     fn finish(&mut self) -> Vec<Resampled> {
         self.is_over = true;
-        let from = (0..self.width()).filter_map(|column| self.first(column)).max().unwrap_or_default();
+        let from = self.begins.iter().flatten().max().copied().unwrap_or_default();
         let mut rows = std::mem::take(&mut self.rows);
         rows.split_off(from.min(rows.len()))
-    }
-
-    fn width(&self) -> usize {
-        self.rows.iter().map(|(_, values)| values.len()).max().unwrap_or_default()
-    }
-
-    /// The first row in which a column was measured.
-    fn first(&self, column: usize) -> Option<usize> {
-        self.rows.iter().position(|(_, values)| values.get(column).is_some_and(|value| !value.is_nan()))
     }
 }
