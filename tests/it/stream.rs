@@ -12,6 +12,7 @@ mod implausible;
 mod jumps;
 mod learned;
 mod levels;
+mod live_rows;
 mod never_panics;
 mod robosuite;
 mod round_trip;
