@@ -142,9 +142,12 @@ enum Taken {
 /// The columns of a table: numbers, truth, times and texts as they are, a list of numbers as a column for each place, `state[0]`.
 ///
 /// # Errors
-/// When the stream fails, or a list changes its length.
+/// When the stream fails, a list changes its length, or `units` names a column that there is none of.
 pub fn columns(stream: RecordBatchStreamReader, units: &BTreeMap<String, String>) -> Result<Vec<Column>, Refused> {
     let schema = stream.schema();
+    if let Some(unknown) = units.keys().find(|name| schema.field_with_name(name).is_err()) {
+        return Err(Refused::new(unknown, "the table has no such column", "name columns of the table in `units`"));
+    }
     let mut taken: Vec<Taken> = schema.fields().iter().map(|field| kind(field.data_type())).collect();
     let mut rows = 0;
     for batch in stream {
@@ -271,6 +274,9 @@ fn numbers(array: &ArrayRef, all: &mut Vec<f64>) {
         }
         DataType::Dictionary(..) => {
             let dictionary = array.as_any_dictionary();
+            if dictionary.values().is_empty() {
+                return all.resize(all.len() + array.len(), f64::NAN);
+            }
             let mut values = Vec::new();
             numbers(dictionary.values(), &mut values);
             let keys = dictionary.normalized_keys();
@@ -292,6 +298,9 @@ fn texts(array: &ArrayRef, all: &mut Vec<String>) {
         DataType::Utf8View => all.extend(array.as_string_view().iter().map(text)),
         DataType::Dictionary(..) => {
             let dictionary = array.as_any_dictionary();
+            if dictionary.values().is_empty() {
+                return all.resize(all.len() + array.len(), String::new());
+            }
             let mut values = Vec::new();
             texts(dictionary.values(), &mut values);
             let keys = dictionary.normalized_keys();

@@ -188,3 +188,16 @@ def test_columns_of_an_arrow_table_that_no_channel_needs_are_not_copied() -> Non
     before = resident()
     teachtree.Log(table, binding=BINDING)
     assert resident() - before < table.nbytes / 2
+
+
+def test_a_column_without_any_category_is_empty(of_file: dict[str, object]) -> None:
+    pandas = pytest.importorskip("pandas")
+    frame = pandas.DataFrame(columns())
+    frame["note"] = pandas.Categorical([None] * len(frame))
+    assert named(teachtree.analyze(teachtree.Log(frame, binding=BINDING)).data) == of_file
+
+
+def test_units_of_a_column_that_a_table_lacks_are_refused() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    with pytest.raises(teachtree.LogError, match="cube_pxx.*no such column"):
+        teachtree.Log(pyarrow.table(columns()), binding=BINDING, units={"cube_pxx": "mm"})
