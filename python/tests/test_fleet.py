@@ -194,6 +194,35 @@ def test_two_plans_at_once_give_every_row_once(tmp_path: Path, job: fleet.Job) -
     assert rows(out, job) == rows(tmp_path / "serial", job)
 
 
+def test_attempts_with_unlike_results_do_not_mix(tmp_path: Path, job: fleet.Job, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One attempt meets an error that passes, and commits between another one's tables and its manifest, or the other way round."""
+    from teachtree.fleet import _run, _store
+
+    folder = short(tmp_path / "set", 3)
+    analyzed, written = _run._one, _store.Store.write
+
+    def unlucky(recording: fleet.Recording, job: fleet.Job, sources: object) -> tuple[dict[str, object], dict[str, object]]:
+        return {**_run._blank(recording, job), "code": "io", "error": "no answer"}, {}
+
+    for first, second in ((analyzed, unlucky), (unlucky, analyzed)):
+        out = str(tmp_path / f"out_{first is analyzed}")
+        shard = fleet.plan([folder], job, out).shards[0]
+        inner = [second]
+
+        def interrupted(store: _store.Store, name: str, content: bytes, shard: fleet.Shard = shard, out: str = out, inner: list[object] = inner) -> None:
+            if name.startswith("manifest/") and inner:
+                monkeypatch.setattr(_run, "_one", inner.pop())
+                fleet.run_shard(shard, job, out)
+            written(store, name, content)
+
+        monkeypatch.setattr(_run, "_one", first)
+        monkeypatch.setattr(_store.Store, "write", interrupted)
+        fleet.run_shard(shard, job, out)
+        for row in fleet.read(out, job, "manifest").to_pylist():
+            segments = fleet.read(out, job).to_pylist()
+            assert sum(segment["log"] == row["log"] for segment in segments) == (row["segments"] or 0), row
+
+
 def test_the_parts_of_an_array_are_the_whole(tmp_path: Path) -> None:
     folder, out = short(tmp_path / "set", 12), tmp_path / "out"
     words = [sys.executable, "-m", "teachtree.fleet", "run", str(folder), "--out", str(out), "--binding", BINDING]

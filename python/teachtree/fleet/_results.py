@@ -82,9 +82,11 @@ def read(out: str, job: Job | str, table: str = "segments", *, options: Mapping[
     store = store_of(out, job, options)
     last: dict[str, tuple[int, str, str]] = {}
     counts: dict[str, int] = {}
+    files: dict[str, str] = {}
     for name in store.names("manifest", ".parquet"):
         found = store.read_table(f"manifest/{name}", ["log", "key", "done_at"])
         counts[name] = len(found)
+        files[name] = name if table == "manifest" else found.schema.metadata[table.encode()].decode()
         times = found["done_at"].cast(pyarrow.int64()).to_pylist()
         for log, key, done_at in zip(found["log"].to_pylist(), found["key"].to_pylist(), times):
             last[log] = max(last.get(log, (0, "", "")), (done_at, name, key))
@@ -93,7 +95,7 @@ def read(out: str, job: Job | str, table: str = "segments", *, options: Mapping[
         kept[name].append(key)
     parts: list[pyarrow.Table] = []
     for name, keys in kept.items():
-        part = store.read_table(f"{table}/{name}")
+        part = store.read_table(f"{table}/{files[name]}")
         if len(keys) < counts[name]:
             part = part.filter(pyarrow.compute.is_in(part["key"], value_set=pyarrow.array(keys, pyarrow.string())))
         parts.append(part)

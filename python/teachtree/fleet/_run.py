@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import threading
 import time
@@ -20,7 +21,7 @@ from ._job import Job
 from ._plan import SHARD_SIZE, Recording, Shard, plan
 from ._results import SCHEMAS, TABLES, store_of
 from ._sources import Sources
-from ._store import Store
+from ._store import Store, as_parquet
 
 Rows = list[dict[str, Any]]
 
@@ -89,12 +90,22 @@ def _known(store: Store, name: str) -> Rows | None:
 def _commit(store: Store, name: str, job: Job, parts: Mapping[str, list[pyarrow.Table]], manifest: Rows) -> None:
     if not store.exists("job.json"):
         store.write("job.json", job.describe().encode())
+    files = {}
     for table, tables in parts.items():
-        store.write_table(f"{table}/{name}", pyarrow.concat_tables(tables) if tables else SCHEMAS[table].empty_table())
+        content = as_parquet(pyarrow.concat_tables(tables) if tables else SCHEMAS[table].empty_table())
+        # By its content: of two attempts at a shard with unlike results, each has its own, and the manifest says whose is valid.
+        files[table] = f"{_shard_of(name)}-{hashlib.sha256(content).hexdigest()[:16]}.parquet"
+        store.write(f"{table}/{files[table]}", content)
     # Last: with it, the shard is done.
     done_at = datetime.now(UTC)
     rows = [{**row, "done_at": done_at} for row in manifest]
-    store.write_table(f"manifest/{name}", pyarrow.Table.from_pylist(rows, SCHEMAS["manifest"]))
+    schema = SCHEMAS["manifest"].with_metadata(files)
+    store.write(f"manifest/{name}", as_parquet(pyarrow.Table.from_pylist(rows, schema)))
+
+
+def _shard_of(name: str) -> str:
+    """The name of a shard by that of its file."""
+    return name.removesuffix(".parquet")
 
 
 def _blank(recording: Recording, job: Job) -> dict[str, Any]:

@@ -17,6 +17,13 @@ def is_url(path: str) -> bool:
     return "://" in path and not path.startswith("file://")
 
 
+def as_parquet(table: pyarrow.Table) -> bytes:
+    """The bytes of a file of a table."""
+    sink = pyarrow.BufferOutputStream()
+    pyarrow.parquet.write_table(table, sink, compression="zstd")
+    return bytes(sink.getvalue().to_pybytes())
+
+
 class Store:
     """A folder on a disk or in an object store."""
 
@@ -69,11 +76,6 @@ class Store:
             self.fs.pipe_file(path, content, mode="create")
         except FileExistsError:
             pass
-
-    def write_table(self, name: str, table: pyarrow.Table) -> None:
-        sink = pyarrow.BufferOutputStream()
-        pyarrow.parquet.write_table(table, sink, compression="zstd")
-        self.write(name, sink.getvalue().to_pybytes())
 
     def read_table(self, name: str, columns: list[str] | None = None) -> pyarrow.Table:
         return pyarrow.parquet.read_table(pyarrow.BufferReader(self.read(name)), columns=columns)
