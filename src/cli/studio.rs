@@ -28,6 +28,9 @@ pub struct Args {
     /// The port of the page; any that is free when left out
     #[arg(long, value_name = "PORT", default_value_t = 0, hide_default_value = true)]
     port: u16,
+    /// Who corrects labels; the name of the user when left out
+    #[arg(long, value_name = "NAME")]
+    by: Option<String>,
     /// Only print the address, do not open a browser
     #[arg(long)]
     no_open: bool,
@@ -42,6 +45,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         binding: args.source.binding.clone(),
         each: args.each,
         rules: args.rules.options(),
+        who: args.by.clone().or_else(user).unwrap_or_default(),
     };
     let studio = Arc::new(Studio::new(options)?);
     let server = Server::new(args.port)?;
@@ -58,6 +62,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     studio.work();
     server.run(&studio);
     Ok(())
+}
+
+/// The name that the system knows the user by.
+fn user() -> Option<String> {
+    ["USER", "USERNAME"].iter().find_map(|name| std::env::var(name).ok()).filter(|name| !name.is_empty())
 }
 
 /// Opens the browser; where there is none, the address has been printed.

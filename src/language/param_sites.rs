@@ -1,4 +1,5 @@
-//! Where the values of params are written, so that a number can be changed and nothing else: for `fit`, which proposes other ones.
+//! Where the values of params are written, so that a number can be changed and nothing else: for `fit`, which proposes other ones, and
+//! the studio, which writes them.
 
 use super::parse;
 use super::rules::{Expr, ExprKind, ParamId, Rules};
@@ -37,6 +38,32 @@ pub fn param_sites(rules: &Rules) -> Vec<ParamSite> {
     }
     found.sort_by_key(|(at, _)| *at);
     found.into_iter().map(|(_, one)| one).collect()
+}
+
+/// The texts of files with other numbers at some sites, by the position of the file; comments, units and columns are kept.
+pub fn rewritten(rules: &Rules, changes: &[(&ParamSite, String)]) -> Vec<(usize, String)> {
+    let files = rules.sources.files.iter().zip(0_u32..);
+    let changed = files.enumerate().filter_map(|(at, (source, file))| {
+        let mut own: Vec<&(&ParamSite, String)> = changes.iter().filter(|(site, _)| site.span.file == file).collect();
+        // From the end, so that places before stay where they are.
+        own.sort_by_key(|(site, _)| std::cmp::Reverse(site.span.start));
+        let mut text = source.text.clone();
+        for (site, number) in &own {
+            replace(&mut text, site.span.start as usize, site.span.end as usize, number);
+        }
+        (!own.is_empty()).then_some((at, text))
+    });
+    changed.collect()
+}
+
+/// Puts a number in the place of another one. Where blanks follow to align what comes next, it stays aligned.
+fn replace(text: &mut String, start: usize, end: usize, number: &str) {
+    let (Some(old), Some(rest)) = (text.get(start..end), text.get(end..)) else { return };
+    let (was, is) = (old.chars().count(), number.chars().count());
+    let blanks = rest.len() - rest.trim_start_matches(' ').len();
+    let wanted = (blanks + was).saturating_sub(is).max(1);
+    let blanks_now = if blanks > 1 { wanted } else { blanks };
+    text.replace_range(start..end + blanks, &format!("{number}{}", " ".repeat(blanks_now)));
 }
 
 /// `range` is in SI.

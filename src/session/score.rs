@@ -1,7 +1,7 @@
 //! An analysis against what is true: labels of the log or of a file, and the score.
 
 #[cfg(feature = "parquet")]
-mod atoms;
+pub(crate) mod atoms;
 
 use super::analysis::Analysis;
 use super::error::Error;

@@ -74,7 +74,6 @@ pub enum Content {
     /// Bytes that are known.
     Bytes(Vec<u8>),
     /// A file, of which a part may be asked for.
-    #[allow(dead_code, reason = "videos are files")]
     File(File),
 }
 

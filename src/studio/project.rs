@@ -3,12 +3,15 @@
 //! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
 //! hold only what the list shows.
 
+use super::labels::{self, Labels, Line, Refused};
+use super::{score, tune};
 use crate::analysis::Who;
-use crate::base::error::InputError;
+use crate::analysis::score::{Known, Tally};
+use crate::base::error::{ErrorKind, InputError};
 use crate::session::files;
 use crate::session::{Analysis, Error, LogOptions, RulesOptions};
 use crate::stream::read::formats;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -30,6 +33,8 @@ pub struct Options {
     pub each: bool,
     /// The rules.
     pub rules: RulesOptions,
+    /// The name that labels are signed with until the page says another one.
+    pub who: String,
 }
 
 /// The recordings, and what is known of them.
@@ -41,6 +46,10 @@ pub struct Studio {
     state: Mutex<State>,
     /// There is something to analyze.
     pub(super) wake: Condvar,
+    /// Held by whoever writes labels or rules.
+    saving: Mutex<()>,
+    /// Who corrects, where the page says nothing else.
+    pub who: String,
 }
 
 /// A recording of the list.
@@ -79,6 +88,23 @@ pub struct Row {
     pub outcome: Option<Result<Summary, String>>,
     /// How sure the least sure task is; the inner is `None` where there is no task.
     pub confidence: Option<Option<f64>>,
+    /// The label file and how well the rules agree with it.
+    pub agreement: Agreement,
+}
+
+/// What is known of the label file of a recording.
+#[derive(Clone, Default)]
+pub struct Agreement {
+    /// The version of the file; empty where there is none.
+    version: String,
+    /// How many of its lines a person set.
+    pinned: usize,
+    /// By the rules of now.
+    now: Option<Tally>,
+    /// By the rules as they are in the files.
+    base: Option<Tally>,
+    /// Why the labels cannot be scored.
+    error: Option<String>,
 }
 
 /// What was found, in brief.
@@ -111,13 +137,54 @@ impl Loaded {
     }
 }
 
+impl Loaded {
+    /// The only track, which labels that name none are about.
+    pub fn only(&self) -> Option<Who> {
+        match self.now.found().tracks.as_slice() {
+            [track] => Some(track.who),
+            _ => None,
+        }
+    }
+
+    /// What is known of the label file.
+    fn agreement(&self) -> Agreement {
+        let read = || {
+            let opened = self.now.log().opened()?;
+            let labels = labels::read(opened, self.only()).map_err(|error| Error::new(error, ErrorKind::Argument))?;
+            let now = score::tally(&self.now)?;
+            let base = if self.base.meta() == self.now.meta() { now.clone() } else { score::tally(&self.base)? };
+            let pinned = labels.lines.iter().filter(|line| line.pinned).count();
+            Ok::<_, Error>(Agreement { version: labels.version, pinned, now, base, error: None })
+        };
+        read().unwrap_or_else(|error| Agreement { error: Some(error.to_string()), ..Agreement::default() })
+    }
+}
+
+impl Agreement {
+    /// The keys of a row of the list.
+    fn put(&self, fields: &mut Map<String, Value>) {
+        fields.insert("label_version".into(), json!(self.version));
+        fields.insert("labels".into(), json!(self.pinned));
+        fields.insert("score".into(), json!(self.now.as_ref().map(score::brief)));
+        fields.insert("base".into(), json!(self.base.as_ref().map(score::brief)));
+        if let Some(error) = &self.error {
+            fields.insert("score_error".into(), json!(error));
+        }
+    }
+
+    /// By how much more of the time the rules agree with the labels now, 0 to 1.
+    fn gain(&self) -> Option<f64> {
+        Some(self.now.as_ref()?.accuracy()? - self.base.as_ref()?.accuracy()?)
+    }
+}
+
 impl Studio {
     /// Finds the recordings; none is read yet.
     ///
     /// # Errors
     /// A path that cannot be read or holds no recording, more recordings than a list can have.
     pub fn new(options: Options) -> Result<Self, InputError> {
-        let Options { paths, source, binding, each, rules } = options;
+        let Options { paths, source, binding, each, rules, who } = options;
         let mut found = Vec::new();
         for path in &paths {
             // A set or a file of several recordings stands for all of them.
@@ -139,7 +206,7 @@ impl Studio {
         let recordings: Vec<Recording> = found.into_iter().map(|(name, log)| Recording { log, name }).collect();
         let rows = vec![Row::default(); recordings.len()];
         let state = Mutex::new(State { rows, revision: 1, ..State::default() });
-        Ok(Self { recordings, source, rules, state, wake: Condvar::new() })
+        Ok(Self { recordings, source, rules, state, wake: Condvar::new(), saving: Mutex::default(), who })
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
@@ -212,11 +279,13 @@ impl Studio {
             Ok(loaded) => Ok(summary(&loaded.now)),
             Err(error) => Err(error.to_string()),
         };
+        let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
         let mut state = self.state();
         let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
         if let Some(row) = state.rows.get_mut(at) {
             row.generation = Some(generation);
             row.outcome = Some(outcome);
+            row.agreement = agreement;
         }
         state.revision += 1;
         loaded
@@ -246,10 +315,101 @@ impl Studio {
                 None => {}
             }
             fields.insert("confidence".into(), json!(row.confidence.flatten()));
+            row.agreement.put(fields);
             value
         });
-        let waiting = state.rows.iter().filter(|row| row.generation != Some(state.generation)).count();
-        json!({ "revision": state.revision, "waiting": waiting, "params": state.params, "recordings": rows.collect::<Vec<_>>() })
+        let rows: Vec<Value> = rows.collect();
+        let current = || state.rows.iter().filter(|row| row.generation == Some(state.generation));
+        let waiting = state.rows.len() - current().count();
+        let (mut now, mut base) = (Tally::default(), Tally::default());
+        for row in current() {
+            row.agreement.now.iter().for_each(|tally| now.add(tally));
+            row.agreement.base.iter().for_each(|tally| base.add(tally));
+        }
+        // Less than a thousandth is the same.
+        let gains = || current().filter_map(|row| row.agreement.gain());
+        let (better, worse) = (gains().filter(|by| *by > 5e-4).count(), gains().filter(|by| *by < -5e-4).count());
+        json!({ "revision": state.revision, "waiting": waiting, "params": state.params, "recordings": rows,
+            "score": score::brief(&now), "base": score::brief(&base), "better": better, "worse": worse,
+            "labeled": gains().count() })
+    }
+
+    /// Tells pages and threads that what was found is old.
+    fn renew(&self, change: impl FnOnce(&mut State)) {
+        let mut state = self.state();
+        change(&mut state);
+        state.generation += 1;
+        state.revision += 1;
+        drop(state);
+        self.wake.notify_all();
+    }
+
+    /// The labels of a recording.
+    ///
+    /// # Errors
+    /// A recording or a label file that cannot be read.
+    pub fn labels(&self, at: usize) -> Result<Labels, Error> {
+        let loaded = self.loaded(at)?;
+        labels::read(loaded.now.log().opened()?, loaded.only()).map_err(|error| Error::new(error, ErrorKind::Argument))
+    }
+
+    /// Saves the labels of a recording in the place of version `base`, and scores them.
+    ///
+    /// # Errors
+    /// A recording that cannot be read; labels that are wrong, or of another version.
+    pub fn save_labels(&self, at: usize, base: &str, lines: Vec<Line>) -> Result<Result<Labels, Refused>, Error> {
+        let loaded = self.loaded(at)?;
+        let saved = {
+            let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
+            let known = Known::new(loaded.now.rules().set());
+            labels::write(loaded.now.log().opened()?, loaded.only(), base, lines, &known)
+        };
+        self.refresh(at)?;
+        Ok(saved)
+    }
+
+    /// Runs the rules with other values of params over a recording at once, and over the others in the background.
+    ///
+    /// # Errors
+    /// Values that the rules do not take; those of before stay.
+    pub fn turn(&self, at: usize, values: &BTreeMap<String, f64>) -> Result<Arc<Loaded>, Error> {
+        let argument = |error| Error::new(error, ErrorKind::Argument);
+        let params = tune::overrides(self.loaded(at)?.base.rules().set(), values).map_err(argument)?;
+        let before = self.state().params.clone();
+        if params != before {
+            self.renew(|state| state.params = params);
+        }
+        let turned = self.refresh(at);
+        if turned.is_err() {
+            self.renew(|state| state.params = before);
+            self.refresh(at)?;
+        }
+        turned
+    }
+
+    /// Writes the params that were changed into the rule files; returns the files.
+    ///
+    /// # Errors
+    /// Files that come with the program, were changed since, or cannot be written.
+    pub fn save_params(&self, at: usize) -> Result<Vec<String>, Error> {
+        let loaded = self.loaded(at)?;
+        let params = self.state().params.clone();
+        let files = {
+            let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
+            let saved = tune::save(loaded.base.rules().set(), &params);
+            saved.map_err(|error| Error::new(error, ErrorKind::Argument))?
+        };
+        self.reload();
+        Ok(files)
+    }
+
+    /// Reads the rule files again, with no params changed.
+    pub fn reload(&self) {
+        self.renew(|state| {
+            state.epoch += 1;
+            state.params.clear();
+            state.rows.iter_mut().for_each(|row| row.confidence = None);
+        });
     }
 }
 

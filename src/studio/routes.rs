@@ -1,10 +1,22 @@
 //! Addresses in, answers out. Files of the page are in the program; no address leads to a file by its path.
 
 use super::http::{Content, Request, Response};
+use super::labels::{Labels, Line, Refused};
 use super::project::{Loaded, Studio};
+use super::video::videos;
+use super::{export, tune};
+use crate::analysis::UNKNOWN;
+use crate::analysis::score::Known;
+use crate::base::error::InputError;
+use crate::base::hands::Who;
 use crate::report::page;
-use crate::session::Error;
+use crate::session::{Error, Question};
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The page, with the place of a recording in it.
@@ -14,11 +26,16 @@ const EXPORTS: &str = "\nconst view = { get data() { return data; }, get step() 
      export { added, draw, drawPanel, escaped, fitting, GUTTER, lanes, load, nameOf, panels, plotWidth, readOut, seconds, setTime, show, \
      showTracks, signals, state, view };\n";
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 4] = [
+const MODULES: [(&str, &str); 9] = [
     ("studio.js", include_str!("page/studio.js")),
     ("server.js", include_str!("page/server.js")),
     ("list.js", include_str!("page/list.js")),
     ("recording.js", include_str!("page/recording.js")),
+    ("lines.js", include_str!("page/lines.js")),
+    ("labels.js", include_str!("page/labels.js")),
+    ("tune.js", include_str!("page/tune.js")),
+    ("ask.js", include_str!("page/ask.js")),
+    ("video.js", include_str!("page/video.js")),
 ];
 
 /// Answers a request that may be made.
@@ -28,7 +45,7 @@ pub fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> 
     if !changes && let [name] = parts.as_slice() {
         let module = MODULES.iter().find(|(known, _)| known == name);
         match (*name, module) {
-            ("", _) => return text("text/html; charset=utf-8", INDEX.replace("<!--bench-->", page::PLACE)),
+            ("", _) => return text("text/html; charset=utf-8", index()),
             ("style.css", _) => {
                 return text(
                     "text/css; charset=utf-8",
@@ -41,14 +58,98 @@ pub fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> 
             _ => {}
         }
     }
-    match (changes, parts.as_slice()) {
-        (false, ["api", "list"]) => list(request, studio),
-        (false, ["api", "recording", at]) => match number(at, studio) {
-            Some(at) => answered(studio.refresh(at).and_then(|loaded| recording(at, &loaded, studio))),
-            None => nothing(),
-        },
+    let (what, at) = match parts.as_slice() {
+        ["api", "list"] if !changes => return list(request, studio),
+        ["api", "rules"] if changes => {
+            studio.reload();
+            return Response::json(&json!({}));
+        }
+        ["api", "recording", at, what @ ..] => (what, number(at, studio)),
+        ["video", at, place] if !changes => return video(at, place, studio),
+        _ => return nothing(),
+    };
+    let Some(at) = at else { return nothing() };
+    match (changes, what) {
+        (false, []) => answered(studio.refresh(at).and_then(|loaded| recording(at, &loaded, studio))),
+        (false, ["labels"]) => answered(studio.labels(at).map(|labels| labels_json(&labels))),
+        (true, ["labels"]) => body(request, |sent: Sent| match studio.save_labels(at, &sent.base, sent.lines)? {
+            Ok(labels) => Ok(Response::json(&labels_json(&labels))),
+            Err(Refused::Conflict(labels)) => {
+                let mut refused = labels_json(&labels);
+                if let Some(fields) = refused.as_object_mut() {
+                    fields.insert("error".into(), "another window or program has changed these labels".into());
+                }
+                Ok(Response { status: 409, ..Response::json(&refused) })
+            }
+            Err(Refused::Wrong(error)) => Ok(Response::refused(422, &error.to_string())),
+        }),
+        (true, ["params"]) => body(request, |values: BTreeMap<String, f64>| {
+            let loaded = studio.turn(at, &values)?;
+            Ok(Response::json(&page::tracks(loaded.now.found())))
+        }),
+        (true, ["params", "save"]) => answered(studio.save_params(at).map(|files| json!({ "files": files }))),
+        (true, ["export", "elan"]) => answered(studio.loaded(at).and_then(|loaded| export::elan(&loaded)).map(written)),
+        (true, ["export", "lerobot"]) => answered(export::lerobot(studio, at).map(written)),
+        (false, ["explain"]) => explained(request, at, studio),
         _ => nothing(),
     }
+}
+
+/// Labels as a page sends them: the version that it changed, and all lines.
+#[derive(Deserialize)]
+struct Sent {
+    base: String,
+    lines: Vec<Line>,
+}
+
+fn labels_json(labels: &Labels) -> Value {
+    json!({ "version": labels.version, "lines": labels.lines })
+}
+
+fn written(path: PathBuf) -> Value {
+    json!({ "file": path.display().to_string() })
+}
+
+/// Answers a request with a body in JSON.
+fn body<T: DeserializeOwned>(request: &Request, answer: impl FnOnce(T) -> Result<Response, Error>) -> Response {
+    match serde_json::from_slice(&request.body) {
+        Ok(sent) => answer(sent).unwrap_or_else(|error| Response::refused(422, &error.to_string())),
+        Err(error) => Response::refused(400, &format!("the body is not as it should be: {error}")),
+    }
+}
+
+/// A video, of which a part may be asked for.
+fn video(at: &str, place: &str, studio: &Studio) -> Response {
+    let found = number(at, studio).zip(place.parse::<usize>().ok()).and_then(|(at, place)| {
+        let loaded = studio.loaded(at).ok()?;
+        videos(loaded.now.log()).ok()?.into_iter().nth(place)
+    });
+    let Some(video) = found else { return nothing() };
+    match File::open(&video.file) {
+        Ok(file) => Response { status: 200, kind: video.kind(), content: Content::File(file) },
+        Err(error) => {
+            Response::refused(422, &InputError::unreadable(video.file.display().to_string(), &error).to_string())
+        }
+    }
+}
+
+/// Why a track has its label at a time, and why not another one, as `teachtree explain` writes it.
+fn explained(request: &Request, at: usize, studio: &Studio) -> Response {
+    let Some(time) = request.asked("t").and_then(|time| time.parse::<f64>().ok()).filter(|time| time.is_finite())
+    else {
+        return Response::refused(400, "expected a time behind `t=`");
+    };
+    let question = Question::at(time);
+    let question = request.asked("track").and_then(Who::from_name).into_iter().fold(question, Question::track);
+    let question =
+        request.asked("why_not").filter(|name| !name.is_empty()).into_iter().fold(question, Question::why_not);
+    answered(studio.loaded(at).and_then(|loaded| Ok(json!({ "text": loaded.now.explain(&question)?.to_string() }))))
+}
+
+/// The page, with the place of a recording in it and, above its replay, that of videos.
+fn index() -> String {
+    let bench = page::PLACE.replace("<div id=\"side\">", "<div id=\"side\">\n<div id=\"videos\" hidden></div>");
+    INDEX.replace("<!--bench-->", &bench)
 }
 
 fn nothing() -> Response {
@@ -80,5 +181,19 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
     let data = page::data(&analysis.explained()?, recording, analysis.meta()).map_err(mismatch)?;
     let rules = analysis.rules();
     let name = studio.recordings.get(at).map(|recording| &recording.name);
-    Ok(json!({ "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest() }))
+    let known = Known::new(rules.set());
+    let tasks: Vec<&str> = known.tasks.iter().map(String::as_str).chain([UNKNOWN]).collect();
+    // What is wrong with labels or videos does not keep the recording from being shown.
+    let (labels, label_error) = match studio.labels(at) {
+        Ok(labels) => (labels_json(&labels), None),
+        Err(error) => (Value::Null, Some(error.to_string())),
+    };
+    let found = videos(analysis.log());
+    let videos =
+        found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));
+    Ok(json!({
+        "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest(), "who": studio.who,
+        "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
+        "params": tune::params(loaded.base.rules().set()), "videos": videos.collect::<Vec<_>>(),
+    }))
 }

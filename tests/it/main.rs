@@ -88,7 +88,7 @@ mod sets;
 #[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
 mod signals;
 mod stream;
-#[cfg(all(feature = "world", feature = "studio"))]
+#[cfg(all(feature = "world", feature = "studio", feature = "parquet", feature = "hdf5"))]
 mod studio;
 #[cfg(feature = "world")]
 mod subjects;

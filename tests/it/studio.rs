@@ -1,5 +1,6 @@
 //! The studio: its server as a program sees it, and its page in a real browser.
 
+mod labels;
 mod page;
 mod server;
 
@@ -76,7 +77,6 @@ impl Studio {
     }
 
     /// Sends a body in JSON.
-    #[allow(dead_code, reason = "labels are changed by it")]
     fn change(&self, method: &str, path: &str, body: &Value) -> Answer {
         let (root, host, body) = (self.root(), self.host(), body.to_string());
         let head = format!(

@@ -92,7 +92,6 @@ pub fn data(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<V
 }
 
 /// The lanes of an analysis and their colors, without explanations: `{"tracks","colors"}`.
-#[allow(dead_code, reason = "for lanes that change while params are turned")]
 pub fn tracks(analysis: &Analysis) -> Value {
     let tracks = analysis.tracks.iter().map(|track| {
         let tried = vec![Value::Null; track.tasks.len()];

@@ -357,7 +357,7 @@ function play(on) {
   last = undefined;
   byId("play").textContent = on ? "Pause" : "Play";
   if (on && state.cursor >= data.end - step) setTime(data.start);
-  if (on) requestAnimationFrame(tick);
+  if (on) requestAnimationFrame(tick); else drawCursor();
 }
 
 function tick(now) {

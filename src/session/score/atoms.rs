@@ -75,7 +75,7 @@ pub(super) fn read(path: &Path, opened: &Opened, map: &NameMap, known: &Known) -
 }
 
 /// The templates of the set: `words` of `info.json` beside the file.
-fn phrasing(path: &Path) -> Result<Phrasing, InputError> {
+pub(crate) fn phrasing(path: &Path) -> Result<Phrasing, InputError> {
     let info = path.with_file_name("info.json");
     if !info.is_file() {
         return Ok(Phrasing::default());

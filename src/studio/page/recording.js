@@ -10,7 +10,7 @@ export const current = { at: undefined, answer: undefined };
 
 const listeners = [];
 
-/** Calls `opened` with what the server says of each recording that is opened. */
+/** Calls `opened` with what the server says of each recording that is opened, and whether it was open before. */
 export const onOpen = (opened) => listeners.push(opened);
 
 /** Opens a recording; where it is open already, the time that is looked at stays. */
@@ -38,7 +38,7 @@ export async function open(at, to = {}) {
   byId("facts").textContent = `${seconds(data.end - data.start)} at ${Number(data.rate.toPrecision(4))} Hz; rules ${answer.rules.join(", ")}`;
   document.title = `${answer.name} – teachtree studio`;
   load(data, titles);
-  listeners.forEach((opened) => opened(answer));
+  listeners.forEach((opened) => opened(answer, Boolean(again)));
   if (again) {
     show(from, until);
     setTime(cursor, false);

@@ -1,10 +1,14 @@
 // The page begins here: the list is asked for again and again while it fills, and keys lead through it.
 
+import "./ask.js";
+import { follow as followLabels } from "./labels.js";
 import * as list from "./list.js";
 import { current, open } from "./recording.js";
 import { get, tell } from "./server.js";
+import "./tune.js";
+import "./video.js";
 
-let revision = 0, gone = false;
+let revision = 0, gone = false, latest;
 
 async function refresh() {
   try {
@@ -14,6 +18,9 @@ async function refresh() {
     if (next.recordings) {
       revision = next.revision;
       list.take(next);
+      latest = next;
+      agreement(next);
+      followLabels(list.rowOf(current.at)?.label_version);
     }
     return next.waiting ? 400 : 1500;
   } catch (error) {
@@ -23,11 +30,34 @@ async function refresh() {
   }
 }
 
+const percent = (share) => `${(share * 100).toFixed(1)} %`;
+
+/** How well the rules agree with a score's labels, and how well they did before params were turned. */
+function words(score, base) {
+  const before = base && base.accuracy !== null && Math.abs(base.accuracy - score.accuracy) > 5e-4 ? ` (was ${percent(base.accuracy)})` : "";
+  const boundaries = score.boundaries ? `, ${score.boundaries_found} of ${score.boundaries} boundaries${score.median_ms === null ? "" : ` within ${Math.round(score.median_ms)} ms in the median`}` : "";
+  const tasks = score.tasks ? `, ${score.tasks_right} of ${score.tasks} tasks` : "";
+  return `${percent(score.accuracy)}${before} of ${score.scored_s.toFixed(1)} s${boundaries}${tasks}`;
+}
+
+/** The line that says how well rules and labels agree: here, and over all recordings with labels. */
+function agreement(next) {
+  const place = document.getElementById("agreement"), row = list.rowOf(current.at), parts = [];
+  if (row?.score && row.score.accuracy !== null) parts.push(`Agrees with the labels: here ${words(row.score, row.base)}`);
+  if (next.labeled > 1 && next.score.accuracy !== null) {
+    const changed = next.better || next.worse ? `; ${next.better} better, ${next.worse} worse` : "";
+    parts.push(`${parts.length ? "in" : "Agrees with the labels: in"} ${next.labeled} recordings ${words(next.score, next.base)}${changed}`);
+  }
+  place.textContent = parts.join("; ");
+  place.hidden = !parts.length;
+}
+
 async function choose(at) {
   if (at === undefined) return;
   list.mark(at);
   history.replaceState(null, "", `#${encodeURIComponent(list.nameOf(at))}`);
   await open(at);
+  if (latest) agreement(latest);
 }
 
 list.listen(choose);

@@ -2,6 +2,7 @@
 
 use super::{OPENED, Studio, folder};
 use crate::browser::Browser;
+use crate::sets::with_set;
 use serde_json::json;
 use std::path::Path;
 
@@ -60,5 +61,199 @@ fn a_list_leads_to_each_recording() {
         browser.resize(width, 900);
         browser.wait("document.documentElement.scrollWidth <= window.innerWidth");
     }
+    no_complaints(&browser);
+}
+
+/// Where an edge of a label is in the window.
+fn edge(browser: &mut Browser, at: usize) -> (f64, f64) {
+    browser.place(&format!("[data-edge='0 primitive {at} 0']"))
+}
+
+/// The rows of a label file without who and when, once a page has saved it.
+fn saved(folder: &Path, name: &str, wanted: impl Fn(&str) -> bool) -> String {
+    let until = std::time::Instant::now() + std::time::Duration::from_secs(100);
+    loop {
+        let text = std::fs::read_to_string(folder.join("logs").join(name)).unwrap_or_default();
+        if wanted(&text) {
+            return text;
+        }
+        assert!(std::time::Instant::now() < until, "never saved: {text}");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn a_boundary_is_dragged_undone_and_moved_by_keys() {
+    let folder = folder();
+    let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='1']");
+    opened(&mut browser, "b");
+    assert_eq!(browser.text("#label-status"), "0 pinned labels");
+    // By pointer: Approach begins two seconds later; what it meets goes along.
+    let (x, y) = edge(&mut browser, 1);
+    let second = browser.eval("document.querySelector('#lanes svg svg').getBoundingClientRect().width / 12.1");
+    browser.drag((x, y), (x + 2.0 * second.as_f64().unwrap(), y));
+    let text = saved(folder.path(), "b.labels.csv", |text| text.contains("Approach"));
+    let rows: Vec<Vec<&str>> = text.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    assert_eq!(rows.len(), 2, "{text}");
+    assert_eq!((rows[0][2], rows[1][2], rows[0][4]), ("Move", "Approach", rows[1][3]), "{text}");
+    let moved: f64 = rows[1][3].parse().unwrap();
+    assert!(
+        (moved - 15.25).abs() < 0.11 && (moved * 20.0 - (moved * 20.0).round()).abs() < 1e-6,
+        "on a frame: {moved}"
+    );
+    assert!(rows.iter().all(|row| row[5] == "pinned" && row[7].ends_with('Z')), "{text}");
+    browser.wait("document.querySelector('#label-status').textContent === '2 pinned labels, saved'");
+    browser.wait("document.querySelector('#agreement').textContent.includes('%')");
+    // Undone, there is no file; done again, it is as it was.
+    browser.click("#undo");
+    saved(folder.path(), "b.labels.csv", str::is_empty);
+    browser.click("#redo");
+    assert_eq!(saved(folder.path(), "b.labels.csv", |text| !text.is_empty()), text);
+    // By keyboard: a frame back.
+    browser.wait("document.querySelectorAll('#lanes .pinned').length === 2");
+    browser.eval("document.querySelector(\"[data-edge='0 primitive 1 0']\").focus()");
+    browser.key("ArrowLeft");
+    let before = format!("{:.2}", moved - 0.05);
+    saved(folder.path(), "b.labels.csv", |text| {
+        text.lines().nth(2).is_some_and(|row| row.contains(before.trim_end_matches('0')))
+    });
+    no_complaints(&browser);
+}
+
+#[test]
+fn labels_are_named_split_merged_and_taken_back_by_keys() {
+    let folder = folder();
+    let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='0']");
+    opened(&mut browser, "a");
+    let primitives = |text: &str| -> Vec<String> {
+        let rows = text.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
+        rows.filter(|row| row[1] == "primitive").map(|row| row[2].to_string()).collect()
+    };
+    // The label that is clicked, which is Approach, is named.
+    browser.click("[data-label='0 primitive 1']");
+    browser.wait("document.querySelector('#label-name').value === 'Approach'");
+    browser.eval("(() => { const list = document.querySelector('#label-name'); list.value = 'Push'; list.dispatchEvent(new Event('change')); })()");
+    saved(folder.path(), "a.labels.csv", |text| primitives(text) == ["Push"]);
+    // Its middle is at the cursor: there it is split, and put together again.
+    browser.key("s");
+    saved(folder.path(), "a.labels.csv", |text| primitives(text) == ["Push", "Push"]);
+    browser.click("[data-label='0 primitive 1']");
+    browser.key("m");
+    saved(folder.path(), "a.labels.csv", |text| primitives(text) == ["Push"]);
+    browser.key("Delete");
+    saved(folder.path(), "a.labels.csv", str::is_empty);
+    // A task is wrong.
+    browser.key("u");
+    let text = saved(folder.path(), "a.labels.csv", |text| text.contains("unknown"));
+    assert!(text.lines().nth(1).unwrap().starts_with("right,task,unknown,12,24.1,pinned,"), "{text}");
+    // All is right as it is.
+    browser.key("a");
+    saved(folder.path(), "a.labels.csv", |text| primitives(text) == ["Move", "Approach", "Grasp", "Translate"]);
+    browser.wait("document.querySelector('#agreement').textContent.includes('100.0 %')");
+    no_complaints(&browser);
+}
+
+#[test]
+fn a_window_is_told_what_another_one_saved() {
+    let folder = folder();
+    let Some((mut browser, studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='0']");
+    opened(&mut browser, "a");
+    let line = |label: &str| json!({ "track": "right", "kind": "primitive", "label": label, "start_s": 12.0, "end_s": 13.0, "pinned": true });
+    let other = |base: &serde_json::Value, label: &str| {
+        studio.change("PUT", "api/recording/0/labels", &json!({ "base": base, "lines": [line(label)] })).json()["version"].clone()
+    };
+    // What the other window saved is shown here while nothing was changed here.
+    let version = other(&json!(""), "Grasp");
+    browser.wait("document.querySelector('#lanes .pinned title')?.textContent.startsWith('Grasp')");
+    // Here the labels of before are changed while another window saves: neither is lost without a word.
+    browser.eval("window.fetch = ((fetch) => (path, ...more) => String(path).includes('api/list') ? new Promise(() => {}) : fetch(path, ...more))(window.fetch)");
+    other(&version, "Press");
+    browser.key("a");
+    browser.wait("!document.querySelector('#conflict').hidden");
+    let file = folder.path().join("logs/a.labels.csv");
+    assert!(std::fs::read_to_string(&file).unwrap().contains("Press"));
+    browser.click("#keep-mine");
+    saved(folder.path(), "a.labels.csv", |text| text.contains("Grasp") && !text.contains("Press"));
+    // Undone, what they had can be taken instead.
+    assert_eq!(browser.eval("document.querySelector('#conflict').hidden"), true);
+    // The browser itself logs the refusal; nothing else went wrong.
+    browser.complaints.retain(|complaint| !complaint.contains("409"));
+    no_complaints(&browser);
+}
+
+#[test]
+fn a_param_is_turned_by_a_slider_and_by_its_line() {
+    let folder = folder();
+    let Some((mut browser, studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='0']");
+    opened(&mut browser, "a");
+    browser.click("#tune summary");
+    browser.eval("(() => { const field = document.querySelector(\"[data-param='near_on'] input[type=number]\"); field.value = '30'; field.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    browser.wait("document.querySelector('#tune-state').textContent.startsWith('analyzed in')");
+    browser.wait(
+        "document.querySelector(\"[data-pick='segment 0 relabeled 1'] title\")?.textContent.includes('13.500 s')",
+    );
+    assert_eq!(studio.list()["params"], json!({ "near_on": "30 mm" }));
+    // The line in the plot follows, and the plot is drawn anew once the hand rests.
+    browser.wait("[...document.querySelectorAll('.panel select')].length > 0");
+    browser.click("#reset-params");
+    browser.wait(
+        "document.querySelector(\"[data-pick='segment 0 relabeled 1'] title\")?.textContent.includes('13.250 s')",
+    );
+    assert_eq!(studio.list()["params"], json!({}));
+    no_complaints(&browser);
+}
+
+/// A LeRobot set whose episodes have a video: three in one file, one after the other.
+fn with_video() -> tempfile::TempDir {
+    let folder = with_set();
+    let set = folder.path().join("set");
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/studio");
+    std::fs::copy(fixtures.join("episodes_with_videos.parquet"), set.join("meta/episodes/chunk-000/file-000.parquet"))
+        .unwrap();
+    let place = set.join("videos/observation.images.top/chunk-000");
+    std::fs::create_dir_all(&place).unwrap();
+    std::fs::copy(fixtures.join("camera.mp4"), place.join("file-000.mp4")).unwrap();
+    let path = set.join("meta/info.json");
+    let mut info: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
+    info["video_path"] = json!("videos/{video_key}/chunk-{chunk_index:03d}/file-{file_index:03d}.mp4");
+    info["features"]["observation.images.top"] = json!({ "dtype": "video", "shape": [48, 64, 3], "names": null });
+    std::fs::write(path, info.to_string()).unwrap();
+    folder
+}
+
+#[test]
+fn the_video_of_an_episode_follows_the_cursor() {
+    let folder = with_video();
+    let Some((mut browser, studio)) = visited(folder.path(), &["set", "--binding", "b.yaml"]) else { return };
+    let video = studio.get("api/recording/1")["videos"][0].clone();
+    assert_eq!(video["camera"], "observation.images.top");
+    assert!((video["offset"].as_f64().unwrap() - 17.2).abs() < 0.051, "{video}");
+    browser.click("[data-at='1']");
+    opened(&mut browser, "set_1");
+    browser.wait("document.querySelector('#videos video')?.readyState >= 2");
+    let offset = video["offset"].as_f64().unwrap();
+    let at_cursor = format!(
+        "Math.abs(document.querySelector('#videos video').currentTime - parseFloat(document.querySelector('#clock').textContent) - {offset}) < 0.01"
+    );
+    browser.wait(&at_cursor);
+    for _ in 0..10 {
+        browser.key("ArrowRight");
+    }
+    browser.wait("parseFloat(document.querySelector('#clock').textContent) > 0.4");
+    browser.wait(&at_cursor);
+    // It plays with the cursor, and stops with it.
+    browser.click("#play");
+    browser.wait("!document.querySelector('#videos video').paused && parseFloat(document.querySelector('#clock').textContent) > 1.5");
+    browser.click("#play");
+    browser.wait("document.querySelector('#videos video').paused");
+    browser.wait(&at_cursor);
+    // The next episode is another part of the same file.
+    browser.key("k");
+    opened(&mut browser, "set_0");
+    browser.wait("document.querySelector('#videos video').currentTime < 1");
     no_complaints(&browser);
 }

@@ -302,6 +302,16 @@ impl Annotated {
         folder.commit()
     }
 
+    /// `meta/lerobot_annotations.json` with the labels of all episodes, and what it has of other styles.
+    ///
+    /// # Errors
+    /// A file of this name that cannot be read.
+    pub fn prelabels(&self, request: &Request) -> Result<Vec<u8>, InputError> {
+        let mut changes = Changes::default();
+        prelabels::add(&mut changes, &self.folder, &self.stamps, request)?;
+        Ok(changes.files.remove(Path::new(prelabels::FILE)).unwrap_or_default())
+    }
+
     /// All rows of language: those of other styles that are there, and the labels.
     ///
     /// # Errors

@@ -1,0 +1,90 @@
+//! Corrected labels for other programs, by the writers of `analyze` and `annotate`: a file of ELAN beside a recording, and
+//! `meta/lerobot_annotations.json` of a LeRobot set.
+
+use super::corrected::corrected;
+use super::labels;
+use super::project::{Loaded, Studio};
+use crate::analysis::Analysis as Found;
+use crate::analysis::eaf::eaf;
+use crate::base::error::{ErrorKind, InputError};
+use crate::session::Error;
+use crate::stream::atomic_write;
+use std::path::PathBuf;
+
+/// What was found in a recording, with its labels in its place.
+fn found(loaded: &Loaded) -> Result<Found, Error> {
+    let opened = loaded.now.log().opened()?;
+    let labels = labels::read(opened, loaded.only()).map_err(argument)?;
+    Ok(corrected(loaded.now.found(), &labels.lines, &opened.row_time))
+}
+
+fn argument(error: InputError) -> Error {
+    Error::new(error, ErrorKind::Argument)
+}
+
+/// Writes the file of ELAN of a recording; returns it.
+///
+/// # Errors
+/// Labels that cannot be read, a place that cannot be written.
+pub fn elan(loaded: &Loaded) -> Result<PathBuf, Error> {
+    let text = eaf(&found(loaded)?, loaded.now.meta());
+    let path = labels::beside(loaded.now.log().path(), "eaf");
+    atomic_write::write(&path, |out| out.write_all(text.as_bytes())).map_err(argument)?;
+    Ok(path)
+}
+
+/// Writes `meta/lerobot_annotations.json` of the set that a recording is an episode of, with the labels of all its episodes that the studio is opened on and
+/// what the file has of other styles; returns it.
+///
+/// # Errors
+/// A recording of no set, an episode that cannot be analyzed, a place that cannot be written.
+#[cfg(feature = "parquet")]
+pub fn lerobot(studio: &Studio, at: usize) -> Result<PathBuf, Error> {
+    use crate::report::words::Style;
+    use crate::session::score::atoms::phrasing;
+    use crate::stream::read::formats::lerobot::annotate::prelabels::FILE;
+    use crate::stream::read::formats::lerobot::annotate::{Annotated, Form, Label, Request};
+    use crate::stream::read::formats::{is_set, recording_of, without_episode};
+    use std::collections::BTreeMap;
+
+    let recording = studio.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))?;
+    let folder = without_episode(&recording.log);
+    if !is_set(&folder) {
+        let error = InputError::new(recording.log.display().to_string(), "is no episode of a LeRobot set");
+        return Err(argument(error.help("the other recordings are exported for ELAN")));
+    }
+    let file = folder.join(FILE);
+    let phrasing = phrasing(&file).map_err(argument)?;
+    let mut all: BTreeMap<usize, Vec<Label>> = BTreeMap::new();
+    for (number, one) in studio.recordings.iter().enumerate().filter(|(_, one)| without_episode(&one.log) == folder) {
+        let episode = recording_of(&one.log).map_or(Some(0), |text| text.parse().ok());
+        let Some(episode) = episode else { continue };
+        let loaded = studio.loaded(number)?;
+        let found = found(&loaded)?;
+        let words = Style::ALL.iter().flat_map(|style| {
+            let words = phrasing.of(&found, *style).into_iter();
+            words.map(|words| Label { style: style.name(), row: words.row, end: words.end, content: words.content })
+        });
+        all.insert(episode, words.collect());
+    }
+    let styles = Style::ALL.map(Style::name);
+    let request = Request {
+        forms: &[Form::Prelabels],
+        styles: &styles,
+        legacy: Style::Subtask.name(),
+        labels: &all,
+        provenance: &serde_json::Value::Null,
+    };
+    let bytes = Annotated::open(&folder).and_then(|set| set.prelabels(&request)).map_err(argument)?;
+    atomic_write::write(&file, |out| out.write_all(&bytes)).map_err(argument)?;
+    Ok(file)
+}
+
+/// Refuses: this build reads no data sets.
+///
+/// # Errors
+/// Always.
+#[cfg(not(feature = "parquet"))]
+pub fn lerobot(_: &Studio, _: usize) -> Result<PathBuf, Error> {
+    Err(argument(InputError::new("the data set", "this build cannot read data sets, its feature `parquet` is off")))
+}

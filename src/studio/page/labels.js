@@ -1,0 +1,367 @@
+// Correcting: lanes of labels below those of the rules, changed by pointer and keyboard, undone, and saved beside the recording.
+
+import { added, draw, escaped, fitting, GUTTER, lanes, plotWidth, seconds, setTime, state, view } from "./bench.js";
+import { effective, moved, replaced } from "./lines.js";
+import { current, onOpen } from "./recording.js";
+import { get, post, put } from "./server.js";
+
+const BAR = 20, GAP = 3, INK = "#16191f", AUTO = "#9aa4b2";
+const byId = (id) => document.getElementById(id);
+const place = byId("labeling"), name = byId("label-name"), who = byId("label-by"), status = byId("label-status"), conflict = byId("conflict");
+
+/** The lines that are shown, the version of the file that they came from, and what they were before. */
+const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined };
+
+const tracks = () => view.data.tracks;
+const sign = () => ({ by: who.value.trim(), at: new Date().toISOString().slice(0, 19) + "Z" });
+const spansOf = (number, kind) => effective(tracks()[number], labels.shown || labels.lines, kind);
+
+// ---- drawing
+
+const nameOf = { primitive: "labels", task: "label tasks" };
+
+function colorOf(number, kind, label) {
+  if (kind === "primitive") return view.data.colors[label] || AUTO;
+  return tracks()[number].tasks.find((task) => task.task === label)?.color || AUTO;
+}
+
+function lane(kind) {
+  return (number, x, top, width) => {
+    const track = tracks()[number], spans = spansOf(number, kind);
+    if (kind === "task" && (track.who === "both" || !spans.length)) return { svg: "", labels: "", height: 0 };
+    const found = effective(track, [], kind);
+    let bars = "", edges = "";
+    spans.forEach((span, at) => {
+      if (span.end <= state.from || span.start >= state.to) return;
+      const left = x(span.start), right = Math.max(left + 1, x(span.end)), shownLeft = Math.max(0, left);
+      const letters = fitting(span.label, Math.min(width, right) - shownLeft - 6);
+      const said = span.line?.pinned ? `pinned${span.line.by ? ` by ${span.line.by}` : ""}${span.line.at ? `, ${span.line.at}` : ""}` : span.line ? "in the label file" : "as the rules say";
+      const title = `${span.label}\n${seconds(span.start)} – ${seconds(span.end)}\n${said}`;
+      const classes = `bar own${span.line ? span.line.pinned ? " pinned" : "" : " auto"}${isSelected(number, kind, at) ? " picked" : ""}`;
+      // What the rules say otherwise is underlined.
+      const others = span.line ? found.filter((one) => one.label !== span.label && one.start < span.end && one.end > span.start) : [];
+      const differs = others.map((one) => {
+        const from = x(Math.max(one.start, span.start)), to = x(Math.min(one.end, span.end));
+        return to - from < 0.5 ? "" : `<rect class="differs" x="${from}" y="${top + BAR - 3}" width="${to - from}" height="3"/>`;
+      }).join("");
+      bars += `<g class="${classes}" data-own data-label="${number} ${kind} ${at}" role="button" tabindex="0" aria-label="${escaped(`${track.who} ${nameOf[kind]}: ${title}`)}"><title>${escaped(title)}</title><rect x="${left}" y="${top}" width="${right - left}" height="${BAR}" fill="${colorOf(number, kind, span.label)}"/>${differs}${letters ? `<text x="${shownLeft + 4}" y="${top + 14}"${span.line ? ` fill="${INK}"` : ""}>${escaped(letters)}</text>` : ""}</g>`;
+      const next = spans[at + 1], meetsNext = next && Math.abs(next.start - span.end) < 1e-6;
+      for (const last of meetsNext ? [false] : [false, true]) {
+        const time = last ? span.end : span.start;
+        if (time < state.from || time > state.to || (kind === "primitive" && (time <= view.data.start + 1e-9 || time >= view.data.end - 1e-9))) continue;
+        const half = Math.max(2, Math.min(6, (right - left) / 2)), text = `${last ? "end" : "start"} of ${span.label}, ${seconds(time)}`;
+        edges += `<g class="limit own" data-own data-edge="${number} ${kind} ${at} ${last ? 1 : 0}" role="slider" tabindex="0" aria-label="${escaped(`${track.who} ${nameOf[kind]}: ${last ? "end" : "start"} of ${span.label}`)}" aria-valuenow="${time.toFixed(3)}" aria-valuemin="${view.data.start.toFixed(3)}" aria-valuemax="${view.data.end.toFixed(3)}" aria-valuetext="${seconds(time)}"><title>${escaped(text)}</title><rect x="${x(time) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(time)} ${top - 1}v${BAR + 2}"/></g>`;
+      }
+    });
+    return { svg: bars + edges, labels: `<text class="name" x="${GUTTER - 8}" y="${top + 14}">${nameOf[kind]}</text>`, height: BAR + GAP };
+  };
+}
+added.lanes.push(lane("primitive"), lane("task"));
+
+const isSelected = (number, kind, at) => {
+  const one = labels.selected;
+  return one && one.number === number && one.kind === kind && one.at === at;
+};
+
+// The whole drawing is made anew: what had the focus is found again.
+let focused;
+lanes.addEventListener("focusin", (event) => { focused = selectorOf(event.target); });
+function selectorOf(element) {
+  const one = element.closest?.("[data-own]");
+  return one && (one.dataset.edge !== undefined ? `[data-edge="${one.dataset.edge}"]` : `[data-label="${one.dataset.label}"]`);
+}
+added.drawn.push(() => {
+  if (focused && document.activeElement === document.body) lanes.querySelector(focused)?.focus({ preventScroll: true });
+});
+
+// ---- which label is meant
+
+/** The label that is selected, else that of the first hand at the time cursor. */
+function meant() {
+  const chosen = labels.selected || { number: 0, kind: "primitive" };
+  const { number, kind } = chosen, spans = spansOf(number, kind), time = state.cursor;
+  const at = chosen.at !== undefined && spans[chosen.at] ? chosen.at : spans.findIndex((span) => span.start <= time + 1e-9 && time < span.end);
+  return at < 0 ? undefined : { number, kind, at, span: spans[at], spans, track: tracks()[number] };
+}
+
+function select(number, kind, at) {
+  labels.selected = at === undefined ? undefined : { number, kind, at };
+  bar();
+  draw();
+}
+
+/** What the toolbar says and offers. */
+function bar() {
+  const one = view.data && meant(), kind = one?.kind || "primitive";
+  const names = current.answer?.names[kind] || [];
+  if (name.dataset.kind !== kind || name.options.length !== names.length + 1) {
+    name.innerHTML = `<option value="">label …</option>${names.map((label) => `<option>${escaped(label)}</option>`).join("")}`;
+    name.dataset.kind = kind;
+  }
+  name.value = labels.selected && one && names.includes(one.span.label) ? one.span.label : "";
+  byId("label-what").textContent = labels.selected && one ? `${one.track.who} ${kind}, ${one.span.start.toFixed(3)} – ${seconds(one.span.end)}` : "";
+  byId("undo").disabled = !labels.undo.length;
+  byId("redo").disabled = !labels.redo.length;
+  const pinned = labels.lines.filter((line) => line.pinned).length;
+  status.textContent = labels.theirs ? "not saved" : labels.saving || labels.unsaved ? "saving …" : `${pinned} pinned label${pinned === 1 ? "" : "s"}${labels.version ? ", saved" : ""}`;
+}
+
+// ---- changing
+
+function change(lines) {
+  labels.undo.push(labels.lines);
+  labels.redo = [];
+  set(lines);
+}
+
+function set(lines) {
+  labels.lines = lines;
+  labels.shown = undefined;
+  labels.unsaved = true;
+  bar();
+  draw();
+  save();
+}
+
+function step(from, to) {
+  const lines = labels[from].pop();
+  if (!lines) return;
+  labels[to].push(labels.lines);
+  labels.selected = undefined;
+  set(lines);
+}
+
+const commands = {
+  undo: () => step("undo", "redo"),
+  redo: () => step("redo", "undo"),
+  split() {
+    const one = meant(), time = state.cursor;
+    if (!one || time <= one.span.start + 1e-6 || time >= one.span.end - 1e-6) return say("Put the time cursor inside a label to split it.");
+    const { track, kind, span } = one;
+    change(replaced(labels.lines, track, kind, span.start, span.end, [{ ...span, end: time }, { ...span, start: time }], sign()));
+    select(one.number, kind, one.at + 1);
+  },
+  merge() {
+    const one = meant(), next = one && one.spans[one.at + 1];
+    if (!next) return say("There is no label behind this one.");
+    const { track, kind, span } = one;
+    change(replaced(labels.lines, track, kind, span.start, next.end, [{ ...span, end: next.end }], sign()));
+    select(one.number, kind, one.at);
+  },
+  rename(label) {
+    const one = meant();
+    if (!one) return;
+    const { track, kind, span } = one;
+    change(replaced(labels.lines, track, kind, span.start, span.end, [{ ...span, label }], sign()));
+    select(one.number, kind, one.at);
+  },
+  /** A task that is none of the rules: wrong, or not known. */
+  unknown() {
+    const time = state.cursor;
+    const { number } = labels.selected || { number: 0 };
+    const chosen = labels.selected?.kind === "task" ? labels.selected.at : spansOf(number, "task").findIndex((span) => span.start <= time && time < span.end);
+    if (chosen < 0) return say("There is no task at the time cursor.");
+    labels.selected = { number, kind: "task", at: chosen };
+    commands.rename("unknown");
+  },
+  /** Takes a label back: the rules say what is there. */
+  release() {
+    const one = meant();
+    if (!one || !one.span.line) return say("This label is what the rules say.");
+    change(replaced(labels.lines, one.track, one.kind, one.span.start, one.span.end, [], sign()));
+    select();
+  },
+  /** All labels are right as they are. */
+  accept() {
+    let lines = labels.lines;
+    tracks().forEach((track, number) => {
+      for (const kind of ["primitive", "task"]) {
+        const spans = spansOf(number, kind);
+        if (spans.length) lines = replaced(lines, track, kind, spans[0].start, spans[spans.length - 1].end, spans, sign());
+      }
+    });
+    change(lines);
+  },
+};
+
+function say(text) {
+  status.textContent = text;
+}
+
+// ---- saving: one request at a time, the last state wins
+
+async function save() {
+  if (labels.saving || labels.theirs) return;
+  const at = current.at, lines = labels.lines;
+  labels.unsaved = false;
+  labels.saving = put(`api/recording/${at}/labels`, { base: labels.version, lines });
+  bar();
+  try {
+    const saved = await labels.saving;
+    if (current.at === at) labels.version = saved.version;
+  } catch (error) {
+    if (current.at === at && error.status === 409) {
+      labels.theirs = error.answer;
+      labels.unsaved = true;
+      conflict.hidden = false;
+      conflict.querySelector("button").focus();
+    } else {
+      labels.saving = undefined;
+      bar();
+      return say(error.message);
+    }
+  }
+  labels.saving = undefined;
+  bar();
+  if (labels.unsaved && current.at === at) save();
+}
+
+function resolve(lines) {
+  labels.version = labels.theirs.version;
+  labels.theirs = undefined;
+  conflict.hidden = true;
+  if (lines) {
+    labels.undo.push(labels.lines);
+    Object.assign(labels, { lines, unsaved: false, selected: undefined });
+    bar();
+    draw();
+  } else {
+    save();
+  }
+}
+byId("take-theirs").addEventListener("click", () => resolve(labels.theirs.lines));
+byId("keep-mine").addEventListener("click", () => resolve());
+
+/** The list says which version the file has: what another window saved is shown. */
+export async function follow(version) {
+  if (version === undefined || version === labels.version || labels.saving || labels.unsaved || labels.theirs || labels.shown) return;
+  const at = current.at;
+  const theirs = await get(`api/recording/${at}/labels`).catch(() => undefined);
+  if (!theirs || current.at !== at || labels.saving || labels.unsaved || theirs.version === labels.version) return;
+  Object.assign(labels, { lines: theirs.lines, version: theirs.version, undo: [], redo: [], selected: undefined });
+  bar();
+  say("another window changed the labels: they are shown");
+  draw();
+}
+
+// ---- pointer
+
+const timeAt = (event) => state.from + (event.clientX - lanes.getBoundingClientRect().left - GUTTER) / plotWidth(lanes) * (state.to - state.from);
+
+/** The frame nearest to a time. */
+function onFrame(time) {
+  const { start, end } = view.data;
+  return view.step ? Math.min(end, Math.max(start, start + Math.round((time - start) / view.step) * view.step)) : time;
+}
+
+let held;
+const edgeOf = (element) => {
+  const edge = element.closest?.("[data-edge]");
+  if (!edge) return undefined;
+  const [number, kind, at, last] = edge.dataset.edge.split(" ");
+  return { number: Number(number), kind, at: Number(at), last: last === "1" };
+};
+const movedTo = (edge, time) => moved(labels.lines, tracks()[edge.number], edge.kind, edge, time, sign(), view.step || 1e-3);
+
+lanes.addEventListener("pointerdown", (event) => {
+  if (event.button !== 0) return;
+  const edge = edgeOf(event.target);
+  const label = event.target.closest?.("[data-label]");
+  if (edge) {
+    held = { edge, from: event.clientX, id: event.pointerId };
+    event.preventDefault();
+    lanes.setPointerCapture(event.pointerId);
+  } else if (label) {
+    const [number, kind, at] = label.dataset.label.split(" ");
+    setTime(timeAt(event));
+    select(Number(number), kind, Number(at));
+  }
+});
+lanes.addEventListener("pointermove", (event) => {
+  if (!held || Math.abs(event.clientX - held.from) < 2 && !held.moves) return;
+  held.moves = true;
+  held.time = onFrame(timeAt(event));
+  labels.shown = movedTo(held.edge, held.time);
+  setTime(held.time, false);
+  draw();
+});
+for (const kind of ["pointerup", "pointercancel"]) lanes.addEventListener(kind, (event) => {
+  if (!held) return;
+  const { edge, moves, time } = held;
+  held = undefined;
+  labels.shown = undefined;
+  if (kind === "pointercancel" || !moves) {
+    if (!moves) setTime(spansOf(edge.number, edge.kind)[edge.at][edge.last ? "end" : "start"]);
+    return draw();
+  }
+  change(movedTo(edge, time));
+});
+
+// ---- keys
+
+lanes.addEventListener("keydown", (event) => {
+  const edge = edgeOf(event.target), label = event.target.closest?.("[data-label]");
+  const by = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100 }[event.key];
+  if (edge && by && !event.ctrlKey && !event.metaKey) {
+    const span = spansOf(edge.number, edge.kind)[edge.at];
+    const time = onFrame((edge.last ? span.end : span.start) + by * (event.shiftKey ? 10 : 1) * (view.step || 1e-3));
+    change(movedTo(edge, time));
+    setTime(time);
+  } else if (label && (event.key === "Enter" || event.key === " ")) {
+    const [number, kind, at] = label.dataset.label.split(" ");
+    setTime(spansOf(Number(number), kind)[at].start, true);
+    select(Number(number), kind, Number(at));
+    name.focus();
+  } else {
+    return;
+  }
+  event.preventDefault();
+  event.stopPropagation();
+});
+
+const keys = { s: "split", m: "merge", u: "unknown", a: "accept", Delete: "release", Backspace: "release" };
+document.addEventListener("keydown", (event) => {
+  if (!view.data || event.altKey || event.target.closest("input, textarea, select")) return;
+  const command = event.ctrlKey || event.metaKey
+    ? { z: event.shiftKey ? "redo" : "undo", Z: "redo", y: "redo" }[event.key]
+    : keys[event.key];
+  if (event.key === "e" && !event.ctrlKey && !event.metaKey) {
+    const one = meant();
+    if (one) select(one.number, one.kind, one.at);
+    name.focus();
+    event.preventDefault();
+  }
+  if (!command) return;
+  event.preventDefault();
+  commands[command]();
+});
+
+for (const id of ["undo", "redo", "split", "merge", "unknown", "release", "accept"]) byId(id).addEventListener("click", () => commands[id]());
+name.addEventListener("change", () => { if (name.value) commands.rename(name.value); });
+name.addEventListener("keydown", (event) => { if (event.key === "Escape") name.blur(); });
+
+who.value = localStorage.getItem("teachtree.who") || "";
+who.addEventListener("change", () => localStorage.setItem("teachtree.who", who.value.trim()));
+
+const exported = (form) => async () => {
+  try {
+    say(`${(await post(`api/recording/${current.at}/export/${form}`, {})).file} is written`);
+  } catch (error) {
+    say(error.message);
+  }
+};
+byId("export-elan").addEventListener("click", exported("elan"));
+byId("export-lerobot").addEventListener("click", exported("lerobot"));
+
+onOpen((answer, again) => {
+  place.hidden = false;
+  if (!who.value) who.value = answer.who;
+  // The rules may be others; what is being changed stays.
+  if (again && (labels.saving || labels.unsaved || labels.theirs)) return;
+  if (!again) Object.assign(labels, { undo: [], redo: [], selected: undefined, theirs: undefined });
+  conflict.hidden = !labels.theirs;
+  Object.assign(labels, { lines: answer.labels?.lines || [], version: answer.labels?.version || "", shown: undefined });
+  name.dataset.kind = "";
+  bar();
+  if (answer.label_error) say(answer.label_error);
+});

@@ -1,0 +1,63 @@
+// Labels as lists: lines of a label file over what the rules found. Nothing here draws or asks.
+
+const NEAR = 1e-6;
+
+/**
+ * What holds on a track: `{ label, start, end, line }` in order of time; `line` is that of the label file, `undefined` where the rules say it. Where a track
+ * has lines of tasks, they are all of its tasks.
+ */
+export function effective(track, lines, kind) {
+  const own = lines.filter((line) => line.track === track.who && line.kind === kind).map((line) => ({ label: line.label, start: line.start_s, end: line.end_s, line }));
+  const found = kind === "task" ? track.tasks.map((task) => ({ label: task.task, start: task.start, end: task.end }))
+    : track.relabeled.map(([label, start, end]) => ({ label, start, end }));
+  if (kind === "task" && own.length) return own.sort(byStart);
+  return [...found.flatMap((one) => outside(one, own)), ...own].sort(byStart);
+}
+
+const byStart = (a, b) => a.start - b.start;
+
+/** The parts of a span that no other one covers. */
+function outside(span, others) {
+  const parts = [];
+  let from = span.start;
+  for (const other of others.filter((one) => one.end > span.start + NEAR && one.start < span.end - NEAR).sort(byStart)) {
+    if (other.start > from + NEAR) parts.push({ ...span, start: from, end: other.start });
+    from = Math.max(from, other.end);
+  }
+  if (span.end > from + NEAR) parts.push({ ...span, start: from });
+  return parts;
+}
+
+/** Lines with others in the place of those of a track and kind from one time to another. */
+export function replaced(lines, track, kind, from, to, pieces, sign) {
+  let before = lines;
+  if (kind === "task" && !lines.some((line) => line.track === track.who && line.kind === kind)) {
+    // Tasks are listed in full: what the rules found stands beside what a person set.
+    before = [...lines, ...track.tasks.map((task) => ({ track: track.who, kind, label: task.task, start_s: task.start, end_s: task.end, pinned: false, by: "", at: "" }))];
+  }
+  const kept = before.flatMap((line) => {
+    if (line.track !== track.who || line.kind !== kind) return [line];
+    return outside({ start: line.start_s, end: line.end_s }, [{ start: from, end: to }]).map(({ start, end }) => ({ ...line, start_s: start, end_s: end }));
+  });
+  const set = pieces.filter((piece) => piece.end > piece.start + NEAR)
+    .map((piece) => ({ track: track.who, kind, label: piece.label, start_s: piece.start, end_s: piece.end, pinned: true, ...sign }));
+  return [...kept, ...set];
+}
+
+/** Lines with an edge of a span at another time: the start of the span at `at`, or with `last` its end. A neighbor that meets it goes along. */
+export function moved(lines, track, kind, { at, last }, time, sign, step) {
+  const spans = effective(track, lines, kind), span = spans[at];
+  const beside = spans[last ? at + 1 : at - 1], meets = beside && Math.abs(last ? beside.start - span.end : beside.end - span.start) < NEAR;
+  const low = last ? span.start + step : meets ? beside.start + step : beside ? beside.end : -Infinity;
+  const high = last ? meets ? beside.end - step : beside ? beside.start : Infinity : span.end - step;
+  const to = Math.min(high, Math.max(low, time));
+  const pieces = [last ? { ...span, end: to } : { ...span, start: to }];
+  if (meets) pieces.push(last ? { ...beside, start: to } : { ...beside, end: to });
+  // Time that a span gives up would fall back to the rules: of both hands it is said that they do nothing together.
+  else if (track.who === "both" && kind === "primitive") {
+    if (last && to < span.end) pieces.push({ label: "separate", start: to, end: span.end });
+    if (!last && to > span.start) pieces.push({ label: "separate", start: span.start, end: to });
+  }
+  const all = [span, ...(meets ? [beside] : []), ...pieces];
+  return replaced(lines, track, kind, Math.min(...all.map((one) => one.start)), Math.max(...all.map((one) => one.end)), pieces, sign);
+}

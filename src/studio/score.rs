@@ -1,0 +1,39 @@
+//! How well rules agree with the labels of a recording: the counts of `score --labels`.
+
+use super::labels;
+use crate::analysis::score::{Known, NameMap, Stage, Tally, score};
+use crate::base::error::{ErrorKind, InputError};
+use crate::session::{Analysis, Error, Labels};
+use serde_json::{Value, json};
+
+/// The counts of a recording; none where it has no label file.
+///
+/// # Errors
+/// Labels that cannot be read, or that name what the rules do not have.
+pub fn tally(analysis: &Analysis) -> Result<Option<Tally>, Error> {
+    let opened = analysis.log().opened()?;
+    let file = labels::file(&opened.log);
+    if !file.is_file() {
+        return Ok(None);
+    }
+    let argument = |error: InputError| Error::new(error, ErrorKind::Argument);
+    let known = Known::new(analysis.rules().set());
+    let (truth, _) = Labels::file(file).of(opened, analysis.found(), &NameMap::default(), &known).map_err(argument)?;
+    let rows = score(&truth, analysis.found(), Stage::Relabeled, analysis.meta()).map_err(argument)?;
+    let mut all = Tally::default();
+    rows.iter().for_each(|row| all.add(&row.tally));
+    Ok(Some(all))
+}
+
+/// The measures that the page shows; what cannot be said is `null`.
+pub fn brief(tally: &Tally) -> Value {
+    let errors = tally.boundary_errors();
+    let tasks = tally.tasks_found();
+    let [.., half] = tally.f1();
+    json!({
+        "scored_s": tally.scored_s(), "accuracy": tally.accuracy(), "f1": half, "edit": tally.edit(),
+        "boundaries": errors.found.of, "boundaries_found": errors.found.right,
+        "median_ms": errors.median_s().map(|time| time * 1e3),
+        "tasks": tasks.of, "tasks_right": tasks.right,
+    })
+}

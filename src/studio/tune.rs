@@ -1,0 +1,87 @@
+//! Params of the rules: what can be turned, the rules with other values, and values written back into the rule files.
+
+use crate::analysis::fit::FitParam;
+use crate::base::error::InputError;
+use crate::base::units;
+use crate::language::MAX_BYTES;
+use crate::language::param_sites::{self, ParamSite, param_sites};
+use crate::language::rules::Rules;
+use crate::stream::atomic_write::Files;
+use crate::stream::read::text;
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// The params that have a range: name, unit, value in the file, range, how many SI units one of theirs is, and where they stand.
+pub fn params(rules: &Rules) -> Value {
+    let all = param_sites(rules).into_iter().map(|site| {
+        let si = units::compound(&site.unit).map_or(1.0, |(factor, _)| factor);
+        let (low, high) = site.range;
+        json!({ "name": site.name, "unit": site.unit, "value": site.value, "low": low, "high": high, "si": si,
+            "place": rules.sources.place(site.span) })
+    });
+    all.collect()
+}
+
+/// Values as overrides, each written as in a file: `12 mm/s`.
+///
+/// # Errors
+/// A param that has no range, or a value beyond it.
+pub fn overrides(rules: &Rules, values: &BTreeMap<String, f64>) -> Result<BTreeMap<String, String>, InputError> {
+    let sites = param_sites(rules);
+    let own = |(name, value): (&String, &f64)| {
+        let wrong = |message: String| InputError::new(format!("param {name}"), message);
+        let site = sites.iter().find(|site| site.name == *name);
+        let site = site.ok_or_else(|| wrong("is no param of the rules with a range".into()))?;
+        let (low, high) = site.range;
+        if !(low..=high).contains(value) {
+            return Err(wrong(format!("found {value} {}, expected {low} to {high}", site.unit)));
+        }
+        Ok((name.clone(), written(site, *value)))
+    };
+    // What is as in the file is no override.
+    let changed = values.iter().filter(|(name, value)| {
+        !sites.iter().any(|site| site.name == **name && site.value.to_bits() == value.to_bits())
+    });
+    changed.map(own).collect()
+}
+
+fn written(site: &ParamSite, value: f64) -> String {
+    let ParamSite { name, unit, value: before, range, .. } = site.clone();
+    FitParam { name, unit, value: before, range }.show(value)
+}
+
+/// Writes values into the rule files in the place of those that are there; all files or none. Returns the files that were written.
+///
+/// # Errors
+/// A file that comes with the program or was changed since it was read, or that cannot be written.
+pub fn save(rules: &Rules, values: &BTreeMap<String, String>) -> Result<Vec<String>, InputError> {
+    let sites = param_sites(rules);
+    let changes: Vec<(&ParamSite, String)> =
+        sites.iter().filter_map(|site| Some((site, values.get(&site.name)?.clone()))).collect();
+    if let Some(name) = values.keys().find(|name| !sites.iter().any(|site| site.name == **name)) {
+        return Err(InputError::new(format!("param {name}"), "is no param of the rules with a range"));
+    }
+    let mut files = Files::default();
+    let mut names = Vec::new();
+    for (at, changed) in param_sites::rewritten(rules, &changes) {
+        let Some(source) = rules.sources.files.get(at) else { continue };
+        let on_disk = text::read(Path::new(&source.name), MAX_BYTES);
+        if on_disk.as_ref().ok() != Some(&source.text) {
+            let error = match on_disk {
+                Ok(_) => InputError::new(&source.name, "was changed since the studio read it")
+                    .help("reload the page and try again"),
+                Err(_) => {
+                    let name = source.name.strip_prefix("rules/").unwrap_or(&source.name);
+                    InputError::new(&source.name, "comes with the program and cannot be written")
+                        .help(format!("`teachtree show {name} > {name}` makes a copy of your own; start the studio with --rules and that folder's files"))
+                }
+            };
+            return Err(error);
+        }
+        files.add(Path::new(&source.name), |out| out.write_all(changed.as_bytes()))?;
+        names.push(source.name.clone());
+    }
+    files.commit()?;
+    Ok(names)
+}

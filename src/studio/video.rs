@@ -1,0 +1,58 @@
+//! The videos of a recording: those of a LeRobot set, and a file of the recording's name beside it.
+
+use super::labels::beside;
+use crate::base::error::InputError;
+use crate::session::Log;
+use std::path::PathBuf;
+
+/// Endings of files beside a recording, with their media types.
+const KINDS: [(&str, &str); 3] = [("mp4", "video/mp4"), ("webm", "video/webm"), ("m4v", "video/mp4")];
+
+/// A video of a recording.
+pub struct Video {
+    /// The name of the camera.
+    pub camera: String,
+    /// The file.
+    pub file: PathBuf,
+    /// What is added to a time of the recording for the time in the file, s.
+    pub offset_s: f64,
+}
+
+impl Video {
+    /// The media type.
+    pub fn kind(&self) -> &'static str {
+        let is_of =
+            |(ending, _): &&(&str, &str)| self.file.extension().is_some_and(|own| own.eq_ignore_ascii_case(ending));
+        KINDS.iter().find(is_of).map_or("video/mp4", |(_, kind)| kind)
+    }
+}
+
+/// The videos of a recording.
+///
+/// # Errors
+/// A data set that is not as it should be.
+pub fn videos(log: &Log) -> Result<Vec<Video>, InputError> {
+    let mut found = of_set(log)?;
+    let own = KINDS.iter().map(|(ending, _)| beside(log.path(), ending)).filter(|file| file.is_file());
+    found.extend(own.map(|file| Video { camera: "video".into(), file, offset_s: 0.0 }));
+    Ok(found)
+}
+
+#[cfg(feature = "parquet")]
+fn of_set(log: &Log) -> Result<Vec<Video>, InputError> {
+    use crate::stream::read::formats;
+    let folder = formats::without_episode(log.path());
+    if !formats::is_set(&folder) {
+        return Ok(Vec::new());
+    }
+    let episode = formats::recording_of(log.path());
+    let videos = formats::lerobot::video::videos(&folder, episode.as_deref())?;
+    // Stamps of a set begin at 0 with each episode.
+    let zero = log.zero_stamp_s();
+    Ok(videos.into_iter().map(|it| Video { camera: it.camera, file: it.file, offset_s: it.from_s + zero }).collect())
+}
+
+#[cfg(not(feature = "parquet"))]
+fn of_set(_: &Log) -> Result<Vec<Video>, InputError> {
+    Ok(Vec::new())
+}
