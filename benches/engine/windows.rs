@@ -17,11 +17,16 @@ const CONDITIONS: [usize; 4] = [10, 20, 40, 80];
 const SHARING: [usize; 3] = [1, 10, 100];
 
 /// Each operator with a window, on quantities that cross their thresholds frequently, all in one tree.
-const OPERATORS: [(&str, &str); 5] = [
+const OPERATORS: [(&str, &str); 10] = [
     ("for", "(pressed) for window"),
     ("within last", "(pressed) within last window"),
     ("within next", "(pressed) within next window"),
     ("rate", "rate(target.position.z, window) < -5 mm/s"),
+    ("mean", "mean(target.velocity.z over last window) < -5 mm/s"),
+    ("max", "max(norm(target.velocity) over last window) > 100 mm/s"),
+    ("integral", "norm(integral(target.velocity over last window)) > 5 mm"),
+    ("earliest", "norm(target.position - earliest(target.position over last window)) > 5 mm"),
+    ("since", "norm(target.position - earliest(target.position since pressed)) > 5 mm"),
     ("a latch of `for`", "moved"),
 ];
 

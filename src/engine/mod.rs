@@ -11,6 +11,7 @@ pub mod live;
 pub mod reference;
 pub mod runs;
 pub mod semantics;
+pub mod summary;
 pub mod temporal;
 pub mod width;
 

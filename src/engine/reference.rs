@@ -4,6 +4,7 @@
 //! frames themselves, from the last restart on.
 
 mod functions;
+mod summary;
 
 use self::functions::{Value, each, nothing, numbers, pairs, scalar, truth};
 use super::runs::{Leaves, Run, append};
@@ -245,6 +246,7 @@ impl<'a> Reference<'a> {
                 let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
                 self.width.call(*function, &args, expr)
             }
+            ExprKind::Summary(summary, value, samples) => self.summary(*summary, value, samples, this, frame)?,
             ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) => {
                 self.remember(expr, this, frame)?
             }

@@ -3,6 +3,7 @@
 use super::decision::Builder;
 use super::{FloatBits, Graph, Latch, Leaf, Op, Target, Tree, Value, ValueId};
 use crate::base::hands::Side;
+use crate::language::ops::Samples;
 use crate::language::rules::{Branch, Expr, ExprKind, Hand, Label, Rules, SignalId, Then, TreeScope, Type};
 use std::collections::{BTreeSet, HashMap};
 
@@ -199,6 +200,12 @@ impl<'a> Lowering<'a> {
                 (temporal.map_or(Op::Bool(false), Op::Temporal), vec![condition])
             }
             ExprKind::Rate(number, duration) => (Op::Rate(FloatBits::new(duration.value)), vec![number]),
+            ExprKind::Summary(summary, value, Samples::Last(duration)) => {
+                (Op::Summary(*summary, Some(FloatBits::new(duration.value))), vec![value])
+            }
+            ExprKind::Summary(summary, value, Samples::Since(condition)) => {
+                (Op::Summary(*summary, None), vec![value, condition])
+            }
             ExprKind::Call(function, args) => (Op::Call(*function), args.iter().collect()),
         };
         let args = args.into_iter().map(|arg| self.expr(arg, this)).collect();

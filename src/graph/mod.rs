@@ -22,7 +22,7 @@ pub use render::text;
 
 use crate::base::channels::ChannelSpec;
 use crate::base::hands::FingerPick;
-use crate::language::ops::Temporal;
+use crate::language::ops::{Summary, Temporal};
 use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, LatchId, TreeScope, Type};
 
 /// Position in [`Graph::values`].
@@ -109,6 +109,8 @@ pub enum Op {
     Temporal(Temporal<FloatBits>),
     /// With the duration in s.
     Rate(FloatBits),
+    /// Of the samples over a duration in s, or since the second argument began.
+    Summary(Summary, Option<FloatBits>),
     Call(Function),
 }
 

@@ -5,7 +5,7 @@
 
 use super::{Graph, Leaf, Op, Target, ValueId};
 use crate::base::hands::FingerPick;
-use crate::language::ops::{Known, of_function};
+use crate::language::ops::{Known, Summary, of_function};
 use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -104,6 +104,11 @@ impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> 
             }
             Op::Temporal(temporal) => temporal.operator().map_or(Known::Unknown, |operator| (operator.known)(&args)),
             Op::Rate(_) => first.each(|_| 0.0),
+            Op::Summary(..) if args.contains(&Known::Empty) => Known::Empty,
+            Op::Summary(Summary::Min | Summary::Max | Summary::Earliest, _) => first,
+            // Of other numbers a sum is rounded.
+            Op::Summary(Summary::Mean | Summary::Integral, _) if first == Known::FALSE => first,
+            Op::Summary(Summary::Mean | Summary::Integral, _) => Known::Unknown,
             // Of an array without slots `any` is false and `all` is true, whatever its elements would be.
             Op::Call(Function::Any) if first == Known::Constant(1.0) && !self.has_slots(&value.args) => Known::Unknown,
             Op::Call(Function::All) if first == Known::FALSE && !self.has_slots(&value.args) => Known::Unknown,

@@ -121,6 +121,12 @@ fn show(graph: &Graph, value: &Value) -> String {
             _ => millis(constant.get()),
         }),
         Op::Rate(duration) => format!("rate({first}, {})", millis(duration.get())),
+        Op::Summary(summary, Some(duration)) => {
+            format!("{}({first} over last {})", summary.name(), millis(duration.get()))
+        }
+        Op::Summary(summary, None) => {
+            format!("{}({first} since {})", summary.name(), args.get(1).map_or("?", String::as_str))
+        }
         Op::Call(function) => format!("{}({})", of_function(*function).name, args.join(", ")),
     }
 }

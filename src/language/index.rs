@@ -388,7 +388,7 @@ fn walk_relabel<'a>(rule: &'a RelabelKind, meet: &mut dyn FnMut(Met<'a>)) {
 fn walk_expr<'a>(expr: &'a Expr, meet: &mut dyn FnMut(Met<'a>)) {
     expr.walk(&mut |part| match &part.kind {
         ExprKind::Path(path) => meet(Met::Value(path)),
-        ExprKind::Call(function, _) => meet(Met::Called(function)),
+        ExprKind::Call(function, _) | ExprKind::Summary(function, ..) => meet(Met::Called(function)),
         ExprKind::From(labels, _) => labels.iter().for_each(|label| walk_label(label, meet)),
         _ => {}
     });

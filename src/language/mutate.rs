@@ -1,6 +1,6 @@
 //! Changed rules, to find out which changes no test notices: a comparison turned round, thresholds doubled, a window twice as long.
 
-use super::ops::Takes;
+use super::ops::{Samples, Takes};
 use super::rules::{Branch, Comparison, Constant, Expr, ExprKind, Rules, Then};
 use crate::base::diagnostic::Span;
 
@@ -85,6 +85,9 @@ impl Counter {
                         _ => self.change("the time doubled", span, || scale(constant, 2.0)),
                     }
                 }
+            }
+            ExprKind::Rate(_, time) | ExprKind::Summary(_, _, Samples::Last(time)) => {
+                self.change("the time doubled", span, || scale(time, 2.0));
             }
             _ => {}
         }

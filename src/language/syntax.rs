@@ -2,7 +2,7 @@
 //!
 //! Documentation comments stay with their declarations and all comments are listed, so that a formatter can keep them.
 
-use super::ops::Temporal;
+use super::ops::{Samples, Temporal};
 use super::rules::{Arithmetic, Comparison, Repeat};
 use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::Span;
@@ -392,6 +392,8 @@ pub enum ExprKind {
     Path(Path),
     /// `norm(x)`
     Call(Path, Vec<Expr>),
+    /// `mean(x over last d)`, `earliest(x since c)`
+    Summary(Path, Box<Expr>, Samples<Box<Expr>, Box<Expr>>),
     /// `from(A, none)`: the labels and whether `none` is listed.
     From(Vec<Label>, bool),
     /// `(x)`
@@ -435,7 +437,9 @@ impl ExprKind {
             Self::Group(one) | Self::Pick(one, _) | Self::Component(one, _) | Self::Negate(one) | Self::Not(one) => {
                 vec![one]
             }
-            Self::Arithmetic(_, one, two) | Self::Compare(_, one, two) => vec![one, two],
+            Self::Arithmetic(_, one, two)
+            | Self::Compare(_, one, two)
+            | Self::Summary(_, one, Samples::Last(two) | Samples::Since(two)) => vec![one, two],
             Self::Temporal(temporal, one) => {
                 let constants = temporal.constants().into_iter().map(|constant| &**constant);
                 std::iter::once(&**one).chain(constants).collect()

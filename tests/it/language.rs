@@ -6,6 +6,7 @@ mod garbage;
 mod kinds;
 mod lints;
 mod operators;
+mod over_time;
 mod reference;
 mod shipped;
 mod syntax;

@@ -8,6 +8,7 @@ use super::kernels::{
 };
 use super::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector};
 use crate::engine::semantics::{mismatched, per_second};
+use crate::engine::summary;
 use crate::engine::temporal::State;
 use crate::engine::width::Real;
 use crate::language::rules::{Arithmetic, Comparison};
@@ -35,6 +36,7 @@ pub struct Memory<R> {
 enum NumberMemory<R> {
     None,
     Rate { past: NumberDelay<R>, age: u32 },
+    Summary(summary::State<R>),
     Delay(NumberDelay<R>),
 }
 
@@ -85,6 +87,7 @@ impl<R: Real> Columns<R> {
     pub fn new(plan: &Plan) -> Self {
         let number_memory = plan.numbers.iter().map(|(number, _)| match number {
             Number::Rate { frames, .. } => NumberMemory::Rate { past: NumberDelay::new(*frames as usize), age: 0 },
+            Number::Summary { samples, .. } => NumberMemory::Summary(summary::State::new(samples)),
             Number::Delay(_, frames) => NumberMemory::Delay(NumberDelay::new(*frames as usize)),
             _ => NumberMemory::None,
         });
@@ -112,6 +115,7 @@ impl<R: Real> Columns<R> {
                     past.clear();
                     *age = 0;
                 }
+                NumberMemory::Summary(state) => state.restart(),
                 NumberMemory::Delay(delay) => delay.clear(),
             }
         }
@@ -241,6 +245,19 @@ impl<R: Real> Columns<R> {
                             *age = (*age + 1).min(*frames);
                         }
                     }
+                }
+            }
+            Number::Summary { summary, number, samples, restart } => {
+                let NumberMemory::Summary(state) = memory else { return mismatched() };
+                let over = summary::Over { summary: *summary, rate: R::of(plan.layout.rate_hz) };
+                with_slices!([number = arg(number);] write(Of((number,), |number: R| number), out));
+                let bits = |id: &BitId| &self.conditions[id.index()];
+                match (samples.since().map(bits), restart.as_ref().map(bits)) {
+                    (None, None) => state.block(over, out, |_| (false, false)),
+                    (since, restart) => state.block(over, out, |at| {
+                        let is = |bits: Option<&Bits>| bits.is_some_and(|bits| get(bits, at));
+                        (is(since), is(restart))
+                    }),
                 }
             }
             Number::Delay(a, _) => {

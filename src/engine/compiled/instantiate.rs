@@ -5,6 +5,7 @@ mod comparisons;
 mod functions;
 mod operators;
 mod stateful;
+mod summaries;
 
 use super::plan::{
     BitId, Condition, LeafBefore, Number, NumberId, Plan, StatefulId, StatefulNode, Step, TreeInstance, position,
@@ -385,7 +386,7 @@ impl<'a> Instantiation<'a> {
                         .iter()
                         .map(|arg| arg.0.get(slot).or_else(|| arg.0.first()).map_or(&[][..], Vec::as_slice))
                         .collect();
-                    out.push(self.element(op, &each, value.args.first().copied(), this)?);
+                    out.push(self.element(op, &each, &value.args, this)?);
                 }
                 Slots(out)
             }

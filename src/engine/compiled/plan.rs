@@ -11,6 +11,7 @@
 use crate::base::hands::Side;
 use crate::engine::temporal::Watch;
 use crate::graph::{Decision, FloatBits};
+use crate::language::ops::{Samples, Summary};
 use crate::language::rules::{Arithmetic, Comparison, Label, TreeScope};
 use crate::stream::frames::{ColumnKey, Layout};
 
@@ -104,6 +105,17 @@ pub enum Number {
         number: NumberId,
         /// n.
         frames: u32,
+        /// Where to begin anew.
+        restart: Option<BitId>,
+    },
+    /// What is made of the samples of a number.
+    Summary {
+        /// What.
+        summary: Summary,
+        /// Of which number.
+        number: NumberId,
+        /// Of how many frames, or since which condition began.
+        samples: Samples<u32, BitId>,
         /// Where to begin anew.
         restart: Option<BitId>,
     },
@@ -305,6 +317,9 @@ impl Plan {
                 Number::Norm(vector) => (vector.numbers().collect(), vec![]),
                 Number::Count(bits) => (vec![], bits.clone()),
                 Number::Rate { number, restart, .. } => (vec![*number], restart.iter().copied().collect()),
+                Number::Summary { number, samples, restart, .. } => {
+                    (vec![*number], samples.since().into_iter().chain(restart).copied().collect())
+                }
             },
             Step::Condition(id) => match &self.conditions[id.index()].0 {
                 Condition::Input(_)
@@ -371,6 +386,7 @@ impl Plan {
         };
         let kept_numbers = numbers().map(|number| match number {
             Number::Rate { frames, .. } => *frames as usize * 8 + 12,
+            Number::Summary { samples, .. } => samples.last().map_or(0, |frames| *frames as usize * 8) + 24,
             Number::Delay(_, frames) => *frames as usize * 8 + 8,
             _ => 0,
         });

@@ -4,6 +4,7 @@
 use super::ranks::Ranks;
 use crate::engine::compiled::plan::{BitId, Condition, Number, NumberId, Plan, Step, Vector, position};
 use crate::engine::semantics::per_second;
+use crate::engine::summary;
 use crate::language::rules::{Arithmetic, Comparison};
 
 /// The sources of one rank, in the order of evaluation.
@@ -11,6 +12,7 @@ use crate::language::rules::{Arithmetic, Comparison};
 pub struct Sources {
     batches: Vec<Batch>,
     rates: Vec<Rate>,
+    summaries: Vec<Summary>,
     delays: Vec<Delay>,
     changes: Vec<Change>,
 }
@@ -38,6 +40,8 @@ enum Batch {
     Count(Vec<(Vec<BitId>, Place)>),
     /// Positions in `Sources::rates`.
     Rate(Vec<(usize, Place)>),
+    /// Positions in `Sources::summaries`.
+    Summary(Vec<(usize, Place)>),
     /// Positions in `Sources::delays`.
     Delay(Vec<(usize, Place)>),
     Compare(Comparison, Vec<(Place, Place, BitId)>),
@@ -55,6 +59,22 @@ struct Rate {
     age: usize,
     per_second: f64,
     restart: Option<BitId>,
+}
+
+#[derive(Clone, Debug)]
+struct Summary {
+    number: Place,
+    since: Option<BitId>,
+    restart: Option<BitId>,
+    over: summary::Over<f64>,
+    state: summary::State<f64>,
+}
+
+impl Summary {
+    fn frame(&self, values: &[f64], bits: &[bool]) -> summary::Frame<f64> {
+        let is = |id: Option<BitId>| id.is_some_and(|id| bits[id.index()]);
+        summary::Frame { now: values[self.number as usize], holds: is(self.since), anew: is(self.restart) }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -167,6 +187,16 @@ impl Sources {
                         });
                         Batch::Rate(vec![(self.rates.len() - 1, out)])
                     }
+                    Number::Summary { summary, number, samples, restart } => {
+                        self.summaries.push(Summary {
+                            number: at(number),
+                            since: samples.since().copied(),
+                            restart: *restart,
+                            over: summary::Over { summary: *summary, rate: plan.layout.rate_hz },
+                            state: summary::State::new(samples),
+                        });
+                        Batch::Summary(vec![(self.summaries.len() - 1, out)])
+                    }
                     Number::Delay(number, frames) => {
                         self.delays.push(Delay { number: at(number), past: vec![0.0; *frames as usize], at: 0 });
                         Batch::Delay(vec![(self.delays.len() - 1, out)])
@@ -200,6 +230,9 @@ impl Sources {
         for rate in &mut self.rates {
             rate.past.fill(0.0);
             (rate.at, rate.age) = (0, 0);
+        }
+        for summary in &mut self.summaries {
+            summary.state.restart();
         }
         for delay in &mut self.delays {
             delay.past.fill(0.0);
@@ -300,6 +333,12 @@ impl Sources {
                     values[*out as usize] = if known { (now - before) * rate.per_second } else { 0.0 };
                 }
             }
+            Batch::Summary(all) => {
+                for (at, out) in all {
+                    let summary = &self.summaries[*at];
+                    values[*out as usize] = summary.state.value(summary.over, summary.frame(values, bits));
+                }
+            }
             Batch::Delay(all) => {
                 for (at, out) in all {
                     let delay = &self.delays[*at];
@@ -318,6 +357,10 @@ impl Sources {
             rate.at = if rate.at + 1 == rate.past.len() { 0 } else { rate.at + 1 };
             let age = if rate.restart.is_some_and(|id| bits[id.index()]) { 0 } else { rate.age };
             rate.age = (age + 1).min(rate.past.len());
+        }
+        for summary in &mut self.summaries {
+            let frame = summary.frame(values, bits);
+            summary.state.advance(summary.over, frame);
         }
         for delay in &mut self.delays {
             delay.past[delay.at] = values[delay.number as usize];
@@ -354,7 +397,9 @@ impl Batch {
             (Self::Sum(all), Self::Sum(more)) => all.extend(more),
             (Self::Dot(all), Self::Dot(more)) | (Self::Distance(all), Self::Distance(more)) => all.extend(more),
             (Self::Count(all), Self::Count(more)) => all.extend(more),
-            (Self::Rate(all), Self::Rate(more)) | (Self::Delay(all), Self::Delay(more)) => all.extend(more),
+            (Self::Rate(all), Self::Rate(more))
+            | (Self::Summary(all), Self::Summary(more))
+            | (Self::Delay(all), Self::Delay(more)) => all.extend(more),
             (Self::Compare(_, all), Self::Compare(_, more)) => all.extend(more),
             (Self::NormSquaredCmp(_, all), Self::NormSquaredCmp(_, more)) => all.extend(more),
             (Self::SquaredDistance(_, all), Self::SquaredDistance(_, more)) => all.extend(more),

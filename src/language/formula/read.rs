@@ -3,7 +3,7 @@
 use super::written::{label, written};
 use super::{Atom, Bound, Formula, Interval, Number, Quantity, Test};
 use crate::base::channels::Shape;
-use crate::language::ops::{self, Range};
+use crate::language::ops::{self, Range, Summary};
 use crate::language::rules::{Arithmetic, Comparison, Expr, ExprKind, Function, Hand, Rules};
 use std::rc::Rc;
 
@@ -132,7 +132,14 @@ impl<'a> Reader<'a> {
     fn number(&self, expr: &Expr, this: Hand) -> Rc<Number> {
         let key = written(expr, self.rules, this);
         let shown = Some((self.text(expr, this), expr.ty.dimension));
-        let natural = if never_negative(expr) { Interval::above(0.0, false) } else { Interval::ALL };
+        let natural = match &expr.kind {
+            _ if !never_negative(expr) => Interval::ALL,
+            // A share.
+            ExprKind::Summary(Summary::Mean, value, _) if value.ty.shape == Shape::Bool => {
+                Interval::above(0.0, false).with(Interval::below(1.0, false)).unwrap_or(Interval::ALL)
+            }
+            _ => Interval::above(0.0, false),
+        };
         let whole = range(expr) == Some(Range::Counted);
         Rc::new(Number { key: key.into(), shown, natural, whole, undefined: self.quality(expr) == Quality::Undefined })
     }
@@ -179,6 +186,10 @@ impl<'a> Reader<'a> {
             ExprKind::Signal(id, _) => self.qualities.get(id.index()).copied().unwrap_or(Quality::Undefined),
             ExprKind::Arithmetic(Arithmetic::Divide, ..) => Quality::Undefined,
             ExprKind::Negate(_) | ExprKind::Component(..) | ExprKind::Pick(..) => worst(),
+            // A condition is zero and one.
+            ExprKind::Summary(_, value, _) if value.ty.shape == Shape::Bool => Quality::Finite,
+            ExprKind::Summary(Summary::Min | Summary::Max | Summary::Earliest, value, _) => self.quality(value),
+            ExprKind::Summary(Summary::Mean | Summary::Integral, value, _) => counted(self.quality(value)),
             ExprKind::Call(..) => match range(expr) {
                 Some(Range::Counted) => Quality::Finite,
                 Some(Range::Extreme) => worst().max(Quality::Infinite),
@@ -204,6 +215,10 @@ impl<'a> Reader<'a> {
 }
 
 fn never_negative(expr: &Expr) -> bool {
+    // No sample of it is, so nothing that is made of them.
+    if let ExprKind::Summary(_, value, _) = &expr.kind {
+        return value.ty.shape == Shape::Bool || value.ty.shape == Shape::Scalar && never_negative(value);
+    }
     ops::of(&expr.kind).is_some_and(|operator| operator.never_negative)
 }
 

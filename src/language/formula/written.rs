@@ -1,6 +1,7 @@
 //! Expressions as text by which those of two rule sets are compared: names for ids, so that equal text means equal meaning as long as
 //! the declarations of those names are equal too.
 
+use crate::language::ops::Samples;
 use crate::language::rules::{Expr, ExprKind, Hand, Label, Rules};
 use std::fmt::Write;
 
@@ -58,6 +59,10 @@ fn write(expr: &Expr, rules: &Rules, this: Hand, text: &mut String) {
             constants.into_iter().try_for_each(|constant| write!(text, " {:e}", constant.value))
         }
         ExprKind::Rate(_, duration) => write!(text, "rate {:e}", duration.value),
+        ExprKind::Summary(summary, _, Samples::Last(duration)) => {
+            write!(text, "{} over {:e}", summary.name(), duration.value)
+        }
+        ExprKind::Summary(summary, _, Samples::Since(_)) => write!(text, "{} since", summary.name()),
         ExprKind::Call(function, _) => write!(text, "{function:?}"),
         ExprKind::From { labels, none } => {
             let labels: Vec<String> = labels.iter().map(|one| label(*one, rules)).collect();

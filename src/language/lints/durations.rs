@@ -3,7 +3,7 @@
 use super::expressions;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
-use crate::language::ops::Takes;
+use crate::language::ops::{Samples, Takes};
 use crate::language::rules::{Constant, Expr, ExprKind, LEAST_SAMPLES, Rules};
 use std::collections::BTreeSet;
 
@@ -42,7 +42,7 @@ pub fn of_segments(rules: &Rules) -> Vec<&Constant> {
 
 fn windows<'a>(expr: &'a Expr, durations: &mut Vec<&'a Constant>) {
     expr.walk(&mut |part| match &part.kind {
-        ExprKind::Rate(_, duration) => durations.push(duration),
+        ExprKind::Rate(_, duration) | ExprKind::Summary(_, _, Samples::Last(duration)) => durations.push(duration),
         ExprKind::Temporal(temporal, _) => {
             let constants = temporal.constants().into_iter().zip(temporal.kinds());
             durations.extend(constants.filter(|(_, kind)| *kind == Takes::Duration).map(|(constant, _)| constant));

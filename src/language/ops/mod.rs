@@ -4,10 +4,12 @@
 //! the editors' grammars and the language reference against it. Signs (`+`, `<`, `and`, `not`) are part of the grammar and stand in no row.
 
 mod known;
+mod summary;
 mod table;
 mod temporal;
 
 pub use known::Known;
+pub use summary::{Samples, Summary};
 pub use table::OPERATORS;
 pub use temporal::Temporal;
 
@@ -33,6 +35,8 @@ pub enum Becomes {
     Temporal,
     /// `ExprKind::Rate`.
     Rate,
+    /// `ExprKind::Summary`.
+    Summary(Summary),
     /// `ExprKind::Hysteresis`.
     Hysteresis,
     /// The channel `targets.contact`.
@@ -54,6 +58,10 @@ pub enum Takes {
     Scalars,
     /// A scalar or vec3.
     Number,
+    /// A scalar, vec3 or rotation.
+    Value,
+    /// A scalar, vec3 or condition.
+    NumberOrCondition,
     /// An array of scalars or vec3.
     Numbers,
     /// A vec3.
@@ -97,6 +105,8 @@ pub enum Gives {
     Angle,
     /// The type of the first place, per time.
     PerTime,
+    /// The type of the first place, times time.
+    TimesTime,
     /// One force.
     Force,
 }
@@ -125,6 +135,8 @@ pub struct Form {
     pub gives: Gives,
     /// What its result may be, when that is a number.
     pub range: Range,
+    /// Whether its value is taken over time: `x over last d`, `x since c`.
+    pub over_time: bool,
 }
 
 /// A row of the table.
@@ -184,6 +196,7 @@ pub fn of(kind: &ExprKind) -> Option<&'static Operator> {
     match kind {
         ExprKind::Call(function, _) => Some(of_function(*function)),
         ExprKind::Temporal(temporal, _) => temporal.operator(),
+        ExprKind::Summary(summary, ..) => function(summary.name()),
         ExprKind::Rate(..) => OPERATORS.iter().find(|operator| operator.becomes == Becomes::Rate),
         ExprKind::Hysteresis { rising, .. } => by_name(if *rising { "above until below" } else { "below until above" }),
         _ => None,

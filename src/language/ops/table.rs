@@ -1,15 +1,20 @@
 //! The rows, by kind and name.
 
 use super::known::{Known, abs, alike, all, any, lasting, length, part, product, same, total, unchanging, unknown};
-use super::{Becomes, Form, Gives, Kind, Operator, Range, Takes};
+use super::{Becomes, Form, Gives, Kind, Operator, Range, Summary, Takes};
 use crate::language::rules::Function;
 
 const fn form(written: &'static str, takes: &'static [Takes], gives: Gives) -> Form {
-    Form { written, takes, gives, range: Range::Computed }
+    Form { written, takes, gives, range: Range::Computed, over_time: false }
 }
 
 const fn ranged(range: Range, form: Form) -> Form {
     Form { range, ..form }
+}
+
+/// A form whose value is taken over time.
+const fn over_time(form: Form) -> Form {
+    Form { over_time: true, ..form }
 }
 
 /// A row of which nothing is known but how it is written; the rest is added by `..`.
@@ -186,18 +191,30 @@ pub static OPERATORS: &[Operator] = &[
         &[
             ranged(Range::Extreme, form("max(array)", &[Takes::Scalars], Gives::Element)),
             ranged(Range::Chosen, form("max(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+            ranged(
+                Range::Chosen,
+                over_time(form("max(x over last 200 ms)", &[Takes::Scalar, Takes::Duration], Gives::Same)),
+            ),
+            ranged(
+                Range::Chosen,
+                over_time(form("max(x since condition)", &[Takes::Scalar, Takes::Condition], Gives::Same)),
+            ),
         ],
-        "the largest of an array, or of two numbers",
-        "max(norm(fingers.force)) > max(load, 1 N)",
+        "the largest of an array, of two numbers, or of the samples of a number over time",
+        "max(norm(fingers.force)) > max(max(load, 1 N) over last 200 ms)",
         unknown,
     ),
     row(
         Kind::Set,
         Becomes::Call(Function::Mean),
         "mean",
-        &[form("mean(array)", &[Takes::Numbers], Gives::Element)],
-        "the sum of an array divided by the number of its elements; zero when it has none",
-        "norm(mean(fingers.force)) > 1 N",
+        &[
+            form("mean(array)", &[Takes::Numbers], Gives::Element),
+            over_time(form("mean(x over last 200 ms)", &[Takes::NumberOrCondition, Takes::Duration], Gives::Same)),
+            over_time(form("mean(x since condition)", &[Takes::NumberOrCondition, Takes::Condition], Gives::Same)),
+        ],
+        "the mean of an array, zero when it has no elements; or of the samples of a number over time, for a condition the share of them on which it holds",
+        "norm(mean(mean(fingers.force) over last 200 ms)) > 1 N",
         total,
     ),
     row(
@@ -207,9 +224,17 @@ pub static OPERATORS: &[Operator] = &[
         &[
             ranged(Range::Extreme, form("min(array)", &[Takes::Scalars], Gives::Element)),
             ranged(Range::Chosen, form("min(a, b)", &[Takes::Scalar, Takes::SameScalar], Gives::Same)),
+            ranged(
+                Range::Chosen,
+                over_time(form("min(x over last 200 ms)", &[Takes::Scalar, Takes::Duration], Gives::Same)),
+            ),
+            ranged(
+                Range::Chosen,
+                over_time(form("min(x since condition)", &[Takes::Scalar, Takes::Condition], Gives::Same)),
+            ),
         ],
-        "the smallest of an array, or of two numbers",
-        "min(norm(fingers.force)) > min(load, 1 N)",
+        "the smallest of an array, of two numbers, or of the samples of a number over time",
+        "min(norm(fingers.force)) > min(min(load, 1 N) over last 200 ms)",
         unknown,
     ),
     row(
@@ -272,6 +297,44 @@ pub static OPERATORS: &[Operator] = &[
         "true when the condition has held for all of the time that ends now",
         "(moving) for 200 ms",
         lasting,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Summary(Summary::Earliest),
+        "earliest",
+        &[
+            ranged(
+                Range::Chosen,
+                over_time(form("earliest(x over last 200 ms)", &[Takes::Value, Takes::Duration], Gives::Same)),
+            ),
+            ranged(
+                Range::Chosen,
+                over_time(form("earliest(x since condition)", &[Takes::Value, Takes::Condition], Gives::Same)),
+            ),
+        ],
+        "what a value was at the beginning of a time that ends now, or when a condition last began",
+        "target.position.z - earliest(target.position.z over last 200 ms) > 5 mm",
+        same,
+    ),
+    row(
+        Kind::Temporal,
+        Becomes::Summary(Summary::Integral),
+        "integral",
+        &[
+            over_time(form(
+                "integral(x over last 200 ms)",
+                &[Takes::NumberOrCondition, Takes::Duration],
+                Gives::TimesTime,
+            )),
+            over_time(form(
+                "integral(x since condition)",
+                &[Takes::NumberOrCondition, Takes::Condition],
+                Gives::TimesTime,
+            )),
+        ],
+        "a number added up over time, each sample times its duration; for a condition the time for which it holds",
+        "integral(load over last 200 ms) > 0.1 N s",
+        total,
     ),
     row(
         Kind::Temporal,

@@ -160,6 +160,7 @@ const fn words(rule: Rule) -> &'static [&'static str] {
         Rule::comparison | Rule::sum | Rule::product | Rule::operand => &["from", "true", "false"],
         Rule::truth => &["true", "false"],
         Rule::hysteresis => &["above", "below"],
+        Rule::samples => &["over last", "since"],
         Rule::window => &["for", "within last", "within next", "at least"],
         Rule::shorter => &["shorter than"],
         Rule::in_both => &["in both without"],

@@ -9,7 +9,7 @@ use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::Side;
 use crate::base::units::{self, Dimension};
 use crate::language::codes;
-use crate::language::ops::Temporal;
+use crate::language::ops::{Samples, Temporal};
 use crate::language::rules::{Arithmetic, Comparison};
 use crate::language::syntax::{Expr, ExprKind, Label, Name, Path};
 use pest::iterators::Pair;
@@ -256,9 +256,28 @@ impl Builder<'_, '_, '_> {
         let Some(arguments) = parts.next() else {
             return Some(Expr::new(ExprKind::Path(path), span));
         };
-        let arguments = arguments.into_inner().filter(|part| part.as_rule() == Rule::expression);
-        let read: Vec<Option<Expr>> = arguments.map(|argument| self.expression(argument)).collect();
+        let mut samples = None;
+        let mut read: Vec<Option<Expr>> = Vec::new();
+        for part in arguments.into_inner() {
+            match part.as_rule() {
+                Rule::expression => read.push(self.expression(part)),
+                Rule::samples => samples = Some(self.samples(part)),
+                _ => {}
+            }
+        }
+        if let Some(samples) = samples {
+            let value = Box::new(read.pop()??);
+            return Some(Expr::new(ExprKind::Summary(path, value, samples?), span));
+        }
         Some(Expr::new(ExprKind::Call(path, read.into_iter().collect::<Option<_>>()?), span))
+    }
+
+    /// `over last 200 ms`, `since grasped`
+    fn samples(&mut self, pair: P<'_>) -> Option<Samples<Box<Expr>, Box<Expr>>> {
+        let part = pair.into_inner().find(|part| matches!(part.as_rule(), Rule::duration | Rule::expression))?;
+        let lasting = part.as_rule() == Rule::duration;
+        let read = Box::new(self.expression(part)?);
+        Some(if lasting { Samples::Last(read) } else { Samples::Since(read) })
     }
 
     fn from(&mut self, pair: P<'_>) -> Option<Expr> {

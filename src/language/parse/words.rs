@@ -57,6 +57,8 @@ const fn goes_on(rule: Rule) -> bool {
             | Rule::kw_for
             | Rule::kw_is
             | Rule::kw_or
+            | Rule::kw_over
+            | Rule::kw_since
             | Rule::kw_while
             | Rule::kw_within
             | Rule::meaning
@@ -72,6 +74,7 @@ const fn goes_on(rule: Rule) -> bool {
             | Rule::times
             | Rule::unit
             | Rule::unknown_unit
+            | Rule::samples
             | Rule::window
     )
 }
@@ -170,6 +173,7 @@ const fn described(rule: Rule) -> &'static str {
         Rule::tree_scope => "`each hand` or `left, right`",
         Rule::unit | Rule::unknown_unit => "a unit",
         Rule::value_type | Rule::kind => "a type such as `vec3 m/s`",
+        Rule::samples => "samples such as `over last 200 ms`",
         Rule::window => "a window such as `for 30 ms`",
         Rule::EOI => "the end of the declaration",
         Rule::WHITESPACE

@@ -4,7 +4,7 @@ use super::{ChannelId, Hand, Label, LatchId, ParamId, SignalId, Type};
 use crate::base::diagnostic::Span;
 use crate::base::hands::FingerPick;
 use crate::base::units::Dimension;
-use crate::language::ops::Temporal;
+use crate::language::ops::{Samples, Summary, Temporal};
 
 /// An expression with its type.
 #[derive(Clone, Debug)]
@@ -63,6 +63,8 @@ pub enum ExprKind {
     Temporal(Temporal<Constant>, Box<Expr>),
     /// `rate(x, d)`: the difference over `d`, divided by `d`; 0 until `d` has passed.
     Rate(Box<Expr>, Constant),
+    /// `mean(x over last d)`, `earliest(x since c)`: what is made of the samples of a number, or of a condition.
+    Summary(Summary, Box<Expr>, Samples<Constant, Box<Expr>>),
     /// A function.
     Call(Function, Vec<Expr>),
     /// `from(A, B, none)`: the tree's own leaf of the frame before, before settling. In a declaration per hand: of that hand's tree.
@@ -220,8 +222,11 @@ macro_rules! arguments {
             | ExprKind::Not(one)
             | ExprKind::Hysteresis { value: one, .. }
             | ExprKind::Temporal(_, one)
-            | ExprKind::Rate(one, _) => vec![one],
-            ExprKind::Arithmetic(_, one, two) | ExprKind::Compare(_, one, two) => vec![one, two],
+            | ExprKind::Rate(one, _)
+            | ExprKind::Summary(_, one, Samples::Last(_)) => vec![one],
+            ExprKind::Arithmetic(_, one, two)
+            | ExprKind::Compare(_, one, two)
+            | ExprKind::Summary(_, one, Samples::Since(two)) => vec![one, two],
             ExprKind::And(many) | ExprKind::Or(many) | ExprKind::Call(_, many) => many.$iter().collect(),
         }
     };

@@ -2,7 +2,7 @@
 //! equal pieces are one atom, different pieces are free. So a proof holds for every log; where none is found, nothing is said.
 
 use crate::base::hands::Side;
-use crate::language::ops::Temporal;
+use crate::language::ops::{Samples, Temporal};
 use crate::language::rules::{Constant, Expr, ExprKind, Label, PrimitiveId};
 
 /// Formulas with more atoms than this are not tried.
@@ -162,6 +162,12 @@ fn same(one: &Expr, two: &Expr) -> bool {
             (E::And(a), E::And(b)) | (E::Or(a), E::Or(b)) => all(a, b),
             (E::Call(a, p), E::Call(b, q)) => a == b && all(p, q),
             (E::Temporal(a, p), E::Temporal(b, q)) => bits(a) == bits(b) && same(p, q),
+            (E::Summary(a, p, Samples::Last(d)), E::Summary(b, q, Samples::Last(e))) => {
+                a == b && same(p, q) && d.value.to_bits() == e.value.to_bits()
+            }
+            (E::Summary(a, p, Samples::Since(c)), E::Summary(b, q, Samples::Since(d))) => {
+                a == b && same(p, q) && same(c, d)
+            }
             (E::Rate(p, d), E::Rate(q, e)) => same(p, q) && d.value.to_bits() == e.value.to_bits(),
             (
                 E::Hysteresis { value: p, on: a, off: b, rising: r },

@@ -5,6 +5,7 @@ use crate::base::channels::{Axis, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::{Finger, FingerPick};
 use crate::language::codes;
+use crate::language::ops::Samples;
 use crate::language::resolve::Resolver;
 use crate::language::rules::{Expr, ExprKind, Hand, Type};
 use crate::language::syntax;
@@ -108,10 +109,11 @@ impl Resolver {
             | ExprKind::Not(inner)
             | ExprKind::Hysteresis { value: inner, .. }
             | ExprKind::Temporal(_, inner)
-            | ExprKind::Rate(inner, _) => self.picked(inner),
-            ExprKind::Arithmetic(_, left, right) | ExprKind::Compare(_, left, right) => {
-                self.picked(left).or_else(|| self.picked(right))
-            }
+            | ExprKind::Rate(inner, _)
+            | ExprKind::Summary(_, inner, Samples::Last(_)) => self.picked(inner),
+            ExprKind::Arithmetic(_, left, right)
+            | ExprKind::Compare(_, left, right)
+            | ExprKind::Summary(_, left, Samples::Since(right)) => self.picked(left).or_else(|| self.picked(right)),
             ExprKind::And(parts) | ExprKind::Or(parts) | ExprKind::Call(_, parts) => {
                 parts.iter().find_map(|part| self.picked(part))
             }

@@ -2,6 +2,7 @@
 
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
+use crate::language::ops::Summary;
 use crate::language::resolve::Resolver;
 use crate::language::rules::{Comparison, Expr, ExprKind, Function};
 
@@ -37,6 +38,7 @@ impl Resolver {
             | ExprKind::Call(Function::Abs | Function::Min | Function::Max | Function::Sum, _) => {
                 expr.arguments().into_iter().all(|argument| self.is_exact(argument))
             }
+            ExprKind::Summary(Summary::Min | Summary::Max | Summary::Earliest, value, _) => self.is_exact(value),
             _ => false,
         }
     }

@@ -19,7 +19,8 @@ impl Resolver {
             self.unknown_function(path);
             return None;
         };
-        let Some(form) = operator.forms.iter().find(|form| form.takes.len() == arguments.len()) else {
+        let Some(form) = operator.forms.iter().find(|form| !form.over_time && form.takes.len() == arguments.len())
+        else {
             self.wrong_count(operator, arguments.len(), span);
             return None;
         };
@@ -72,8 +73,10 @@ impl Resolver {
     }
 
     fn wrong_count(&mut self, operator: &Operator, given: usize, span: Span) {
-        let counts: Vec<usize> = operator.forms.iter().map(|form| form.takes.len()).collect();
+        let counts: Vec<usize> =
+            operator.forms.iter().filter(|form| !form.over_time).map(|form| form.takes.len()).collect();
         let wanted = match counts.as_slice() {
+            [] => "samples over time",
             [1] => "one argument",
             [2] | [2, 2] => "two arguments",
             [3] => "three arguments",
@@ -96,6 +99,8 @@ impl Resolver {
                     self.want(argument, Shape::Scalar, &who)?;
                 }
                 Takes::Number | Takes::Numbers => self.want_number(argument, &who)?,
+                // These are of forms that look at samples.
+                Takes::Value | Takes::NumberOrCondition => {}
                 Takes::Vec3 | Takes::Direction => self.want(argument, Shape::Vec3, &who)?,
                 Takes::Rotation => self.want(argument, Shape::Rotation, &who)?,
                 Takes::Duration | Takes::Times | Takes::OfHand(_) => return None,
@@ -142,6 +147,10 @@ impl Resolver {
             Gives::Angle => Type { axis, ..scalar(Dimension::ANGLE) },
             Gives::PerTime => {
                 let dimension = self.carried(first.ty.dimension.over(Dimension::TIME), first.span)?;
+                Type { dimension, ..first.ty }
+            }
+            Gives::TimesTime => {
+                let dimension = self.carried(first.ty.dimension.times(Dimension::TIME), first.span)?;
                 Type { dimension, ..first.ty }
             }
             Gives::Force => scalar(Dimension::FORCE),
@@ -221,7 +230,7 @@ impl Resolver {
         }
     }
 
-    fn unknown_function(&mut self, path: &Path) {
+    pub(super) fn unknown_function(&mut self, path: &Path) {
         let name = path.text();
         if self.names.values.contains_key(&name) || self.names.channel(&name).is_some() {
             self.report(

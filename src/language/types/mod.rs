@@ -6,6 +6,7 @@ mod constants;
 mod equality;
 mod functions;
 mod paths;
+mod summaries;
 
 use super::codes;
 use super::ops::Temporal;
@@ -25,13 +26,15 @@ pub struct Scope {
     memory: bool,
     /// The `within next` that it stands in.
     ahead: Option<Span>,
+    /// The number over time that it stands in.
+    summary: Option<Span>,
 }
 
 impl Scope {
     /// In `for each hand`.
-    pub const HAND: Self = Self { hand: Hand::This, memory: false, ahead: None };
+    pub const HAND: Self = Self { hand: Hand::This, memory: false, ahead: None, summary: None };
     /// Outside of it.
-    pub const NOBODY: Self = Self { hand: Hand::Nobody, memory: false, ahead: None };
+    pub const NOBODY: Self = Self { hand: Hand::Nobody, memory: false, ahead: None, summary: None };
 
     /// The same where latches and `from` may be read.
     pub const fn with_memory(self) -> Self {
@@ -73,6 +76,7 @@ impl Resolver {
             Syntax::Number { value, dimension, .. } => made(ExprKind::Number(*value), scalar(*dimension)),
             Syntax::Path(path) => self.path(path, scope),
             Syntax::Call(function, arguments) => self.call(function, arguments, span, scope),
+            Syntax::Summary(function, value, samples) => self.summary(function, value, samples, span, scope),
             Syntax::From(labels, none) => self.from(labels, *none, span, scope),
             Syntax::Group(inner) => self.expr(inner, scope).map(|inner| Expr { span, ..inner }),
             Syntax::Pick(inner, name) => self.pick(inner, name, span, scope),
@@ -123,7 +127,7 @@ impl Resolver {
                 let written = temporal.constants().into_iter().map(|constant| &**constant);
                 let constants = self.constants(written.zip(temporal.kinds()), scope);
                 let (condition, constants) = (condition?, constants?);
-                self.want_bool(&condition, "a window watches")?;
+                self.want_watched(&condition, temporal.name())?;
                 let temporal = self.over_time(temporal.name(), constants)?;
                 let ty = condition.ty;
                 made(ExprKind::Temporal(temporal, Box::new(condition)), ty)
@@ -175,6 +179,16 @@ impl Resolver {
             Some(window) => Diagnostic::error(codes::READS_MEMORY, format!("`within next` cannot look at {what}"))
                 .at(span, "what it will be is not known yet")
                 .at(window, "this looks ahead"),
+            None if scope.memory && scope.summary.is_some() => {
+                let finding =
+                    Diagnostic::error(codes::READS_MEMORY, format!("a number over time cannot look at {what}"))
+                        .at(span, "this is memory of the tree");
+                let finding = scope
+                    .summary
+                    .into_iter()
+                    .fold(finding, |finding, place| finding.at(place, "this is computed from the log alone"));
+                finding.help("ask a signal, such as `grasped`")
+            }
             None if !scope.memory => Diagnostic::error(codes::READS_MEMORY, format!("a signal cannot read {what}"))
                 .at(span, "this remembers")
                 .help("latches and choices of a tree can; a signal is computed from the log alone"),

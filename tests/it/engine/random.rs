@@ -5,7 +5,7 @@ use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::{Finger, FingerPick, Side};
 use teachtree::base::units::Dimension;
-use teachtree::language::ops::Temporal;
+use teachtree::language::ops::{Samples, Summary, Temporal};
 use teachtree::language::rules::*;
 use teachtree::stream::frames::{Column, ColumnKey, Frames, HandLayout, Layout};
 
@@ -509,7 +509,26 @@ impl Maker {
             };
         }
         let deeper = depth - 1;
-        match self.random.below(14) {
+        match self.random.below(18) {
+            14 | 15 => {
+                let summary = Summary::ALL[self.random.below(5)];
+                // Shares and times of conditions, too.
+                let of_condition = matches!(summary, Summary::Mean | Summary::Integral) && self.random.chance(30);
+                let samples = self.samples(place, axis, deeper);
+                let free = Place { memory: false, ..place };
+                let value = if of_condition { self.bool(free, axis, deeper) } else { self.number(place, axis, deeper) };
+                of(ExprKind::Summary(summary, Box::new(value), samples))
+            }
+            16 => {
+                let (vector, samples) = (self.vector(place, axis), self.samples(place, axis, 0));
+                let summary = [Summary::Mean, Summary::Integral, Summary::Earliest][self.random.below(3)];
+                let over = expr(ExprKind::Summary(summary, Box::new(vector), samples), Shape::Vec3, axis);
+                if self.random.chance(50) {
+                    of(ExprKind::Call(Function::Norm, vec![over]))
+                } else {
+                    of(ExprKind::Component(Box::new(over), self.random.below(3) as u8))
+                }
+            }
             10 => {
                 let (vector, duration) = (self.vector(place, axis), self.duration());
                 let rate = expr(ExprKind::Rate(Box::new(vector), duration), Shape::Vec3, axis);
@@ -580,6 +599,15 @@ impl Maker {
                 signal.unwrap_or_else(|| self.number(place, axis, 0))
             }
         }
+    }
+
+    /// Those of a duration, or since a condition began that the log alone says.
+    fn samples(&mut self, place: Place, axis: ArrayOf, depth: u32) -> Samples<Constant, Box<Expr>> {
+        if self.random.chance(60) {
+            return Samples::Last(self.duration());
+        }
+        let condition = self.loose(Place { memory: false, ..place }, axis, depth);
+        Samples::Since(Box::new(condition))
     }
 
     fn vector(&mut self, place: Place, axis: ArrayOf) -> Expr {

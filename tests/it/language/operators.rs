@@ -6,6 +6,7 @@ use crate::engine::random::Random;
 use crate::engine::stepped;
 use std::collections::{BTreeMap, BTreeSet};
 use teachtree::base::channels::{Axis, Shape};
+use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::{Finger, Side};
 use teachtree::engine::evaluator::evaluate;
 use teachtree::engine::inspect::Inspector;
@@ -167,17 +168,16 @@ fn takes(operator: &Operator, wanted: Takes) -> bool {
 
 #[test]
 fn durations_are_looked_at_and_changed_for_trial() {
+    let within = |one: Span, other: Span| one.file == other.file && other.start <= one.start && one.end <= other.end;
     for operator in OPERATORS.iter().filter(|operator| takes(operator, Takes::Duration)) {
         let short = operator.example.replace("200 ms", "0.1 ms").replace("100 ms", "0.1 ms");
         assert!(report(&load(&short)).contains("W303"), "`{}`", operator.name);
-        if operator.becomes == Becomes::Temporal {
-            let rules = rules(operator.example);
-            let (expr, _) = example(&rules);
-            let changed: BTreeSet<&str> =
-                mutants(&rules).filter(|mutant| mutant.span == expr.span).map(|mutant| mutant.what).collect();
-            assert!(changed.contains("the time doubled"), "`{}`: {changed:?}", operator.name);
-            assert_eq!(changed.contains("once more often"), takes(operator, Takes::Times), "`{}`", operator.name);
-        }
+        let rules = rules(operator.example);
+        let (expr, _) = example(&rules);
+        let changed: BTreeSet<&str> =
+            mutants(&rules).filter(|mutant| within(mutant.span, expr.span)).map(|mutant| mutant.what).collect();
+        assert!(changed.contains("the time doubled"), "`{}`: {changed:?}", operator.name);
+        assert_eq!(changed.contains("once more often"), takes(operator, Takes::Times), "`{}`", operator.name);
     }
 }
 
@@ -203,7 +203,7 @@ fn the_grammar_the_editors_and_the_reference_have_every_operator() {
 }
 
 fn has_memory(operator: &Operator) -> bool {
-    matches!(operator.becomes, Becomes::Temporal | Becomes::Rate | Becomes::Hysteresis)
+    matches!(operator.becomes, Becomes::Temporal | Becomes::Rate | Becomes::Summary(_) | Becomes::Hysteresis)
 }
 
 /// `(c) at least N times within last D`: an overlap of the definition's cases, frame by frame.

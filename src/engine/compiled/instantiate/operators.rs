@@ -18,14 +18,14 @@ impl Instantiation<'_> {
         &mut self,
         op: &Op,
         args: &[&[Item]],
-        arg: Option<ValueId>,
+        reads: &[ValueId],
         this: Option<Side>,
     ) -> Result<Vec<Item>, InputError> {
         let tally = args.iter().any(|arg| matches!(arg.first(), Some(Item::Tally(_))));
         if tally && !matches!(op, Op::Compare(_) | Op::Hysteresis { .. }) {
             return Err(tally_misused());
         }
-        let targets = arg.map(|arg| self.targets(arg, this)).unwrap_or_default();
+        let targets = reads.iter().fold(Targets::default(), |all, arg| all.and(self.targets(*arg, this)));
         let conditions = || args.iter().filter_map(|arg| arg.first().copied()).collect::<Vec<_>>();
         Ok(match op {
             Op::Negate => self.each(args[0], |instantiation, a| {
@@ -34,7 +34,7 @@ impl Instantiation<'_> {
             }),
             Op::Arithmetic(operation) => self.arithmetic(*operation, args[0], args[1])?,
             Op::Compare(comparison) => {
-                let object = arg.is_some_and(|arg| self.graph.value(arg).ty.shape == Shape::Object);
+                let object = reads.first().is_some_and(|arg| self.graph.value(*arg).ty.shape == Shape::Object);
                 vec![match (args[0][0], args[1][0]) {
                     (Item::Number(a), Item::Number(b)) if object => Item::Bit(self.same_object(*comparison, a, b)),
                     (Item::Number(a), Item::Number(b)) => Item::Bit(self.compare(*comparison, a, b)),
@@ -90,6 +90,7 @@ impl Instantiation<'_> {
                 }
                 out
             }
+            Op::Summary(summary, duration) => self.summary(*summary, *duration, args, targets)?,
             Op::Call(function) => self.call(*function, args)?,
             Op::Bool(_)
             | Op::Number(_)

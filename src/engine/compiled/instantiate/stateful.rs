@@ -18,7 +18,7 @@ impl Targets {
         Self(Side::BOTH.map(|side| sides.contains(&side)))
     }
 
-    fn and(self, other: Self) -> Self {
+    pub(super) fn and(self, other: Self) -> Self {
         Self([self.0[0] || other.0[0], self.0[1] || other.0[1]])
     }
 
