@@ -87,6 +87,11 @@ fn shake_is_carried_out() {
 }
 
 #[test]
+fn show_is_carried_out() {
+    own("show", "pick_and_place", ["Show", "carry", "show"]).carried_out();
+}
+
+#[test]
 fn drop_is_carried_out() {
     own("drop", "pick_and_place", ["Drop", "open", "drop"]).carried_out();
 }

@@ -237,6 +237,8 @@ fn what_fits_is_proposed() {
         (&format!("{head}signal a = left.target.depth above 3 mm |"), "until", "above Grasp"),
         (&format!("{head}signal a = (left.away) |"), "for|within last|within next|and", "mm"),
         (&format!("{head}signal a = (left.away) within |"), "last next", "mm"),
+        (&format!("{head}signal a = max(left.target.depth |"), "over last|since|and", "mm"),
+        (&format!("{head}signal a = max(left.target.depth over |"), "last", "next mm"),
         (&format!("{head}param p = 3 mm |"), "in", "and Grasp until"),
         (&format!("{head}for each hand {{\r\n  |"), "signal latch", "param tree"),
         (&format!("{head}for each hand {{\r\n  latch l set away |"), "clear and", "mm"),
