@@ -1,9 +1,10 @@
 //! What rules can say at all when some channels say nothing: the leaves that the trees can still reach.
 //!
 //! Every value is either one constant in all its elements and components, or an empty array, or unknown. A tree is walked along both
-//! ways of a test whose condition is unknown. `from` holds only of leaves that are reached, so the walk is repeated until nothing is added.
+//! ways of a test whose condition is unknown, and the condition is known from there on: a later test of it goes the same way. `from` holds only of
+//! leaves that are reached, so the walk is repeated until nothing is added.
 
-use super::{Graph, Leaf, Op, Target, ValueId};
+use super::{Decision, Graph, Leaf, Op, Target, ValueId};
 use crate::base::hands::FingerPick;
 use crate::language::ops::{Known, Summary, of_function};
 use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope};
@@ -22,23 +23,33 @@ pub fn possible(
         let mut walk = Walk { graph, channel: &channel, has: &has, reached: &reached, scope, values: BTreeMap::new() };
         let mut found = reached.clone();
         for tree in graph.trees.iter().filter(|tree| tree.scope == scope) {
-            let mut open = vec![tree.decision.root];
+            let below = asked_below(&tree.decision);
+            let mut open = vec![(tree.decision.root, Answers::new())];
             let mut seen = BTreeSet::new();
-            while let Some(target) = open.pop() {
-                match target {
+            while let Some((target, mut answers)) = open.pop() {
+                let at = match target {
                     Target::Leaf(Leaf::Primitive(label)) => {
                         found.insert(label);
+                        continue;
                     }
-                    Target::Leaf(Leaf::Stay | Leaf::Separate) => {}
-                    Target::Test(at) if seen.insert(at) => {
-                        let Some(test) = tree.decision.tests.get(at as usize) else { continue };
-                        match walk.value(test.condition).truth() {
-                            Some(true) => open.push(test.yes),
-                            Some(false) => open.push(test.no),
-                            None => open.extend([test.yes, test.no]),
-                        }
+                    Target::Leaf(Leaf::Stay | Leaf::Separate) => continue,
+                    Target::Test(at) => at as usize,
+                };
+                // Only what is asked again distinguishes two ways to a test.
+                answers.retain(|condition, _| below.get(at).is_some_and(|below| below.contains(condition)));
+                if seen.len() >= MOST_WAYS {
+                    answers.clear();
+                }
+                let Some(test) = tree.decision.tests.get(at).filter(|_| seen.insert((at, answers.clone()))) else {
+                    continue;
+                };
+                let known = answers.get(&test.condition).copied().or_else(|| walk.value(test.condition).truth());
+                for (answer, next) in [(true, test.yes), (false, test.no)] {
+                    if known.is_none_or(|known| known == answer) {
+                        let mut answers = answers.clone();
+                        answers.insert(test.condition, answer);
+                        open.push((next, answers));
                     }
-                    Target::Test(_) => {}
                 }
             }
         }
@@ -47,6 +58,40 @@ pub fn possible(
         }
         reached = found;
     }
+}
+
+/// How the tests on the way to a test were answered.
+type Answers = BTreeMap<ValueId, bool>;
+
+/// The most ways to tests of one tree that are told apart; from there on every test may go both ways.
+const MOST_WAYS: usize = 1 << 14;
+
+/// The most conditions of all tests together that are remembered on the way; trees with more of them are walked without memory.
+const MOST_REMEMBERED: usize = 1 << 20;
+
+/// Of the conditions that several tests ask for, those that each test, or one that it leads to, asks for.
+fn asked_below(decision: &Decision) -> Vec<BTreeSet<ValueId>> {
+    let mut counts: BTreeMap<ValueId, usize> = BTreeMap::new();
+    decision.tests.iter().for_each(|test| *counts.entry(test.condition).or_default() += 1);
+    counts.retain(|_, count| *count > 1);
+    if counts.len().saturating_mul(decision.tests.len()) > MOST_REMEMBERED {
+        return vec![];
+    }
+    let mut below: Vec<BTreeSet<ValueId>> = Vec::with_capacity(decision.tests.len());
+    for test in &decision.tests {
+        let mut asked = BTreeSet::new();
+        if counts.contains_key(&test.condition) {
+            asked.insert(test.condition);
+        }
+        for target in [test.yes, test.no] {
+            // Targets stand before the tests that lead to them.
+            if let Target::Test(at) = target {
+                asked.extend(below.get(at as usize).into_iter().flatten());
+            }
+        }
+        below.push(asked);
+    }
+    below
 }
 
 struct Walk<'a, F, P> {

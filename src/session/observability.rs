@@ -172,12 +172,26 @@ fn silent(frames: &Frames) -> BTreeMap<(u32, Option<Side>), (String, Known)> {
             let fixed = first == 0.0 || channel.absent == Absent::Derived && channel.shape.components().len() == 1;
             if fixed && values.all(|value| value == first) {
                 let state = if first == 0.0 { "zero" } else { "constant" };
-                silent.insert(
-                    (index, side),
-                    (format!("`{}` is {state} all along", channel.name), Known::Constant(first)),
-                );
+                let reason = match (channel.name.as_str(), side) {
+                    ("target", Some(side)) => always_one_target(frames, side, first),
+                    (name, _) => format!("`{name}` is {state} all along"),
+                };
+                silent.insert((index, side), (reason, Known::Constant(first)));
             }
         }
     }
     silent
+}
+
+/// That a hand has one target in the whole log, in words: what it handles never changes.
+fn always_one_target(frames: &Frames, side: Side, target: f64) -> String {
+    let name = if target < 0.0 { None } else { frames.objects.get(target as usize) };
+    match (name, frames.objects.len()) {
+        (Some(name), 1) if frames.layout.hands.len() > 1 => {
+            format!("`{name}` is the only object, so both hands have the same target all along")
+        }
+        (Some(name), 1) => format!("`{name}` is the only object, so it is the target all along"),
+        (Some(name), _) => format!("`{name}` is the target of the {side} hand all along"),
+        (None, _) => format!("the {side} hand has no target"),
+    }
 }
