@@ -1,9 +1,11 @@
 //! A binding to fill in: what was found in a log in, the text of a binding out, with the columns that belong together as patterns.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::shown::Shown;
-use crate::stream::inspect::{ColumnReport, Inspection, Kind};
+use crate::stream::inspect::{ColumnReport, Inspection, Kind, SheetReport};
 use crate::stream::names;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 /// Columns that belong together.
@@ -102,13 +104,29 @@ fn channel(pattern: &str, width: usize, flag: bool) -> String {
         }
         (3, None) if last(&["p", "pos", "position", "translation"]) => "?.position".into(),
         (1, _) if flag && name.contains("clos") => format!("{side}.gripper.closed"),
+        (1, _) if flag && (name.contains("contact") || name.contains("touch")) => format!("{side}.{finger}.contact"),
         (1, _) if !flag && name.contains("opening") => format!("{side}.gripper.opening"),
         _ => "?".into(),
     }
 }
 
+/// A line of a binding that a column may be meant for.
+struct Suggestion {
+    /// The channel; `?` stands for what has to be filled in.
+    channel: String,
+    columns: String,
+    about: String,
+}
+
+impl Suggestion {
+    /// The channel, where nothing has to be filled in.
+    fn named(&self) -> Option<LogChannel<'_>> {
+        LogChannel::parse(&self.channel)
+    }
+}
+
 /// The flag that an opening makes whose values fall into two groups: closed is below the middle between them.
-fn closed(column: &ColumnReport, pattern: &str) -> Option<String> {
+fn closed(column: &ColumnReport, pattern: &str) -> Option<Suggestion> {
     let name = column.name.to_lowercase();
     let is_opening =
         ["opening", "gripper", "grip", "width", "jaw", "finger_joint"].iter().any(|word| name.contains(word));
@@ -117,17 +135,24 @@ fn closed(column: &ColumnReport, pattern: &str) -> Option<String> {
     // Three digits are more than the middle is worth.
     let short = |number: f64| format!("{number:.2e}").parse().unwrap_or(number);
     let middle: f64 = short((low + high) / 2.0);
-    let limit = format!("{pattern} < {middle} {}", column.unit);
+    // The unit may be the column's own, or stand at the end of its name.
+    let limit = format!("{pattern} < {middle} {}", names::split_unit(pattern).1.unwrap_or_default());
     let [low, high] = [low, high].map(|mean| Shown(short(mean)));
-    Some(format!(
-        "  # {side}.gripper.closed: {}    # closed about {low}, open about {high}\n",
-        scalar(limit.trim_end())
-    ))
+    Some(Suggestion {
+        channel: format!("{side}.gripper.closed"),
+        columns: scalar(limit.trim_end()),
+        about: format!("closed about {low}, open about {high}"),
+    })
 }
 
 /// The text of a binding for a log like this one.
 pub fn skeleton(log: &Inspection) -> String {
     let mut text = String::from("about: what this log is, for people\n");
+    let suggestions: Vec<Suggestion> = log.sheets.iter().flat_map(suggestions).collect();
+    text.push_str("# Which quantities of the log show contacts and grasps (docs/bindings.md, Hand files); one of\n");
+    for (file, about) in hand_files(&suggestions) {
+        let _ = writeln!(text, "# hand_file: {file:<23} # {about}");
+    }
     let sheets = log.sheets.len();
     let time = log.sheets.iter().find_map(|sheet| sheet.time.as_deref());
     match time {
@@ -148,38 +173,111 @@ pub fn skeleton(log: &Inspection) -> String {
     text.push_str("# sign with `-` where the log says otherwise. A flag can be made by a threshold: `right.gripper.closed: opening [mm] < 30 mm`.\n");
     text.push_str("channels:\n  # right.thumb.position, right.thumb.force, right.thumb.contact, right.palm.rotation, right.gripper.opening,\n");
     text.push_str("  # <object>.position, <object>.rotation, contact.<object>.table.force, right.label\n");
-    for sheet in &log.sheets {
-        let full = |name: &str| if sheet.name.is_empty() { name.to_string() } else { format!("{}.{name}", sheet.name) };
-        let numbers: Vec<(String, String, bool)> = sheet
-            .columns
-            .iter()
-            .filter(|column| column.kind != Kind::Text)
-            .map(|column| (full(&column.name), column.unit.clone(), column.kind == Kind::Flag))
-            .collect();
-        for Group { pattern, width, flag } in groups(&numbers) {
-            let kind = match (width, flag) {
-                (3, _) => "a vector",
-                (4, _) => "a rotation",
-                (_, true) => "a flag",
-                _ => "a number",
-            };
-            let _ = writeln!(text, "  # {}: {}    # {kind}", channel(&pattern, width, flag), scalar(&pattern));
-            let report = sheet.columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
-            if let Some(line) = report.and_then(|report| closed(report, &pattern)) {
-                text.push_str(&line);
-            }
-        }
-        let texts = |column: &&ColumnReport| column.kind == Kind::Text && column.texts.len() > 1;
-        for column in sheet.columns.iter().filter(texts) {
-            let _ = writeln!(text, "  # right.label: {}    # text", scalar(&full(&column.name)));
-        }
+    for Suggestion { channel, columns, about } in &suggestions {
+        let _ = writeln!(text, "  # {channel}: {columns}    # {about}");
     }
     text.push_str(
         "\n# What the log does not say: what is handled, what carries it, and which fingers the hands have.\n",
     );
-    text.push_str("scene:\n  bodies:\n    object: {role: object, radius: 50 mm}\n    table: {role: support}\n");
-    text.push_str("  hands:\n    right: {fingers: [thumb, index]}\n");
+    text.push_str(
+        "scene:\n  bodies:\n    object: {role: object, radius: 50 mm}\n    table: {role: support}\n  hands:\n",
+    );
+    for (side, fingers) in hands(&suggestions) {
+        let _ = writeln!(text, "    {side}: {{fingers: [{}]}}", fingers.join(", "));
+    }
     text
+}
+
+/// The lines that the columns of a sheet may be meant for.
+fn suggestions(sheet: &SheetReport) -> Vec<Suggestion> {
+    let full = |name: &str| if sheet.name.is_empty() { name.to_string() } else { format!("{}.{name}", sheet.name) };
+    let numbers: Vec<(String, String, bool)> = sheet
+        .columns
+        .iter()
+        .filter(|column| column.kind != Kind::Text)
+        .map(|column| (full(&column.name), column.unit.clone(), column.kind == Kind::Flag))
+        .collect();
+    let mut all = vec![];
+    for Group { pattern, width, flag } in groups(&numbers) {
+        let kind = match (width, flag) {
+            (3, _) => "a vector",
+            (4, _) => "a rotation",
+            (_, true) => "a flag",
+            _ => "a number",
+        };
+        let channel = channel(&pattern, width, flag);
+        all.push(Suggestion { channel, columns: scalar(&pattern), about: kind.into() });
+        let report = sheet.columns.iter().find(|column| names::split_unit(&pattern).0 == full(&column.name));
+        all.extend(report.and_then(|report| closed(report, &pattern)));
+    }
+    let texts = sheet.columns.iter().filter(|column| column.kind == Kind::Text && column.texts.len() > 1);
+    all.extend(texts.map(|column| Suggestion {
+        channel: "right.label".into(),
+        columns: scalar(&full(&column.name)),
+        about: "text".into(),
+    }));
+    all
+}
+
+/// The hands that the suggested channels are of, and the fingers that can have a position: those that are named, or a thumb for the one point of a gripper
+/// or a tool.
+fn hands(suggestions: &[Suggestion]) -> BTreeMap<Side, Vec<&'static str>> {
+    let mut hands: BTreeMap<Side, BTreeSet<Finger>> = BTreeMap::new();
+    for channel in suggestions.iter().filter_map(Suggestion::named) {
+        match channel {
+            LogChannel::Finger(side, finger, _) | LogChannel::Touch(side, finger, _) => {
+                hands.entry(side).or_default().insert(finger);
+            }
+            LogChannel::GripperClosed(side) | LogChannel::GripperOpening(side) => drop(hands.entry(side).or_default()),
+            _ => {}
+        }
+    }
+    if hands.is_empty() {
+        hands.entry(Side::Right).or_default();
+    }
+    let named = |fingers: BTreeSet<Finger>| match fingers.is_empty() {
+        true => vec![Finger::Thumb.name()],
+        false => Finger::ALL.into_iter().filter(|finger| fingers.contains(finger)).map(Finger::name).collect(),
+    };
+    hands.into_iter().map(|(side, fingers)| (side, named(fingers))).collect()
+}
+
+/// The hand files that fit what is measured, with what each is for; the one that fits best first.
+fn hand_files(suggestions: &[Suggestion]) -> Vec<(&'static str, &'static str)> {
+    let has = |of: &dyn Fn(&LogChannel) -> bool| suggestions.iter().filter_map(Suggestion::named).any(|it| of(&it));
+    let of_tip = |part: FingerPart| {
+        has(&|channel| matches!(channel, LogChannel::Finger(_, finger, of) if *finger != Finger::Palm && *of == part))
+    };
+    let of_gripper = |of: Side| {
+        has(&|it| matches!(it, LogChannel::GripperClosed(side) | LogChannel::GripperOpening(side) if *side == of))
+    };
+    let is_mechanism = |it: &Suggestion| it.channel == "?" && it.columns.to_lowercase().contains("angle");
+    let of_palm =
+        has(&|channel| matches!(channel, LogChannel::Finger(_, Finger::Palm, FingerPart::Force | FingerPart::Contact)));
+    let fits = [
+        (of_tip(FingerPart::Force), "hand_force.rules", "forces of the fingertips; used where no hand file is named"),
+        (of_tip(FingerPart::Contact), "hand_flags.rules", "contact flags of thumb and fingers"),
+        (
+            of_gripper(Side::Left) || of_gripper(Side::Right),
+            "hand_gripper.rules",
+            "a gripper: its flag `closed`, and a position as thumb",
+        ),
+        (
+            of_gripper(Side::Left) && of_gripper(Side::Right),
+            "hand_gripper_pair.rules",
+            "two grippers, without poses of the objects",
+        ),
+        (of_palm, "hand_wrist.rules", "a tool on a force sensor at the wrist, as palm"),
+        (of_tip(FingerPart::Position), "hand_vision.rules", "positions of thumb and fingers, without forces"),
+        (
+            suggestions.iter().any(is_mechanism),
+            "hand_mechanism.rules",
+            "the position of a hand at a mechanism with an angle",
+        ),
+    ];
+    let fitting: Vec<_> = fits.iter().filter(|(fits, ..)| *fits).map(|(_, file, about)| (*file, *about)).collect();
+    // Where no name shows what is measured, any of them may fit.
+    if fitting.is_empty() { fits.iter().map(|(_, file, about)| (*file, *about)).collect() } else { fitting }
 }
 
 /// A text as YAML takes it.

@@ -65,6 +65,8 @@ pub fn read(
             "the log lacks the fingers' positions; no distance and no motion of the hand is known".to_string();
         issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
     }
+    let placed: Vec<&str> =
+        fingers.iter().zip(&found).filter(|(_, found)| found.is_some()).map(|(finger, _)| finger.name()).collect();
     let mut columns = Vec::with_capacity(slots.len());
     for ((slot, found), instead) in slots.iter().zip(found).zip(instead) {
         columns.push(match found.or(instead) {
@@ -81,7 +83,14 @@ pub fn read(
                 issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
                 constant(0.0)
             }
-            None => return Err(lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, None)),
+            None => {
+                let error = lacking(measured, &ChannelSpec { name: slot.clone(), ..spec.clone() }, None, None);
+                let only = format!(
+                    "bind it, or name only the fingers that have one in the scene: `fingers: [{}]`",
+                    placed.join(", ")
+                );
+                return Err(if spec.name == POSITION && any { error.help(only) } else { error });
+            }
         });
     }
     Ok(columns)
