@@ -81,7 +81,10 @@ impl Analysis {
 
     /// Labels and signals, a row per frame.
     fn frames(&self, py: Python<'_>, signals: Vec<String>) -> PyResult<Table> {
-        let made = self.with(py, move |found| Ok(tables::frames(&found.frames(&signals)?)))?;
+        let made = self.with(py, move |found| {
+            let signals: Vec<&str> = signals.iter().map(String::as_str).collect();
+            Ok(tables::frames(&found.frames(&signals)?))
+        })?;
         made.map_err(|error| arrow_error(py, &error))
     }
 

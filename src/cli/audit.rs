@@ -4,9 +4,10 @@ use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::audit::{Facts, Kind, compare};
+use crate::analysis::audit::{Facts, Kind, compare, unchecked};
 use crate::analysis::json::{Meta, VERSION, printed};
 use crate::base::error::InputError;
+use crate::base::hands::Who;
 use crate::report::audit::{Audit, page, text};
 use crate::session::files::recordings;
 use crate::stream::atomic_write::Files;
@@ -118,12 +119,15 @@ struct Audited {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = logs(args)?;
     check_places(args, &logs)?;
+    args.source.check(logs.len())?;
     let found = args.many.each("auditing", &logs, |log| {
         let opened = args.source.open(log)?;
         // Both the rules and the rests need it.
         opened.read()?;
         let analysis = args.rules.load(&opened)?.analyze(&opened)?;
-        let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest);
+        let carries = analysis.carries()?;
+        let can_carry = |who: Who| carries.contains(&who);
+        let facts = Facts::new(analysis.found(), &opened.opened()?.recording, args.rest, &can_carry);
         Ok::<_, Failure>((facts, analysis.meta().clone()))
     })?;
     let (mut audited, mut all, mut meta, mut failed, mut failures) = (vec![], vec![], None, vec![], vec![]);
@@ -142,10 +146,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let Some(meta) = meta else { return Failure::some(failures, 0) };
-    let usual = compare(&mut all);
+    let (usual, unchecked) = (compare(&mut all), unchecked(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|it| it.name.clone()).zip(all).collect();
     let allowed: Vec<Kind> = args.allow.iter().map(|kind| kind.kind()).collect();
-    let audit = Audit { recordings: &recordings, failed: &failed, usual: &usual, allowed: &allowed };
+    let audit =
+        Audit { recordings: &recordings, failed: &failed, usual: &usual, unchecked: &unchecked, allowed: &allowed };
     write(args, &audit, &audited, &meta, &logs)?;
     Failure::some(failures, recordings.len())?;
     let fails = |(_, facts): &(String, Facts)| {
@@ -297,7 +302,8 @@ fn document(audit: &Audit, meta: &Meta) -> Value {
     let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
     json!({ "schema": SCHEMA, "version": VERSION,
         "rules": { "files": meta.rules, "digest": meta.digest, "params": params },
-        "good": audit.good(), "allowed": allowed, "counts": counts, "usual": audit.usual, "recordings": recordings,
+        "good": audit.good(), "allowed": allowed, "counts": counts, "usual": audit.usual, "unchecked": audit.unchecked,
+        "recordings": recordings,
         "failed": failed })
 }
 

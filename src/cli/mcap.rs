@@ -113,7 +113,7 @@ impl Lanes {
             }
         }
         lanes.events.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let table = analysis.frames(signals)?;
+        let table = analysis.frames(&signals.iter().map(String::as_str).collect::<Vec<_>>())?;
         for (name, _, values) in table.columns() {
             match values {
                 FrameValues::Numbers(values) if name == "time" => lanes.time = values.to_vec(),

@@ -90,7 +90,7 @@ fn counters(analysis: &Analysis, signals: &[String], microseconds: &dyn Fn(f64) 
     if signals.is_empty() {
         return Ok(Vec::new());
     }
-    let table = analysis.frames(signals)?;
+    let table = analysis.frames(&signals.iter().map(String::as_str).collect::<Vec<_>>())?;
     let Some(FrameValues::Numbers(time)) = table.column("time") else { return Ok(Vec::new()) };
     let mut events = Vec::new();
     for (name, _, values) in table.columns() {

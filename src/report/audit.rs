@@ -24,6 +24,8 @@ pub struct Audit<'a> {
     pub failed: &'a [(String, String)],
     /// What is usual in the set, in words.
     pub usual: &'a [String],
+    /// Checks that were left out, with the reason, in words.
+    pub unchecked: &'a [String],
     /// What does not make a recording a bad one.
     pub allowed: &'a [Kind],
 }
@@ -98,6 +100,9 @@ pub fn text(audit: &Audit, width: usize) -> String {
     for sentence in audit.usual {
         let _ = writeln!(text, "usual: {sentence}");
     }
+    for sentence in audit.unchecked {
+        let _ = writeln!(text, "not checked: {sentence}");
+    }
     let _ = writeln!(text, "{}", audit.summary());
     text
 }
@@ -128,9 +133,11 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
     let longest = audit.recordings.iter().map(|(_, facts)| facts.duration_s()).fold(0.0, f64::max);
     let mut body =
         format!("<h1>Audit of {} recordings</h1>\n<p>{}.</p>\n", audit.recordings.len(), escape(&audit.summary()));
-    if !audit.usual.is_empty() {
-        let items: String = audit.usual.iter().map(|it| format!("<li>{}</li>", escape(it))).collect();
-        let _ = writeln!(body, "<p>Usual in this set:</p><ul>{items}</ul>");
+    for (title, sentences) in [("Usual in this set", audit.usual), ("Not checked", audit.unchecked)] {
+        let items: String = sentences.iter().map(|it| format!("<li>{}</li>", escape(it))).collect();
+        if !items.is_empty() {
+            let _ = writeln!(body, "<p>{title}:</p><ul>{items}</ul>");
+        }
     }
     body.push_str("<table>\n<tr><th>recording</th><th>length</th><th>segments and findings</th></tr>\n");
     for (name, facts) in audit.recordings {

@@ -3,6 +3,8 @@
 use super::error::Error;
 use super::explain::{Explanations, Question};
 use super::log::Log;
+#[cfg(feature = "cli")]
+use super::observability::{self, TrackObservability};
 use super::rules::Rules;
 use super::run::Run;
 use super::score::{Labels, Score};
@@ -11,6 +13,10 @@ use super::table::FrameTable;
 use crate::analysis::json::Meta;
 use crate::analysis::{self, Analysis as Found, Confidence, Segment as Stretch, TaskSpan, Track as Lane, Who, explain};
 use crate::base::error::ErrorKind;
+#[cfg(feature = "cli")]
+use crate::base::meaning::Meaning;
+#[cfg(feature = "cli")]
+use crate::graph::lower;
 use crate::report::{self, Style};
 use crate::stream::issue::Issue;
 use std::fmt;
@@ -125,8 +131,8 @@ impl Analysis {
     ///
     /// # Errors
     /// [`ErrorKind::Argument`]: a name that the rules do not have.
-    pub fn frames<S: AsRef<str>>(&self, signals: &[S]) -> Result<FrameTable, Error> {
-        let signals: Vec<String> = signals.iter().map(|name| name.as_ref().to_string()).collect();
+    pub fn frames(&self, signals: &[&str]) -> Result<FrameTable, Error> {
+        let signals: Vec<String> = signals.iter().map(|name| (*name).to_string()).collect();
         FrameTable::new(self, &signals)
     }
 
@@ -205,6 +211,22 @@ impl Analysis {
             let _ = self.run.set(run);
         }
         self.run.get().ok_or_else(|| Error::internal("a run of rules is lost"))
+    }
+
+    /// The tracks in which the rules can detect that an object is carried; all of them where no primitive says `does carry`. Reads the log into memory.
+    ///
+    /// # Errors
+    /// What is wrong with the rows of the log.
+    #[cfg(feature = "cli")]
+    pub(crate) fn carries(&self) -> Result<Vec<Who>, Error> {
+        let primitives = &self.found.primitives;
+        let is_carry = |name: &String| primitives.does(name) == Some(Meaning::Carry);
+        let tracks = observability::tracks(&lower(self.rules.set()), &self.run()?.frames);
+        let of = |track: &TrackObservability| {
+            let lost = track.undetectable.iter().flat_map(|lack| &lack.primitives).any(is_carry);
+            !lost || track.detectable.iter().any(is_carry)
+        };
+        Ok(tracks.iter().filter(|track| of(track)).map(|track| track.track).collect())
     }
 
     /// Everything that explanations are made of.

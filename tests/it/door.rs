@@ -142,7 +142,7 @@ fn questions_are_answered_as_on_the_command_line() {
 #[test]
 fn a_table_of_frames_is_of_the_format_that_its_name_ends_in() {
     let log = nuts();
-    let table = Rules::for_log(&log).unwrap().analyze(&log).unwrap().frames::<&str>(&[]).unwrap();
+    let table = Rules::for_log(&log).unwrap().analyze(&log).unwrap().frames(&[]).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let error = table.write(folder.path().join("frames.xls")).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Argument);

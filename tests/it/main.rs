@@ -36,6 +36,8 @@ mod fit;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod frame_table;
 mod graph;
+#[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
+mod gripper;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod hostile;
 #[cfg(feature = "cli")]

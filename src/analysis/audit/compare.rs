@@ -50,6 +50,16 @@ pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
     usual
 }
 
+/// The checks that were left out because recordings do not show what they are about, in words.
+pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
+    let count = recordings.iter().filter(|facts| facts.has_unjudged_grasps).count();
+    let all = recordings.len();
+    let sentence = format!(
+        "failed grasps in {count} of {all} recordings: they have no poses of the objects, and the rules cannot detect in them that an object is carried"
+    );
+    if count > 0 { vec![sentence] } else { vec![] }
+}
+
 fn unlike(at: usize, kind: Kind, message: String) -> (usize, Finding) {
     (at, Finding { kind, track: None, span_s: None, message })
 }

@@ -6,7 +6,7 @@
 mod compare;
 mod motion;
 
-pub use compare::compare;
+pub use compare::{compare, unchecked};
 
 use super::{Analysis, Segment, TaskSpan, Track, UNKNOWN, Who};
 use crate::base::meaning::Meaning;
@@ -106,19 +106,26 @@ pub struct Facts {
     primitives: Vec<Step>,
     /// The hands that are in the middle of something at its beginning or end. Whether that is wrong is seen among all recordings.
     edges: Vec<Edge>,
+    /// Whether a grasp may have failed, and nothing in the recording can show that its object was carried.
+    has_unjudged_grasps: bool,
 }
 
 impl Facts {
-    /// Those of a recording. Rests count from `rest_s` on, s.
-    pub fn new(found: &Analysis, recording: &Recording, rest_s: f64) -> Self {
+    /// Those of a recording. Rests count from `rest_s` on, s; `can_carry` is whether the rules can detect in it that a hand carries an object.
+    pub fn new(found: &Analysis, recording: &Recording, rest_s: f64, can_carry: &dyn Fn(Who) -> bool) -> Self {
         let motion = Motion::new(recording);
         let hands: Vec<&Track> = found.tracks.iter().filter(|track| track.who.side().is_some()).collect();
         let drawn = |it: &Segment| (it.start_s, it.end_s, it.primitive.clone(), it.does);
         let mut findings = idle(found, &hands, &motion, rest_s);
-        let mut edges = Vec::new();
+        let (mut edges, mut has_unjudged_grasps) = (Vec::new(), false);
         for track in &hands {
             findings.extend(gaps(found, track));
-            findings.extend(failed_grasps(track, &hands, &motion));
+            let grasps = failed_grasps(track, &hands, &motion);
+            // Where no carry can be detected, a grasp without poses of its object looks failed whatever happened.
+            let (failed, unjudged): (Vec<_>, Vec<_>) =
+                grasps.into_iter().partition(|(by_poses, _)| *by_poses || can_carry(track.who));
+            findings.extend(failed.into_iter().map(|(_, finding)| finding));
+            has_unjudged_grasps |= !unjudged.is_empty();
             edges.extend([true, false].into_iter().filter_map(|is_start| edge(found, recording, track, is_start)));
         }
         let steps = |of: &dyn Fn(&Track) -> Vec<Step>| {
@@ -141,6 +148,7 @@ impl Facts {
             tasks: steps(&|track| track.tasks.iter().map(task).collect()),
             primitives: steps(&|track| track.relabeled.iter().filter(|it| is_key(it)).map(primitive).collect()),
             edges,
+            has_unjudged_grasps,
         }
     }
 
@@ -266,8 +274,9 @@ const fn proves_grasp(does: Meaning) -> bool {
     )
 }
 
-/// Grasps that were let go of without the object having moved with the hand. One that goes on when the recording begins is none: what was before is unknown.
-fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<Finding> {
+/// Grasps that were let go of without the object having moved with the hand, each with whether the poses of the object show it, not the primitives alone.
+/// One that goes on when the recording begins is none: what was before is unknown.
+fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<(bool, Finding)> {
     let segments = &track.relabeled;
     let follows = |at: usize| {
         at > 0 && segments.get(at - 1).zip(segments.get(at)).is_some_and(|(a, b)| a.frames.end == b.frames.start)
@@ -291,20 +300,28 @@ fn failed_grasps(track: &Track, hands: &[&Track], motion: &Motion) -> Vec<Findin
         }
         let released = follows(end).then(|| segments.get(end)).flatten();
         let grasp = segments.get(at..end).unwrap_or_default();
-        if let Some(released) = released.filter(|released| is_failed(grasp, released.start_s, track, hands, motion)) {
+        let failed = released.and_then(|it| Some((it, failed_by_poses(grasp, it.start_s, track, hands, motion)?)));
+        if let Some((released, by_poses)) = failed {
             let message = format!("{}: let go of without having moved with the hand", named(track, first));
             let span_s = Some([first.start_s, released.start_s]);
-            findings.push(Finding { kind: Kind::FailedGrasp, track: Some(track.who), span_s, message });
+            findings.push((by_poses, Finding { kind: Kind::FailedGrasp, track: Some(track.who), span_s, message }));
         }
         at = end;
     }
     findings
 }
 
-fn is_failed(grasp: &[Segment], released_s: f64, track: &Track, hands: &[&Track], motion: &Motion) -> bool {
+/// Whether the poses of the object show that a grasp failed, or the primitives alone; `None` where it did not fail.
+fn failed_by_poses(
+    grasp: &[Segment],
+    released_s: f64,
+    track: &Track,
+    hands: &[&Track],
+    motion: &Motion,
+) -> Option<bool> {
     let does = |wanted: &dyn Fn(Meaning) -> bool| grasp.iter().any(|it| it.does.is_some_and(wanted));
     if grasp.iter().any(|it| it.does.is_none()) || does(&proves_grasp) {
-        return false;
+        return None;
     }
     // A hand may keep an object in its place while the other one works.
     let other_works = |it: &Segment| {
@@ -313,12 +330,13 @@ fn is_failed(grasp: &[Segment], released_s: f64, track: &Track, hands: &[&Track]
             && others.into_iter().any(|other| handles(other) && other.start_s < it.end_s && other.end_s > it.start_s)
     };
     if grasp.iter().any(other_works) {
-        return false;
+        return None;
     }
     let object = grasp.iter().find_map(|it| it.subject.object.as_deref());
     let start_s = grasp.first().map_or(released_s, |it| it.start_s);
     let moved =
         track.who.side().zip(object).and_then(|(side, object)| motion.moved_with(side, object, start_s, released_s));
     let is_moving = |does: Meaning| matches!(does, Meaning::Carry | Meaning::Slide | Meaning::Place) || does.pushes();
-    !moved.unwrap_or_else(|| does(&is_moving))
+    let failed = !moved.unwrap_or_else(|| does(&is_moving));
+    failed.then_some(moved.is_some())
 }

@@ -1,0 +1,173 @@
+//! A gripper of which only the opening and one point are known, as a new user meets it: the skeleton of its binding, and what can be found.
+
+use crate::program::{all_said, complained, said, teachtree_in};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use teachtree::{Log, Rules};
+
+/// Takes a box from a table and puts it down elsewhere: opening in mm, the tool point in mm, the box in mm, at 30 Hz.
+fn arm() -> String {
+    let mut text = String::from("time,gripper_width_mm,tcp_x_mm,tcp_y_mm,tcp_z_mm,box_x_mm,box_y_mm,box_z_mm\n");
+    for row in 0..300_u32 {
+        let t = f64::from(row) / 30.0;
+        let between = |from: f64, to: f64| ((t - from) / (to - from)).clamp(0.0, 1.0);
+        let width = 80.0 - 40.0 * between(2.5, 2.8) + 40.0 * between(7.5, 7.8);
+        let height = 20.0 + 180.0 * (1.0 - between(1.0, 2.2)) + 100.0 * (between(3.2, 4.2) - between(6.0, 7.0));
+        let height = height + 180.0 * between(8.2, 9.2);
+        let (x, lifted) = (200.0 + 150.0 * between(4.2, 6.0), 100.0 * (between(3.2, 4.2) - between(6.0, 7.0)));
+        let _ = writeln!(text, "{t:.4},{width:.3},{x:.3},0,{height:.3},{x:.3},0,{:.3}", 20.0 + lifted);
+    }
+    text
+}
+
+/// A binding of it with the tool point as one finger.
+fn binding(finger: &str) -> String {
+    format!(
+        "hand_file: hand_gripper.rules\nchannels:\n  right.{finger}.position: tcp_<xyz>_mm [mm]\n  right.gripper.opening: gripper_width_mm [mm]\n  \
+         right.gripper.closed: gripper_width_mm [mm] < 60 mm\n  box.position: box_<xyz>_mm [mm]\nscene:\n  bodies:\n    \
+         box: {{role: object, parts: [{{box: [40 mm, 40 mm, 40 mm]}}]}}\n    \
+         table: {{role: support, position: [200 mm, 0 mm, -10 mm], parts: [{{box: [1 m, 1 m, 20 mm]}}]}}\n  \
+         hands: {{right: {{fingers: [{finger}]}}}}\n"
+    )
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("arm.csv"), arm()).unwrap();
+    folder
+}
+
+fn skeleton(folder: &Path, log: &str) -> Option<String> {
+    let path = folder.join("skeleton.yaml");
+    let _ = std::fs::remove_file(&path);
+    let output = teachtree_in(folder, &["inspect", log, "--skeleton", "skeleton.yaml"]);
+    output.status.success().then(|| std::fs::read_to_string(path).unwrap())
+}
+
+/// All files and folders below that may be logs.
+fn below(folder: &Path) -> Vec<PathBuf> {
+    let mut found = vec![];
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(below(&path));
+        }
+        found.push(path);
+    }
+    found
+}
+
+/// Each line that a skeleton suggests is taken as it stands.
+#[test]
+fn each_line_of_a_skeleton_can_be_uncommented() {
+    let folder = folder();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut logs = vec![folder.path().join("arm.csv")];
+    for part in ["demos", "tests/fixtures/formats"] {
+        logs.extend(below(&root.join(part)));
+    }
+    let (mut tried, mut thresholds) = (0, 0);
+    for log in logs {
+        let Some(text) = skeleton(folder.path(), log.to_str().unwrap()) else { continue };
+        let text = text.replace("\"? Hz\"", "10 Hz");
+        let suggested = |line: &&str| {
+            let key = line.trim_start().strip_prefix("# ").and_then(|line| line.split_once(": ")).map(|(key, _)| key);
+            key.is_some_and(|key| key == "hand_file" || key.contains('.') && !key.contains(['?', ' ', ',', '<']))
+        };
+        for line in text.lines().filter(suggested) {
+            let bound = text.replacen(line, &line.replacen("# ", "", 1), 1);
+            let path = folder.path().join("bound.yaml");
+            std::fs::write(&path, &bound).unwrap();
+            let opened = match line.starts_with("# hand_file") {
+                // What a log without any channel lacks is another question.
+                true => Rules::options().hand_file(line.split_whitespace().nth(2).unwrap()).load().map(drop),
+                false => Log::options().binding(&path).open(&log).map(drop),
+            };
+            assert!(opened.is_ok(), "{}: `{line}`: {}", log.display(), opened.unwrap_err());
+            tried += 1;
+            thresholds += usize::from(line.contains(" < "));
+        }
+    }
+    assert!(tried > 20 && thresholds > 2, "{tried} lines, {thresholds} with a threshold");
+}
+
+#[test]
+fn a_skeleton_offers_the_fingers_and_hand_files_that_fit() {
+    let folder = folder();
+    let text = skeleton(folder.path(), "arm.csv").unwrap();
+    assert!(text.contains("right: {fingers: [thumb]}"), "{text}");
+    let files: Vec<&str> = text.lines().filter(|line| line.starts_with("# hand_file: ")).collect();
+    assert!(matches!(files.as_slice(), [file] if file.contains("hand_gripper.rules")), "{files:?}");
+    let header = "time,thumb_px [m],thumb_py [m],thumb_pz [m],index_px [m],index_py [m],index_pz [m],thumb_fx [N],thumb_fy [N],thumb_fz [N]\n";
+    std::fs::write(folder.path().join("hand.csv"), format!("{header}0,1,2,3,4,5,6,7,8,9\n1,2,3,4,5,6,7,8,9,1\n"))
+        .unwrap();
+    let text = skeleton(folder.path(), "hand.csv").unwrap();
+    assert!(text.contains("right: {fingers: [thumb, index]}"), "{text}");
+    assert!(
+        text.contains("# hand_file: hand_force.rules") && text.contains("# hand_file: hand_vision.rules"),
+        "{text}"
+    );
+    assert!(!text.contains("hand_gripper"), "{text}");
+}
+
+#[test]
+fn a_finger_without_a_position_is_named_with_the_fix() {
+    let folder = folder();
+    std::fs::write(folder.path().join("b.yaml"), binding("thumb").replace("[thumb]", "[thumb, index]")).unwrap();
+    let refused = teachtree_in(folder.path(), &["analyze", "arm.csv", "--binding", "b.yaml"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("`fingers: [thumb]`"), "{}", complained(&refused));
+}
+
+/// No rule finds the carry of a hand without fingertips, also where contacts of the box are computed; as a thumb the point shows it.
+#[test]
+fn a_tool_point_as_palm_is_promised_no_carry_and_the_lack_is_reported() {
+    let folder = folder();
+    for (finger, has_carry) in [("palm", false), ("thumb", true)] {
+        std::fs::write(folder.path().join("b.yaml"), binding(finger)).unwrap();
+        let json = |command: &str| -> Value {
+            let args = [command, "arm.csv", "--binding", "b.yaml", "--format", "json"];
+            let output = teachtree_in(folder.path(), &args);
+            assert!(output.status.success(), "{}", all_said(&output));
+            serde_json::from_str(&said(&output)).unwrap()
+        };
+        let promised = json("inspect")["recognition"]["tracks"][0]["can"].to_string();
+        let analysis = json("analyze");
+        let found = analysis["tracks"].to_string().contains("\"Translate\"");
+        assert_eq!([promised.contains("\"Translate\""), found], [has_carry; 2], "{finger}: {promised}");
+        let lacks = analysis["issues"].as_array().unwrap().iter().any(|issue| {
+            let message = issue["message"].as_str().unwrap();
+            message.contains("Translate cannot be detected")
+                && message.contains("the hand has a palm and no fingertips")
+        });
+        assert_eq!(lacks, !has_carry, "{finger}: {}", analysis["issues"]);
+    }
+}
+
+/// Without poses of the object and without a position of the hand nothing shows whether a grasp failed.
+#[test]
+fn an_audit_leaves_out_failed_grasps_where_no_carry_can_be_detected() {
+    let folder = folder();
+    std::fs::copy(folder.path().join("arm.csv"), folder.path().join("again.csv")).unwrap();
+    let opening_only = "hand_file: hand_gripper.rules\nchannels: {right.gripper.closed: 'gripper_width_mm [mm] < 60 mm'}\nscene:\n  \
+                        bodies: {box: {role: object, radius: 20 mm}}\n  hands: {right: {fingers: [thumb]}}\n";
+    std::fs::write(folder.path().join("b.yaml"), opening_only).unwrap();
+    let audit = ["audit", "arm.csv", "again.csv", "--binding", "b.yaml"];
+    let output = teachtree_in(folder.path(), &audit);
+    assert_eq!(
+        said(&output).matches("not checked: failed grasps in 2 of 2 recordings").count(),
+        1,
+        "{}",
+        all_said(&output)
+    );
+    assert!(!said(&output).contains("failed grasp:"), "{}", said(&output));
+    let output = teachtree_in(folder.path(), &[&audit[..], &["--format", "json"]].concat());
+    let document: Value = serde_json::from_str(&said(&output)).unwrap();
+    assert_eq!(document["counts"]["failed_grasp"], 0);
+    assert_eq!(document["unchecked"].as_array().unwrap().len(), 1);
+    // With poses of the box a grasp that moved it is judged.
+    std::fs::write(folder.path().join("b.yaml"), binding("thumb")).unwrap();
+    let output = teachtree_in(folder.path(), &audit);
+    assert!(!said(&output).contains("not checked"), "{}", said(&output));
+}
