@@ -79,6 +79,21 @@ impl InputError {
         Self { kind: Some(kind), cause: Some(Arc::new(cause)), ..Self::new(file, message) }
     }
 
+    /// An error about a file or folder that cannot be written, in words for people.
+    pub fn unwritable(place: impl Into<String>, error: &std::io::Error) -> Self {
+        use std::io::ErrorKind;
+        let why = match error.kind() {
+            ErrorKind::NotFound => "there is no such folder".to_string(),
+            ErrorKind::PermissionDenied => "the folder cannot be written".to_string(),
+            ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty => {
+                "another program has taken this name meanwhile".to_string()
+            }
+            // Without the number that the system gives it: `No space left on device (os error 28)`.
+            _ => error.to_string().split(" (os error").next().unwrap_or_default().to_string(),
+        };
+        Self { kind: Some(self::ErrorKind::Io), ..Self::new(place, format!("cannot be written: {why}")) }
+    }
+
     /// The same error with a kind, unless it has one already.
     #[must_use]
     pub fn or_kind(mut self, kind: ErrorKind) -> Self {

@@ -58,7 +58,7 @@ pub struct Args {
     /// HDF5: a signal by which a part of a demonstration ends: 0 until the start or the end of a primitive or task, 1 from then on; may be repeated; the `signals` of the binding when left out
     #[arg(long, value_name = "NAME=STEP")]
     signal: Vec<String>,
-    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic
+    /// HDF5: a signal by which a part begins, in the layout of Isaac Lab Mimic; may be repeated; the `start_signals` of the binding when left out
     #[arg(long, value_name = "NAME=STEP")]
     start_signal: Vec<String>,
     /// HDF5: write the specification of the task for a data generator: `.json` for MimicGen, `.yaml` for AutoData
@@ -115,6 +115,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         return hdf5::run(args);
     }
     if args.data.symlink_metadata().is_err() {
+        let set = formats::without_episode(&args.data);
+        if set.symlink_metadata().is_ok() {
+            let message = "is one recording, expected a whole set: labels are written into a copy of all of it";
+            return Err(InputError::new(place, message).help(format!("name the set: {}", set.display())).into());
+        }
         return Err(InputError::unreadable(place, &std::io::ErrorKind::NotFound.into()).into());
     }
     Err(InputError::new(place, "is no data set, expected the folder of a LeRobot set, or an HDF5 file").into())
@@ -132,15 +137,22 @@ fn refuse_place(args: &Args) -> Result<(), InputError> {
         return Err(InputError::new(place, "is there already, expected the name of a new copy")
             .help("name another one, or delete it first"));
     }
-    let above = args.out.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let above =
-        std::fs::canonicalize(above).map_err(|error| InputError::unreadable(above.display().to_string(), &error))?;
+    let above = folder_above(&args.out)?;
     if std::fs::canonicalize(&args.data).is_ok_and(|set| above.starts_with(set)) {
         return Err(InputError::new(place, format!("is in {}, which is copied", args.data.display()))
             .help("name a place beside it"));
     }
     let inputs = read_by(&args.source, &args.rules);
     output::refuse_inputs(&args.out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())
+}
+
+/// The folder that a new file or folder is to be in.
+fn folder_above(place: &Path) -> Result<PathBuf, InputError> {
+    let above = place.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::canonicalize(above).map_err(|error| match error.kind() {
+        std::io::ErrorKind::NotFound => InputError::new(above.display().to_string(), "there is no such folder"),
+        _ => InputError::unreadable(above.display().to_string(), &error),
+    })
 }
 
 /// What the labels were made by: the rules of each analysis once, binding and version.

@@ -114,7 +114,15 @@ impl Folder {
     /// When it cannot be put there.
     pub fn commit_file(self, name: &Path) -> std::result::Result<(), InputError> {
         let state = state();
-        std::fs::rename(self.path().join(name), &self.target).map_err(|error| cannot(&self.target, &error))?;
+        let file = self.path().join(name);
+        // Renaming would replace what another program has put there meanwhile; a link does not. Some file systems have no links.
+        match std::fs::hard_link(&file, &self.target) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists && self.target.symlink_metadata().is_err() => {
+                std::fs::rename(&file, &self.target)
+            }
+            linked => linked,
+        }
+        .map_err(|error| cannot(&self.target, &error))?;
         sync(folder_of(&self.target));
         drop(state);
         Ok(())
@@ -129,7 +137,12 @@ impl Folder {
         let mut state = state();
         let folder = self.path();
         sync(&folder);
-        std::fs::rename(&folder, &self.target).map_err(|error| cannot(&self.target, &error))?;
+        // An empty folder would be replaced.
+        let renamed = match self.target.symlink_metadata() {
+            Ok(_) => Err(ErrorKind::AlreadyExists.into()),
+            Err(_) => std::fs::rename(&folder, &self.target),
+        };
+        renamed.map_err(|error| cannot(&self.target, &error))?;
         sync(folder_of(&self.target));
         state.temporary.remove(self.lock.0.path());
         Ok(())
@@ -262,12 +275,7 @@ impl Files {
 }
 
 fn cannot(path: &Path, error: &Error) -> InputError {
-    let why = match error.kind() {
-        ErrorKind::NotFound => "there is no such folder".into(),
-        ErrorKind::PermissionDenied => "the folder cannot be written".into(),
-        _ => error.to_string(),
-    };
-    InputError::new(path.display().to_string(), format!("cannot be written: {why}"))
+    InputError::unwritable(path.display().to_string(), error)
 }
 
 /// The file that a path leads to, which need not be there: links are followed.

@@ -414,3 +414,68 @@ fn labels_begin_with_their_frame_where_stamps_have_64_bits() {
     assert!(error.message.contains("the stamps of episode 0 are too large: at 1700000000.05 s"), "{error}");
     assert!(!folder.path().join("late").exists());
 }
+
+/// A file that grows beyond what may be written, as on a full disk, is no damage of the set: the destination is named.
+#[cfg(unix)]
+#[test]
+fn a_full_destination_is_named_with_the_cause() {
+    let folder = with_set();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    std::fs::copy(demos.join("lift.hdf5"), folder.path().join("lift.hdf5")).unwrap();
+    std::fs::copy(demos.join("lift_hdf5.binding.yaml"), folder.path().join("lift.yaml")).unwrap();
+    for (set, copy, binding, more) in [
+        ("set", "small", "b.yaml", ""),
+        ("lift.hdf5", "small.hdf5", "lift.yaml", "--signal 'grasp=start of Grasp of cube'"),
+    ] {
+        // A write beyond the limit fails where its signal is ignored.
+        let line = format!(
+            "trap '' XFSZ; ulimit -f 4; exec {} annotate {set} -o {copy} --binding {binding} -q {more}",
+            env!("CARGO_BIN_EXE_teachtree")
+        );
+        let output = std::process::Command::new("sh").args(["-c", &line]).current_dir(folder.path()).output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+        let place = format!("error: {copy}: cannot be written: ");
+        assert!(complained(&output).starts_with(&place), "{}", complained(&output));
+        assert_eq!(complained(&output).lines().count(), 1, "{}", complained(&output));
+        assert!(!folder.path().join(copy).exists());
+    }
+}
+
+#[test]
+fn what_is_no_whole_set_and_a_folder_that_is_not_there_are_named() {
+    let folder = with_set();
+    for (args, message) in [
+        (["set#0", "-o", "copy"], "set#0: is one recording, expected a whole set"),
+        (["set", "-o", "nodir/copy"], "nodir: there is no such folder"),
+    ] {
+        let refused = teachtree_in(folder.path(), &[&["annotate"], &args[..]].concat());
+        assert_eq!(refused.status.code(), Some(2));
+        assert!(complained(&refused).contains(message), "{}", complained(&refused));
+    }
+}
+
+/// What another program puts at the place of a copy while it is being made stays.
+#[test]
+fn a_place_that_is_taken_meanwhile_is_not_replaced() {
+    use teachtree::stream::atomic_write::Folder;
+    let place = tempfile::tempdir().unwrap();
+    let target = place.path().join("copy");
+    let made = || {
+        let folder = Folder::new(&target).unwrap();
+        std::fs::write(folder.path().join("file"), "ours").unwrap();
+        std::fs::create_dir(&target).unwrap();
+        folder
+    };
+    for error in [made().commit().unwrap_err(), {
+        std::fs::remove_dir(&target).unwrap();
+        made().commit_file(Path::new("file")).unwrap_err()
+    }] {
+        assert!(error.message.contains("another program has taken this name meanwhile"), "{error}");
+        assert!(std::fs::read_dir(&target).unwrap().next().is_none());
+    }
+    std::fs::remove_dir(&target).unwrap();
+    let folder = Folder::new(&target).unwrap();
+    std::fs::write(folder.path().join("file"), "ours").unwrap();
+    folder.commit_file(Path::new("file")).unwrap();
+    assert_eq!(std::fs::read_to_string(&target).unwrap(), "ours");
+}

@@ -41,6 +41,9 @@ fn signals_of_the_binding_are_written_where_the_command_line_names_none() {
     assert_eq!(said(&of_line).replace("b.hdf5", "a.hdf5"), said(&of_binding));
     let other = annotate(folder.path(), "c.hdf5", &["--signal", "other=end of Grasp of cube"]);
     assert_eq!(table(&said(&other))[0], ["recording", "other"]);
+    // Those of the other kind are kept.
+    let start = annotate(folder.path(), "d.hdf5", &["--start-signal", "begin=start of Approach"]);
+    assert_eq!(table(&said(&start))[0], ["recording", "grasp", "lifted", "begin"]);
 }
 
 /// The error has the line of the binding, in every command that reads it with rules, and nothing was analyzed or written before.
@@ -139,13 +142,18 @@ fn a_specification_for_autodata_is_as_its_descriptors() {
 
 #[test]
 fn specifications_that_cannot_be_made_are_refused_and_nothing_is_written() {
+    let without = with_signals("");
+    let start = ["--task-spec", "task.json", "--start-signal", "a=start of Grasp"];
+    let refused = annotate(without.path(), "new.hdf5", &start);
+    assert!(complained(&refused).contains("no signal ends a part of the task"), "{}", complained(&refused));
     let folder = with_signals(SIGNALS);
+    std::fs::write(folder.path().join("old.json"), "{\"edited\": true}").unwrap();
     let before = crate::annotate::all_files(folder.path());
     for (more, message) in [
         (&["--task-spec", "task.txt"][..], "ends in `.txt`, expected `.json` for MimicGen or `.yaml` for AutoData"),
         (&["--task-spec", "b.yaml"], "b.yaml"),
         (&["--task-spec", "no/task.json"], "no"),
-        (&["--task-spec", "task.json", "--start-signal", "a=start of Grasp"], "no signal ends a part of the task"),
+        (&["--task-spec", "old.json"], "old.json: is there already, expected the name of a new file"),
         (
             &[
                 "--task-spec",

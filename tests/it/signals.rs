@@ -177,4 +177,8 @@ fn h5py_finds_no_other_difference() {
     let found = String::from_utf8_lossy(&output.stdout).into_owned();
     // The row at which a signal rises is the last one of its part.
     assert!(found.contains(&format!("{{'grasp': {}, 'held': {}}}", start + 1, end + 1)), "{found}");
+    // The group `obs` is made where the file has none.
+    assert!(annotate(folder.path(), "isaac.hdf5", &[&steps[..], &["--layout", "isaac"]].concat()).status.success());
+    let output = run(&[tool.to_str().unwrap(), "lift.hdf5", "isaac.hdf5"]).unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -31,6 +31,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     };
     check_names(args, &wanted, &logs)?;
     let spec = args.task_spec.as_deref().map(|path| TaskSpec::new(args, path, &wanted)).transpose()?;
+    args.source.check(logs.len())?;
     let found = args.many.each("analyzing", &logs, |log| {
         let log = args.source.open(log)?;
         Ok::<_, Failure>(args.rules.load(&log)?.analyze(&log)?)
@@ -80,7 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     Failure::some(failures, analyses.len())
 }
 
-/// The signals of the command line, or those of the binding where it names none.
+/// The signals of the command line; of each kind that it names none of, those of the binding. Those that end parts come first.
 fn wanted(args: &Args) -> Result<Vec<Signal>, InputError> {
     let mut wanted: Vec<Signal> = Vec::new();
     for (option, texts, starts) in [("--signal", &args.signal, false), ("--start-signal", &args.start_signal, true)] {
@@ -96,8 +97,10 @@ fn wanted(args: &Args) -> Result<Vec<Signal>, InputError> {
             wanted.push(signal);
         }
     }
-    if let (true, Some(binding)) = (wanted.is_empty(), &args.source.binding) {
-        wanted = of_binding(binding)?;
+    if let Some(binding) = &args.source.binding {
+        let is_named = |starts: bool| if starts { !args.start_signal.is_empty() } else { !args.signal.is_empty() };
+        wanted.extend(of_binding(binding)?.into_iter().filter(|signal| !is_named(signal.starts)));
+        wanted.sort_by_key(|signal| signal.starts);
     }
     if wanted.is_empty() {
         return Err(InputError::new(args.data.display().to_string(), "an HDF5 file gets signals, found none to write")

@@ -79,8 +79,11 @@ impl<'a> TaskSpec<'a> {
         let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).chain([args.data.as_path()]).collect();
         output::refuse_inputs(path, &inputs)?;
         output::refuse_one_for_two(&[path, &args.out])?;
-        let above = path.parent().filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        std::fs::metadata(above).map_err(|error| InputError::unreadable(above.display().to_string(), &error))?;
+        if path.symlink_metadata().is_ok() {
+            let error = InputError::new(place, "is there already, expected the name of a new file");
+            return Err(error.help("name another one, or delete it first: what was edited in it would be lost"));
+        }
+        super::folder_above(path)?;
         Ok(Self { args, path: path.into(), format, wanted, bodies: formats::hdf5::annotate::bodies(&args.data)? })
     }
 

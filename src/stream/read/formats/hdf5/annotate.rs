@@ -89,13 +89,13 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
         let paths = Paths::new(&container, request)?;
         links::refuse(path)?;
         let packed = repack(path, &target, &RepackOptions::new());
-        packed.map_err(|error| unwritable(&place, &error))?;
-        edit(&target, &paths, request).map_err(|error| unwritable(&place, &error))?;
+        packed.map_err(|error| unwritable(&place, copy, &error))?;
+        edit(&target, &paths, request).map_err(|error| unwritable(&place, copy, &error))?;
         drop(container);
         compare(path, &target, &paths)
     })?;
     let sync = std::fs::File::open(&target).and_then(|file| file.sync_all());
-    sync.map_err(|error| InputError::new(copy.display().to_string(), format!("cannot be written: {error}")))?;
+    sync.map_err(|error| InputError::unwritable(copy.display().to_string(), &error))?;
     folder.commit_file(name)
 }
 
@@ -116,7 +116,13 @@ pub fn bodies(path: &Path) -> Result<Vec<String>, InputError> {
     })
 }
 
-fn unwritable(place: &str, error: &Error) -> InputError {
+/// What is wrong with the file, or with the place of its copy: errors of the system while the file is packed are those of writing, as it was read before.
+fn unwritable(place: &str, copy: &Path, error: &Error) -> InputError {
+    if let Error::Io(error) = error
+        && error.raw_os_error().is_some()
+    {
+        return InputError::unwritable(copy.display().to_string(), error);
+    }
     let help = "`h5repack` of the HDF5 tools may make a file of it that can be";
     InputError::new(place, format!("cannot be copied with signals: {error}")).help(help)
 }

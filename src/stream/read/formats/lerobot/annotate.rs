@@ -388,8 +388,14 @@ fn rewritten(
 ) -> Result<(), InputError> {
     let name = from.display().to_string();
     let file = File::create_new(to).map_err(|error| cannot(copy, &error))?;
-    let mut out = BufWriter::new(file);
-    rewrite::write(opened(from)?, &name, columns, keys, &mut out)?;
+    let mut out = files::Noted { out: BufWriter::new(file), failed: None };
+    let written = rewrite::write(opened(from)?, &name, columns, keys, &mut out);
+    // The writer of the format calls a full disk a damaged file.
+    if let Some(error) = &out.failed {
+        return Err(cannot(copy, error));
+    }
+    written?;
+    let mut out = out.out;
     out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| cannot(copy, &error))?;
     drop(out);
     rewrite::compare(opened(from)?, opened(to)?, &name, columns)

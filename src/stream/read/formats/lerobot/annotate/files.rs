@@ -15,7 +15,37 @@ pub(super) fn opened(path: &Path) -> Result<File, InputError> {
 }
 
 pub(super) fn cannot(copy: &Path, error: &std::io::Error) -> InputError {
-    InputError::new(copy.display().to_string(), format!("cannot be written: {error}"))
+    InputError::unwritable(copy.display().to_string(), error)
+}
+
+/// A destination that keeps the first error of writing into it.
+pub(super) struct Noted<W> {
+    pub out: W,
+    pub failed: Option<std::io::Error>,
+}
+
+impl<W> Noted<W> {
+    fn noted<T>(&mut self, result: std::io::Result<T>) -> std::io::Result<T> {
+        if let (Err(error), None) = (&result, &self.failed) {
+            self.failed = Some(error.raw_os_error().map_or_else(
+                || std::io::Error::new(error.kind(), error.to_string()),
+                std::io::Error::from_raw_os_error,
+            ));
+        }
+        result
+    }
+}
+
+impl<W: std::io::Write> std::io::Write for Noted<W> {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        let result = self.out.write(bytes);
+        self.noted(result)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        let result = self.out.flush();
+        self.noted(result)
+    }
 }
 
 /// The files of a folder and its subfolders, by path. Links are followed, as those of a cache.
