@@ -3,7 +3,7 @@
 use crate::base::error::InputError;
 use crate::base::nearest::nearest;
 use crate::base::yaml;
-use crate::language::rules::Rules;
+use crate::language::rules::{Label, Rules, Task};
 use indexmap::IndexMap;
 use serde::Deserialize;
 
@@ -121,6 +121,19 @@ pub struct Known {
     pub primitives: Vec<String>,
     /// Tasks.
     pub tasks: Vec<String>,
+    /// What each of them is made of, in their order.
+    pub parts: Vec<TaskParts>,
+}
+
+/// The primitives of a task that show where it ends.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TaskParts {
+    /// Those that close it.
+    pub last: Vec<String>,
+    /// Those of which it has one, or all.
+    pub keys: Vec<String>,
+    /// Whether a new touch goes on with the same task.
+    pub joined: bool,
 }
 
 impl Known {
@@ -130,9 +143,18 @@ impl Known {
             true => ["left", "right"].map(|side| format!("{}({side})", primitive.name)).to_vec(),
             false => vec![primitive.name.clone()],
         });
+        let covered = |of: &dyn Fn(Label) -> bool| -> Vec<String> {
+            rules.labels().filter(|label| of(*label)).map(|label| rules.label_name(label)).collect()
+        };
+        let parts = |task: &Task| TaskParts {
+            last: covered(&|label| task.last.covers(label)),
+            keys: covered(&|label| task.keys.iter().any(|key| key.label.covers(label))),
+            joined: task.joined,
+        };
         Self {
             primitives: primitives.chain([SEPARATE.to_string()]).collect(),
             tasks: rules.tasks.iter().map(|task| task.name.clone()).collect(),
+            parts: rules.tasks.iter().map(parts).collect(),
         }
     }
 

@@ -18,7 +18,7 @@ mod truth;
 
 pub use alignment::MAX_PAIRS;
 pub use json::{SCHEMA, json};
-pub use map::{Known, NameMap};
+pub use map::{Known, NameMap, TaskParts};
 pub use overlap::{Matches, OVERLAPS};
 pub use sequences::Sequences;
 pub use statistics::Share;

@@ -9,7 +9,7 @@ use teachtree::stream::read::labels::{Interval, Kind, Labels};
 
 fn known() -> Known {
     let names = |names: &[&str]| names.iter().map(|name| (*name).to_string()).collect();
-    Known { primitives: names(&["Move", "Approach", "Grasp", "separate"]), tasks: names(&["pick"]) }
+    Known { primitives: names(&["Move", "Approach", "Grasp", "separate"]), tasks: names(&["pick"]), ..Known::default() }
 }
 
 fn recording(columns: &[(&str, &str)]) -> Recording {

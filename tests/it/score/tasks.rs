@@ -68,6 +68,7 @@ fn the_sequence_of_a_task_is_that_of_its_time() {
     let known = Known {
         primitives: names(&["Move", "Approach", "Grasp", "Place", "Push", "Trace", "Release"]),
         tasks: names(&["pick", "push"]),
+        ..Known::default()
     };
     let expected = "pick: [Move Approach Grasp Place Release, Move Grasp Place Release]\npush: Move Push Release";
     Sequences::read(expected, "s.yaml", &known).unwrap().expect(&mut tally);
