@@ -1,5 +1,7 @@
 //! The layering rules: the modules that a module may use, and the places of libraries.
 
+mod circles;
+
 use std::path::{Path, PathBuf};
 
 /// Each module with the modules that it may use; all may use `base`. Other uses are errors.
