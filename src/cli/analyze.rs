@@ -138,6 +138,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = &args.frames {
         formats::check_name(path)?;
     }
+    if let Some(path) = &args.trace
+        && path.extension().is_some_and(|ending| !ending.eq_ignore_ascii_case("json"))
+    {
+        let message = "expected a name that ends in .json, which a trace is";
+        return Err(InputError::new(path.display().to_string(), message).into());
+    }
     if args.trace.is_some() && logs.len() > 1 {
         return Err(InputError::new("--trace", "a trace is of one recording, found several").into());
     }
@@ -172,6 +178,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let mut done = 0;
     // Parts write alike, whatever is in them.
     let alone = logs.len() == 1 && args.shard.is_none();
+    args.source.check(logs.len())?;
     let found = args.many.each("analyzing", &logs, |log| one(args, log, alone))?;
     for (log, found) in logs.iter().zip(found) {
         match found {
@@ -284,7 +291,8 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let page = args.report.as_ref().map(|_| analysis.html()).transpose()?;
     if let Some(path) = &args.frames {
-        analysis.frames(&args.signals)?.write(path)?;
+        let signals: Vec<&str> = args.signals.iter().map(String::as_str).collect();
+        analysis.frames(&signals)?.write(path)?;
     }
     let text = match args.format {
         Format::Text => timeline(&analysis, prints),

@@ -56,6 +56,7 @@ enum Outcome {
 pub fn run(args: &Args, folder: &Path, logs: &[Found]) -> Result<(), Failure> {
     let files = read_by(&args.source, &args.rules);
     let outs = places(args, folder, logs, &files)?;
+    args.source.check(logs.len())?;
     output::make_folder(folder)?;
     let list = List::open(folder, args.shard)?;
     let mine = |place: &usize| args.shard.is_none_or(|shard| shard.has(*place));

@@ -180,20 +180,25 @@ fn usual_layout(sides: &[Side]) -> Layout {
     Layout { rate_hz: 1000.0, hands: sides.iter().map(hand).collect() }
 }
 
+/// A number with what it counts: `1 tree`, `0 latches`.
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
 fn cost(rules: &Rules) -> Result<String, Failure> {
     let graph = lower(rules);
     let mut out = String::new();
     let _ = writeln!(
         out,
-        "\n{} primitives, {} signals, {} latches, {} trees, {} tasks, {} relabeling rules; {} shared values, {} tests",
-        rules.primitives.len(),
-        rules.signals.len(),
-        rules.latches.len(),
-        rules.trees.len(),
-        rules.tasks.len(),
-        rules.relabels.len(),
-        graph.values.len(),
-        graph.trees.iter().map(|tree| tree.decision.tests.len()).sum::<usize>(),
+        "\n{}, {}, {}, {}, {}, {}; {}, {}",
+        counted(rules.primitives.len(), "primitive", "primitives"),
+        counted(rules.signals.len(), "signal", "signals"),
+        counted(rules.latches.len(), "latch", "latches"),
+        counted(rules.trees.len(), "tree", "trees"),
+        counted(rules.tasks.len(), "task", "tasks"),
+        counted(rules.relabels.len(), "relabeling rule", "relabeling rules"),
+        counted(graph.values.len(), "shared value", "shared values"),
+        counted(graph.trees.iter().map(|tree| tree.decision.tests.len()).sum(), "test", "tests"),
     );
     let settle =
         rules.trees.iter().filter_map(|tree| tree.settle.as_ref()).map(|settle| settle.value).fold(0.0, f64::max);

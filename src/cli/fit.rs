@@ -120,6 +120,7 @@ fn open(args: &Args, log: &Path, names: &NameMap) -> Result<Opened, Failure> {
 /// Opens the recordings: what runs them, and the params that may be changed.
 fn opened(args: &Args, logs: &[PathBuf]) -> Result<(Runner, Vec<ParamSite>), Failure> {
     let names = args.truth.of_session().names()?;
+    args.source.check(logs.len())?;
     let read = args.many.each("reading", logs, |log| open(args, log, &names))?;
     let mut failures = Vec::new();
     let mut all = Vec::new();

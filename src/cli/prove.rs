@@ -128,6 +128,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
         }
     }
     let logs = all_logs(&args.logs)?;
+    args.source.check(logs.len())?;
     let compared = args.many.each("comparing", &logs, |log| {
         let opened = args.source.open(log)?;
         opened.read()?;

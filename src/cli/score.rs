@@ -40,13 +40,13 @@ pub struct Args {
     #[arg(long)]
     raw: bool,
     /// Fail when the frames right, all recordings together, are less than this, in percent
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_accuracy: Option<f64>,
     /// Fail when F1 at an overlap of 50 % is less than this, in percent
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_f1: Option<f64>,
     /// Fail when the edit score is less than this, in percent
-    #[arg(long, value_name = "PERCENT")]
+    #[arg(long, value_name = "PERCENT", value_parser = percent)]
     min_edit: Option<f64>,
     /// What to write
     #[arg(long, value_enum, default_value_t = Format::Text)]
@@ -68,6 +68,13 @@ pub enum Format {
     Json,
 }
 
+/// Reads a percentage.
+fn percent(text: &str) -> Result<f64, String> {
+    let number = text.trim().strip_suffix('%').unwrap_or(text).trim();
+    let value: Option<f64> = number.parse().ok().filter(|value| (0.0..=100.0).contains(value));
+    value.ok_or_else(|| "expected a number from 0 to 100".into())
+}
+
 /// Runs `score`.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let outputs: Vec<&Path> = args.out.iter().chain(&args.picture).map(PathBuf::as_path).collect();
@@ -77,6 +84,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = Texts { map, sequences };
+    args.source.check(logs.len())?;
     let scored = args.many.each("scoring", &logs, |log| score_log(args, log, &texts))?;
     let mut relabeled = Vec::new();
     let mut raw = Vec::new();

@@ -3,6 +3,8 @@
 use crate::base::error::InputError;
 use crate::base::yaml;
 use crate::session::{Error, Log, LogOptions};
+use crate::stream::bind::BindingFile;
+use crate::stream::read::csv;
 use crate::stream::read::text;
 use std::path::{Path, PathBuf};
 
@@ -23,6 +25,18 @@ impl SourceArgs {
         let options = Log::options();
         let options = self.binding.iter().fold(options, |options, binding| options.binding(binding));
         self.scene.iter().fold(options, |options, scene| options.scene(scene))
+    }
+
+    /// Reads the binding and the scene of several recordings once: what is wrong with them is not said for each recording.
+    ///
+    /// # Errors
+    /// When one of them cannot be read.
+    pub fn check(&self, logs: usize) -> Result<(), InputError> {
+        if logs > 1 {
+            self.binding.iter().try_for_each(|binding| BindingFile::read(binding).map(drop))?;
+            self.scene.iter().try_for_each(|scene| csv::read_scene(scene).map(drop))?;
+        }
+        Ok(())
     }
 
     /// Opens a log.

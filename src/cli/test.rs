@@ -176,6 +176,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
         cases.push(case);
     }
+    if cases.is_empty() && printed.is_empty() {
+        return Failure::all(failures);
+    }
     let plural = if cases.len() == 1 { "" } else { "s" };
     let _ = writeln!(printed, "{} recording{plural}: {} as expected, {unmet} not", cases.len(), cases.len() - unmet);
     if args.update && unmet > 0 {

@@ -253,7 +253,7 @@ fn what_cannot_be_annotated_is_refused_and_nothing_is_written() {
         ("set", "there", &[], "there: is there already"),
         ("set", "b.yaml", &[], "b.yaml: is there already"),
         ("set", "set/copy", &[], "set/copy: is in set, which is copied"),
-        ("set", "no/new", &[], "there is no such file"),
+        ("set", "no/new", &[], "no: there is no such folder"),
         ("set", "new", &["--words", "grasp"], "expected `{name}`"),
         ("set", "new", &["--words", "{what}"], "found `{what}`"),
         ("set", "new", &["--words", "{name"], "expected `}`"),

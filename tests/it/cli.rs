@@ -1,6 +1,6 @@
 //! The command line as a user meets it: what it prints, what it writes, how it exits.
 
-use crate::program::{complained, said, teachtree, teachtree_in};
+use crate::program::{all_said, complained, said, teachtree, teachtree_in};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -481,4 +481,29 @@ fn a_name_cannot_steer_the_terminal() {
         let all = said(&output) + &complained(&output);
         assert!(args[0] == "explain" || all.contains("\\u{1b}[2J"), "{args:?}: {all}");
     }
+}
+
+#[test]
+fn options_and_names_that_are_nearly_right_are_refused_with_what_is_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let log = demos.join("SawyerLift_demo_1.csv");
+    let log = log.to_str().unwrap();
+    for (args, message) in [
+        (&["score", log, "--min-f1", "200"][..], "expected a number from 0 to 100"),
+        (&["score", log, "--min-edit", "nan"], "expected a number from 0 to 100"),
+        (&["analyze", log, "--trace", "t.csv"], "t.csv: expected a name that ends in .json"),
+        (&["check", "contct.rules"], "did you mean `contact.rules`?"),
+        (&["check", "contact.rules", "--hand", "hand_griper"], "did you mean `hand_gripper.rules`?"),
+        (&["check", "contact.rules", "--hand", "hand_gripper"], "did you mean `hand_gripper.rules`?"),
+        (&["live", "udp://x"], "expected `ADDRESS:PORT`"),
+    ] {
+        let output = teachtree_in(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(all_said(&output).contains(message), "{args:?}: {}", all_said(&output));
+    }
+    assert!(std::fs::read_dir(folder.path()).unwrap().next().is_none());
+    // The error stands alone where no expectation could be read.
+    let output = teachtree_in(folder.path(), &["test", "nope"]);
+    assert_eq!(all_said(&output).trim_end(), "error: nope: there is no such file");
 }

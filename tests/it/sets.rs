@@ -416,3 +416,20 @@ fn a_set_without_episodes_is_an_error() {
         );
     }
 }
+
+#[test]
+fn a_binding_that_is_missing_is_reported_once() {
+    let folder = with_set();
+    for command in [
+        &["analyze", "set#*"][..],
+        &["analyze", "set#*", "--out-dir", "out"],
+        &["audit", "set"],
+        &["annotate", "set", "-o", "copy"],
+        &["score", "set#*"],
+        &["fit", "set#*"],
+    ] {
+        let output = teachtree_in(folder.path(), &[command, &["--binding", "none.yaml", "-q"]].concat());
+        assert_eq!(output.status.code(), Some(2), "{command:?}");
+        assert_eq!(complained(&output).trim_end(), "error: none.yaml: there is no such file", "{command:?}");
+    }
+}

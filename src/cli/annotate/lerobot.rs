@@ -41,6 +41,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         set.refuse_labeled(&forms, &names)?;
     }
     let logs = formats::all_of(&args.data)?.unwrap_or_default();
+    args.source.check(logs.len())?;
     let found = args.many.each("analyzing", &logs, |log| {
         let log = args.source.open(log)?;
         let bodies: BTreeSet<String> = log.opened()?.recording.scene.bodies.keys().cloned().collect();

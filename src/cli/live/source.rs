@@ -144,8 +144,17 @@ impl Kind {
 /// Begins to read a source.
 pub fn begin(source: &str, kind: Kind, outlet: Outlet) -> Result<(), InputError> {
     if kind == Kind::Datagrams {
-        let failed = |error: std::io::Error| InputError::new(source, format!("cannot be listened to: {error}"));
-        let socket = UdpSocket::bind(source.trim_start_matches("udp://")).map_err(failed)?;
+        let address = source.trim_start_matches("udp://");
+        let failed = |error: std::io::Error| {
+            if error.kind() == std::io::ErrorKind::InvalidInput {
+                let message =
+                    format!("found `{address}`, expected `ADDRESS:PORT`, the address of this machine to listen on");
+                return InputError::new(source, message)
+                    .help("`udp://127.0.0.1:9000` takes rows of this machine, `udp://0.0.0.0:9000` those of all");
+            }
+            InputError::new(source, format!("cannot be listened to: {error}"))
+        };
+        let socket = UdpSocket::bind(address).map_err(failed)?;
         thread::spawn(move || datagrams(&socket, &outlet));
         return Ok(());
     }

@@ -99,9 +99,18 @@ impl Loader {
         self.incomplete = true;
         self.root_unreadable = true;
         let known: Vec<&str> = SHIPPED.iter().map(|(name, _)| *name).collect();
+        let mut file = name.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if !file.ends_with(".rules") {
+            file.push_str(".rules");
+        }
+        // The ending alone may be what is missing.
+        let near = known.iter().copied().find(|known| *known == file);
+        let help = match near.or_else(|| super::resolve::nearest(&file, known.iter().copied())) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => format!("these come with the program: {}", known.join(", ")),
+        };
         self.findings.push(
-            Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display()))
-                .help(format!("these come with the program: {}", known.join(", "))),
+            Diagnostic::error(codes::UNREADABLE, format!("there is no rule file `{}`", name.display())).help(help),
         );
     }
 

@@ -132,10 +132,12 @@ fn a_score_below_the_least_one_is_a_negative_answer() {
     let log = folder.path().join("1.csv");
     let score = |least: &[&str]| teachtree(&[&["score", log.to_str().unwrap()][..], least].concat(), "2");
     said(&score(&["--min-accuracy", "90", "--min-f1", "80", "--min-edit", "70"]));
-    let below = score(&["--min-accuracy", "90", "--min-f1", "100.1"]);
+    let wrong = folder.path().join("wrong.csv");
+    std::fs::write(&wrong, "track,label,start_s,end_s\nright,Turn,0,2\n").unwrap();
+    let below = score(&["--labels", wrong.to_str().unwrap(), "--min-accuracy", "0", "--min-f1", "100"]);
     assert_eq!(below.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&below.stdout).contains("edit score"), "the score is printed all the same");
     let complained = complained(&below);
-    assert!(complained.contains("F1 at 50 % overlap is ") && complained.contains(" %, expected at least 100.1 %"));
+    assert!(complained.contains("F1 at 50 % overlap is ") && complained.contains(" %, expected at least 100 %"));
     assert!(!complained.contains("frames right"), "{complained}");
 }
