@@ -416,7 +416,7 @@ impl Beginning {
         let is_late = time - self.rows.first().map_or(*time, |(start, _)| *start) > bridge;
         self.begins.resize(values.len().max(self.begins.len()), None);
         // What begins later than the bridge is not waited for.
-        for (begins, value) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
+        for (begins, _) in self.begins.iter_mut().zip(values).filter(|(_, value)| !is_late && !value.is_nan()) {
             begins.get_or_insert(self.rows.len());
         }
         self.rows.push(row);
