@@ -305,7 +305,7 @@ fn one_file_is_not_written_twice() {
     for name in ["taught.html", "log.scene.yaml"] {
         let taught = teachtree(&["teach", "slide", "slide", "-o", &place(name)]);
         assert_eq!(taught.status.code(), Some(2), "{name}");
-        assert!(complained(&taught).contains("expected the name of a log"), "{}", complained(&taught));
+        assert!(complained(&taught).contains("expected .csv or .parquet"), "{}", complained(&taught));
     }
     // What a log quotes does not steer the terminal.
     let steering = place("steering.csv");
