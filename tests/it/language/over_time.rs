@@ -54,7 +54,7 @@ fn on_frames(value: &str, x: &[f64], targets: &[f64]) -> Vec<f64> {
         columns,
         len: x.len(),
         time: (0..x.len()).map(|frame| frame as f64 / RATE_HZ).collect(),
-        stretches: vec![0..x.len()],
+        stretches: std::iter::once(0..x.len()).collect(),
         objects: vec!["cube".into(), "ball".into()],
         ..Frames::default()
     };
