@@ -63,10 +63,10 @@ pub fn possible(
 /// How the tests on the way to a test were answered.
 type Answers = BTreeMap<ValueId, bool>;
 
-/// The most ways to tests of one tree that are told apart; from there on every test may go both ways.
+/// How many combinations of a test and earlier answers are distinguished in a tree. Beyond that, answers are forgotten and a repeated test may go either way.
 const MOST_WAYS: usize = 1 << 14;
 
-/// The most conditions of all tests together that are remembered on the way; trees with more of them are walked without memory.
+/// The largest product of tests and repeated conditions of a tree; in larger trees no answer is remembered.
 const MOST_REMEMBERED: usize = 1 << 20;
 
 /// Of the conditions that several tests ask for, those that each test, or one that it leads to, asks for.

@@ -9,7 +9,26 @@ use crate::analysis::eaf::eaf;
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
 use crate::stream::atomic_write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+/// Why an export was not written.
+pub enum Refused {
+    /// The file is there, and the user was not asked whether to replace it.
+    There(PathBuf),
+    /// Something is wrong.
+    Wrong(Error),
+}
+
+impl From<Error> for Refused {
+    fn from(error: Error) -> Self {
+        Self::Wrong(error)
+    }
+}
+
+/// Keeps a file that is there, such as one that a person corrected in another program, unless it is to be replaced.
+fn keep(path: &Path, replace: bool) -> Result<(), Refused> {
+    if path.exists() && !replace { Err(Refused::There(path.to_path_buf())) } else { Ok(()) }
+}
 
 /// What was found in a recording, with its labels in its place.
 fn found(loaded: &Loaded) -> Result<Found, Error> {
@@ -25,10 +44,11 @@ fn argument(error: InputError) -> Error {
 /// Writes the file of ELAN of a recording; returns it.
 ///
 /// # Errors
-/// Labels that cannot be read, a place that cannot be written.
-pub fn elan(loaded: &Loaded) -> Result<PathBuf, Error> {
-    let text = eaf(&found(loaded)?, loaded.now.meta());
+/// A file that is there without `replace`, labels that cannot be read, a place that cannot be written.
+pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
     let path = labels::beside(loaded.now.log().path(), "eaf");
+    keep(&path, replace)?;
+    let text = eaf(&found(loaded)?, loaded.now.meta());
     atomic_write::write(&path, |out| out.write_all(text.as_bytes())).map_err(argument)?;
     Ok(path)
 }
@@ -37,9 +57,9 @@ pub fn elan(loaded: &Loaded) -> Result<PathBuf, Error> {
 /// what the file has of other styles; returns it.
 ///
 /// # Errors
-/// A recording of no set, an episode that cannot be analyzed, a place that cannot be written.
+/// A recording of no set, a file that is there without `replace`, an episode that cannot be analyzed, a place that cannot be written.
 #[cfg(feature = "parquet")]
-pub fn lerobot(studio: &Studio, at: usize) -> Result<PathBuf, Error> {
+pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Refused> {
     use crate::report::words::Style;
     use crate::session::score::atoms::phrasing;
     use crate::stream::read::formats::lerobot::annotate::prelabels::FILE;
@@ -51,9 +71,10 @@ pub fn lerobot(studio: &Studio, at: usize) -> Result<PathBuf, Error> {
     let folder = without_episode(&recording.log);
     if !is_set(&folder) {
         let error = InputError::new(recording.log.display().to_string(), "is no episode of a LeRobot set");
-        return Err(argument(error.help("the other recordings are exported for ELAN")));
+        return Err(argument(error.help("the other recordings are exported for ELAN")).into());
     }
     let file = folder.join(FILE);
+    keep(&file, replace)?;
     let phrasing = phrasing(&file).map_err(argument)?;
     let mut all: BTreeMap<usize, Vec<Label>> = BTreeMap::new();
     for (number, one) in studio.recordings.iter().enumerate().filter(|(_, one)| without_episode(&one.log) == folder) {
@@ -85,6 +106,7 @@ pub fn lerobot(studio: &Studio, at: usize) -> Result<PathBuf, Error> {
 /// # Errors
 /// Always.
 #[cfg(not(feature = "parquet"))]
-pub fn lerobot(_: &Studio, _: usize) -> Result<PathBuf, Error> {
-    Err(argument(InputError::new("the data set", "this build cannot read data sets, its feature `parquet` is off")))
+pub fn lerobot(_: &Studio, _: usize, _: bool) -> Result<PathBuf, Refused> {
+    let error = InputError::new("the data set", "this build cannot read data sets, its feature `parquet` is off");
+    Err(argument(error).into())
 }

@@ -135,9 +135,7 @@ impl Loaded {
         let recording = self.now.log().opened().map(|opened| &opened.recording);
         recording.map_or(0, |recording| 2 * recording.columns.len() * recording.time.len())
     }
-}
 
-impl Loaded {
     /// The only track, which labels that name none are about.
     pub fn only(&self) -> Option<Who> {
         match self.now.found().tracks.as_slice() {
@@ -334,7 +332,7 @@ impl Studio {
             "labeled": gains().count() })
     }
 
-    /// Tells pages and threads that what was found is old.
+    /// Changes rules or params: all results become outdated, and the background threads analyze again.
     fn renew(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state();
         change(&mut state);

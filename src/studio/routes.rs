@@ -16,7 +16,6 @@ use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// The page, with the place of a recording in it.
@@ -88,8 +87,19 @@ pub fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> 
             Ok(Response::json(&page::tracks(loaded.now.found())))
         }),
         (true, ["params", "save"]) => answered(studio.save_params(at).map(|files| json!({ "files": files }))),
-        (true, ["export", "elan"]) => answered(studio.loaded(at).and_then(|loaded| export::elan(&loaded)).map(written)),
-        (true, ["export", "lerobot"]) => answered(export::lerobot(studio, at).map(written)),
+        (true, ["export", form @ ("elan" | "lerobot")]) => body(request, |asked: Export| {
+            let written = match *form {
+                "elan" => export::elan(&*studio.loaded(at)?, asked.replace),
+                _ => export::lerobot(studio, at, asked.replace),
+            };
+            match written {
+                Ok(path) => Ok(Response::json(&json!({ "file": path.display().to_string() }))),
+                Err(export::Refused::There(path)) => {
+                    Ok(Response::refused(409, &format!("{} is there already", path.display())))
+                }
+                Err(export::Refused::Wrong(error)) => Err(error),
+            }
+        }),
         (false, ["explain"]) => explained(request, at, studio),
         _ => nothing(),
     }
@@ -102,12 +112,16 @@ struct Sent {
     lines: Vec<Line>,
 }
 
-fn labels_json(labels: &Labels) -> Value {
-    json!({ "version": labels.version, "lines": labels.lines })
+/// What a page says with an export.
+#[derive(Deserialize)]
+struct Export {
+    /// Whether a file that is there may be replaced.
+    #[serde(default)]
+    replace: bool,
 }
 
-fn written(path: PathBuf) -> Value {
-    json!({ "file": path.display().to_string() })
+fn labels_json(labels: &Labels) -> Value {
+    json!({ "version": labels.version, "lines": labels.lines })
 }
 
 /// Answers a request with a body in JSON.

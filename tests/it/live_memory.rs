@@ -84,7 +84,7 @@ fn memory_does_not_grow_with_the_log() {
 
 /// An hour at 1 kHz.
 #[test]
-#[ignore = "takes minutes"]
+#[ignore = "minutes: `cargo test --test it -- --ignored --nocapture memory_does_not_grow_in_an_hour`"]
 fn memory_does_not_grow_in_an_hour() {
     memory_is_constant("hand_over_left_to_right", 3_600_000);
 }

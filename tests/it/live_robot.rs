@@ -9,7 +9,7 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// A robot: publishes what it is told to, says how many topics are subscribed to.
+/// A robot made of the `foxglove-sdk`: publishes the messages that it reads from standard input, and prints how many topics are subscribed to.
 const ROBOT: &str = r#"
 import sys, time, json, foxglove
 from foxglove.websocket import ServerListener

@@ -343,15 +343,16 @@ name.addEventListener("keydown", (event) => { if (event.key === "Escape") name.b
 who.value = localStorage.getItem("teachtree.who") || "";
 who.addEventListener("change", () => localStorage.setItem("teachtree.who", who.value.trim()));
 
-const exported = (form) => async () => {
+async function write(form, replace) {
   try {
-    say(`${(await post(`api/recording/${current.at}/export/${form}`, {})).file} is written`);
+    say(`${(await post(`api/recording/${current.at}/export/${form}`, { replace })).file} is written`);
   } catch (error) {
+    // A file that is there may have been corrected elsewhere.
+    if (error.status === 409 && confirm(`${error.message}. Replace it?`)) return write(form, true);
     say(error.message);
   }
-};
-byId("export-elan").addEventListener("click", exported("elan"));
-byId("export-lerobot").addEventListener("click", exported("lerobot"));
+}
+for (const form of ["elan", "lerobot"]) byId(`export-${form}`).addEventListener("click", () => write(form, false));
 
 onOpen((answer, again) => {
   place.hidden = false;

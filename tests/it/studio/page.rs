@@ -71,15 +71,12 @@ fn edge(browser: &mut Browser, at: usize) -> (f64, f64) {
 
 /// The rows of a label file without who and when, once a page has saved it.
 fn saved(folder: &Path, name: &str, wanted: impl Fn(&str) -> bool) -> String {
-    let until = std::time::Instant::now() + std::time::Duration::from_secs(100);
-    loop {
-        let text = std::fs::read_to_string(folder.join("logs").join(name)).unwrap_or_default();
-        if wanted(&text) {
-            return text;
-        }
-        assert!(std::time::Instant::now() < until, "never saved: {text}");
-        std::thread::sleep(std::time::Duration::from_millis(20));
-    }
+    let mut text = String::new();
+    until(|| {
+        text = std::fs::read_to_string(folder.join("logs").join(name)).unwrap_or_default();
+        wanted(&text)
+    });
+    text
 }
 
 #[test]
@@ -184,8 +181,20 @@ fn a_window_is_told_what_another_one_saved() {
     no_complaints(&browser);
 }
 
+/// A plot with the threshold `near_on`, and that threshold, in the scripts of the page.
+const LINE: &str = "bench.panels.map((panel) => ({ panel, threshold: (bench.view.data.signals[panel.number].thresholds || []).find((one) => one[2] === 'near_on') })).find(({ panel, threshold }) => panel.y && threshold)";
+
+/// Waits until something is so.
+fn until(mut is_so: impl FnMut() -> bool) {
+    let end = std::time::Instant::now() + std::time::Duration::from_secs(100);
+    while !is_so() {
+        assert!(std::time::Instant::now() < end, "it never was so");
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+}
+
 #[test]
-fn a_param_is_turned_by_a_slider_and_by_its_line() {
+fn a_param_is_turned_by_its_field_its_slider_and_its_line() {
     let folder = folder();
     let Some((mut browser, studio)) = visited(folder.path(), &OPENED) else { return };
     browser.click("[data-at='0']");
@@ -197,8 +206,24 @@ fn a_param_is_turned_by_a_slider_and_by_its_line() {
         "document.querySelector(\"[data-pick='segment 0 relabeled 1'] title\")?.textContent.includes('13.500 s')",
     );
     assert_eq!(studio.list()["params"], json!({ "near_on": "30 mm" }));
-    // The line in the plot follows, and the plot is drawn anew once the hand rests.
-    browser.wait("[...document.querySelectorAll('.panel select')].length > 0");
+    // By its slider.
+    browser.eval("(() => { const slider = document.querySelector(\"[data-param='near_on'] input[type=range]\"); slider.value = '185'; slider.dispatchEvent(new Event('input', { bubbles: true })); })()");
+    let param = |studio: &Studio| studio.list()["params"]["near_on"].as_str().map(str::to_string);
+    until(|| param(&studio).as_deref() == Some("40 mm"));
+    // By its line in the plot, which is dragged down a little.
+    browser.eval("import('./bench.js').then((bench) => { window.bench = bench; })");
+    browser.wait("window.bench !== undefined");
+    browser.eval(&format!("{LINE}?.panel.canvas.scrollIntoView({{ block: 'center' }})"));
+    browser.wait(&format!("Math.abs(({LINE}?.threshold[0] ?? 0) - 40) < 1e-6"));
+    let place = browser.eval(&format!(
+        "(() => {{ const {{ panel, threshold }} = {LINE}, box = panel.canvas.getBoundingClientRect(); return [box.x + box.width / 2, box.y + panel.y(threshold[0])]; }})()"
+    ));
+    let (x, y) = (place[0].as_f64().unwrap(), place[1].as_f64().unwrap());
+    browser.drag((x, y), (x, y + 4.0));
+    let millimeters = |text: String| text.trim_end_matches(" mm").parse::<f64>().unwrap();
+    until(|| param(&studio).is_some_and(|text| millimeters(text) < 39.5));
+    let field = browser.eval("document.querySelector(\"[data-param='near_on'] input[type=number]\").value");
+    assert_eq!(field.as_str().unwrap().parse::<f64>().unwrap(), millimeters(param(&studio).unwrap()));
     browser.click("#reset-params");
     browser.wait(
         "document.querySelector(\"[data-pick='segment 0 relabeled 1'] title\")?.textContent.includes('13.250 s')",
