@@ -189,7 +189,7 @@ def demo(path, wheel):
 
 
 def links(folder):
-    """A link that is no object, in each of the ways in which groups store links; and many groups without one."""
+    """A link that is no object, in each of the ways in which groups store links; many groups without one; a recording that is a link."""
     folder.mkdir(exist_ok=True)
     for name, libver, count, link in [
         ("soft", "earliest", 1, h5py.SoftLink("/data/demo_0/actions")),
@@ -203,6 +203,9 @@ def links(folder):
                 file[f"data/demo_{demo}/actions"] = np.arange(4.0)
             if link:
                 file["data/linked"] = link
+    with h5py.File(folder / "recording.hdf5", "w") as file:
+        file["data/demo_0/actions"] = np.arange(4.0)
+        file["data/demo_1"] = h5py.ExternalLink("other.hdf5", "/data/demo_1")
 
 
 def spread(name, values):

@@ -4,10 +4,10 @@ use crate::error::raised;
 use arrow_array::cast::AsArray;
 use arrow_array::ffi_stream::{FFI_ArrowArrayStream, RecordBatchStreamReader};
 use arrow_array::types::{
-    ArrowPrimitiveType, DurationMicrosecondType, DurationMillisecondType, DurationNanosecondType, DurationSecondType,
-    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType,
-    TimestampMillisecondType, TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type, UInt32Type,
-    UInt64Type,
+    ArrowPrimitiveType, Decimal32Type, Decimal64Type, Decimal128Type, Decimal256Type, DurationMicrosecondType,
+    DurationMillisecondType, DurationNanosecondType, DurationSecondType, Float16Type, Float32Type, Float64Type,
+    Int8Type, Int16Type, Int32Type, Int64Type, TimestampMicrosecondType, TimestampMillisecondType,
+    TimestampNanosecondType, TimestampSecondType, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
 };
 use arrow_array::{Array, ArrayRef, Float64Array, RecordBatch, RecordBatchIterator, RecordBatchReader};
 use arrow_schema::ffi::FFI_ArrowSchema;
@@ -216,9 +216,9 @@ fn kind(of: &DataType) -> Taken {
         DataType::List(field) | DataType::LargeList(field) | DataType::FixedSizeList(field, _) => {
             if matches!(kind(field.data_type()), Taken::Numbers(_)) { Taken::Lists(Vec::new()) } else { Taken::Nothing }
         }
-        DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_) => Taken::Numbers(Vec::new()),
-        DataType::Decimal32(..) | DataType::Decimal64(..) | DataType::Decimal128(..) | DataType::Decimal256(..) => {
-            Taken::Nothing
+        // A column of nulls was never measured.
+        DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_) | DataType::Null => {
+            Taken::Numbers(Vec::new())
         }
         numeric if numeric.is_numeric() => Taken::Numbers(Vec::new()),
         _ => Taken::Nothing,
@@ -235,6 +235,7 @@ fn numbers(array: &ArrayRef, all: &mut Vec<f64>) {
             all.extend(array.iter().map(|value| value.map_or(f64::NAN, &number)));
         }
     }
+    let power = |scale: i8| 10_f64.powi(scale.into());
     match array.data_type() {
         DataType::Float64 => of::<Float64Type>(array, all, |value| value),
         DataType::Float32 => of::<Float32Type>(array, all, f64::from),
@@ -266,6 +267,12 @@ fn numbers(array: &ArrayRef, all: &mut Vec<f64>) {
         }
         DataType::Duration(TimeUnit::Nanosecond) => {
             of::<DurationNanosecondType>(array, all, |value| value as f64 / 1e9)
+        }
+        DataType::Decimal32(_, scale) => of::<Decimal32Type>(array, all, |value| f64::from(value) / power(*scale)),
+        DataType::Decimal64(_, scale) => of::<Decimal64Type>(array, all, |value| value as f64 / power(*scale)),
+        DataType::Decimal128(_, scale) => of::<Decimal128Type>(array, all, |value| value as f64 / power(*scale)),
+        DataType::Decimal256(_, scale) => {
+            of::<Decimal256Type>(array, all, |value| value.to_string().parse().unwrap_or(f64::NAN) / power(*scale));
         }
         DataType::Boolean => {
             all.extend(

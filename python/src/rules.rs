@@ -71,6 +71,12 @@ impl Rules {
         found.map(|found| Analysis(Arc::new(found))).map_err(|error| to_python(py, &error))
     }
 
+    /// The files that were read and are not shipped ones.
+    #[getter]
+    fn own_files(&self) -> Vec<String> {
+        self.0.own_files().map(str::to_string).collect()
+    }
+
     /// The files that were read, in order.
     #[getter]
     fn files(&self) -> Vec<String> {

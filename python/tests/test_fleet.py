@@ -263,6 +263,17 @@ def test_a_job_travels_with_its_files(tmp_path: Path) -> None:
         fleet.Job(rules=own / "my.rules")
 
 
+def test_the_name_of_a_job_does_not_depend_on_where_it_is_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Here a folder `rules` has files of the names that shipped files have."""
+    here = fleet.Job(rules="examples/hold.rules")
+    monkeypatch.chdir("examples")
+    assert fleet.Job(rules="hold.rules").digest == here.digest
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "elsewhere/hold.rules").write_text(Path("hold.rules").read_text())
+    monkeypatch.chdir(tmp_path)
+    assert fleet.Job(rules="elsewhere/hold.rules").digest == here.digest
+
+
 def test_two_jobs_are_compared(tmp_path: Path) -> None:
     folder, out = short(tmp_path / "set", 8, rows=200), str(tmp_path / "out")
     far = {"near_on": "150 mm", "near_off": "200 mm"}

@@ -197,6 +197,21 @@ def test_a_column_without_any_category_is_empty(of_file: dict[str, object]) -> N
     assert named(teachtree.analyze(teachtree.Log(frame, binding=BINDING)).data) == of_file
 
 
+def test_decimals_are_numbers_and_a_column_of_nulls_was_never_measured() -> None:
+    pyarrow = pytest.importorskip("pyarrow")
+    from decimal import Decimal
+
+    rows = 300
+    scene = teachtree.Scene("bodies:\n  cube: {role: object, mass: 50 g, parts: [{box: [40 mm, 40 mm, 40 mm]}]}")
+    texts = [f"{row / 1000:.3f}" for row in range(rows)]
+    plain = {"time": [row / 100 for row in range(rows)]} | {f"cube.position.{axis}": [float(text) for text in texts] for axis in "xyz"}
+    kinds = [pyarrow.decimal32(6, 3), pyarrow.decimal128(20, 5), pyarrow.decimal256(60, 4)]
+    typed = {f"cube.position.{axis}": pyarrow.array([Decimal(text) for text in texts]).cast(kind) for axis, kind in zip("xyz", kinds, strict=True)}
+    table = pyarrow.table({"time": plain["time"], **typed, "right.thumb.force.x": pyarrow.nulls(rows)})
+    expected = named(teachtree.analyze(teachtree.Log(plain | {"right.thumb.force.x": [float("nan")] * rows}, scene=scene)).data)
+    assert named(teachtree.analyze(teachtree.Log(table, scene=scene)).data) == expected
+
+
 def test_units_of_a_column_that_a_table_lacks_are_refused() -> None:
     pyarrow = pytest.importorskip("pyarrow")
     with pytest.raises(teachtree.LogError, match="cube_pxx.*no such column"):

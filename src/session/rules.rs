@@ -8,7 +8,7 @@ use super::run;
 use super::signals;
 use crate::base::diagnostic::Severity;
 use crate::graph::lower;
-use crate::language::{self, Request};
+use crate::language::{self, Request, SHIPPED};
 use crate::report::diagram::{self, Form};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -68,6 +68,15 @@ impl Rules {
     /// The files that were read, in order, as they were named; shipped ones as `rules/contact.rules`.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         self.0.rules.sources.files.iter().map(|file| file.name.as_str())
+    }
+
+    /// Those of the [`files`](Self::files) that are neither shipped nor unchanged copies of shipped ones.
+    pub fn own_files(&self) -> impl Iterator<Item = &str> {
+        let is_shipped = |name: &str, text: &str| {
+            SHIPPED.iter().any(|(file, shipped)| Path::new(name).ends_with(file) && *shipped == text)
+        };
+        let own = self.0.rules.sources.files.iter().filter(move |file| !is_shipped(&file.name, &file.text));
+        own.map(|file| file.name.as_str())
     }
 
     /// The names of the primitives, in order of declaration.

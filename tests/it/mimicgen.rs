@@ -445,3 +445,30 @@ fn a_file_with_links_is_not_copied_without_them() {
     // In a group of the first version it cannot even be read.
     assert_eq!(copied("soft.hdf5"), Err("has a soft link, which is not read here".into()));
 }
+
+/// `h5py` and MimicGen's merged files may keep each recording in a file of its own; left out without a word, a set would be smaller than people think.
+#[test]
+fn a_recording_that_is_a_link_is_not_left_out() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/formats/links/recording.hdf5");
+    let refused = teachtree(&["analyze", &format!("{}#*", file.display())]);
+    assert_eq!(refused.status.code(), Some(2));
+    let wanted = "has the external link `demo_1` to `/data/demo_1` in `other.hdf5`, which is not read here";
+    assert!(complained(&refused).contains(wanted), "{}", complained(&refused));
+}
+
+#[test]
+fn a_list_of_complete_recordings_is_replaced_only_when_asked() {
+    let folder = with_signals("");
+    let again = |copy: &str, of: &str, more: &[&str]| {
+        let signal = ["--signal", "lifted=last start of Translate of cube"];
+        let args = ["annotate", of, "-o", copy, "--binding", "b.yaml"];
+        teachtree_in(folder.path(), &[&args[..], &signal, more].concat())
+    };
+    assert!(annotate(folder.path(), "a.hdf5", &["--signal", "grasp=start of Grasp of cube"]).status.success());
+    let refused = again("b.hdf5", "a.hdf5", &[]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(complained(&refused).contains("has the list `mask/teachtree_ok` already"), "{}", complained(&refused));
+    assert!(!folder.path().join("b.hdf5").exists());
+    let replaced = again("b.hdf5", "a.hdf5", &["--replace"]);
+    assert!(replaced.status.success(), "{}", all_said(&replaced));
+}

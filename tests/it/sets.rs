@@ -395,6 +395,19 @@ fn the_files_in_the_program_are_printed() {
     assert!(checked.status.success() && said(&checked).contains("hand_vision.rules"), "{}", complained(&checked));
 }
 
+/// A recording that was cut off leaves a set that says less than it has; lerobot reads all of it.
+#[test]
+fn a_set_with_more_episodes_than_it_says_is_an_error() {
+    let folder = with_set();
+    let info = folder.path().join("set/meta/info.json");
+    let text = std::fs::read_to_string(&info).unwrap().replace("\"total_episodes\": 3", "\"total_episodes\": 2");
+    std::fs::write(&info, text).unwrap();
+    let output = teachtree_in(folder.path(), &["analyze", "set#*", "--binding", "b.yaml"]);
+    assert_eq!(output.status.code(), Some(2), "{}", all_said(&output));
+    let wanted = "info.json: `total_episodes` is 2, but there is an episode 2, counted from 0";
+    assert!(complained(&output).contains(wanted), "{}", complained(&output));
+}
+
 #[test]
 fn a_set_without_episodes_is_an_error() {
     let folder = with_set();

@@ -54,12 +54,12 @@ class Job:
                 raise NotFound(f"{given}: there is no such file", "io", given, "there is no such file")
         hand = self.hand or _hand_file(self.binding)
         try:
-            read = Rules(*self.rules, params=self.params, hand=hand).files
+            read = Rules(*self.rules, params=self.params, hand=hand)._rules().own_files
         except RulesError:
             if self.rules:
                 raise
             # Without files, logs of two hands have other rules, with params of their own.
-            read = Rules("bimanual.rules", params=self.params, hand=hand).files
+            read = Rules("bimanual.rules", params=self.params, hand=hand)._rules().own_files
         files = {path for path in (*read, *self.rules, hand, self.binding, self.scene) if path and os.path.isfile(path)}
         root = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files]) if files else os.getcwd()
         self._files = {os.path.relpath(os.path.abspath(path), root): Path(path).read_bytes() for path in sorted(files)}

@@ -24,6 +24,11 @@ use crate::stream::read::table::{Source, Want};
 pub fn wanted<S: AsRef<str>>(titles: &[S]) -> Result<Vec<(String, Dimension, Want)>, InputError> {
     let mut header = InMemoryTable::new("the rows");
     for title in titles {
+        if header.columns().contains_key(title.as_ref()) {
+            let place = format!("the rows column {}", title.as_ref());
+            let error = InputError::new(place, "the column is there twice");
+            return Err(error.help("keep one of them, or rename the other"));
+        }
         header.push_column(title.as_ref().to_string(), Cells::Numbers(vec![]));
     }
     csv::wanted(&Source::one("the rows", header.header(), Box::new(header)), &Clock::canonical())

@@ -53,9 +53,13 @@ pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
 /// The recordings of a file, by number; none for a file that is one.
 ///
 /// # Errors
-/// When the file is damaged.
+/// When the file is damaged, or a link stands in the place of a recording: `hdf5_pure` passes over links.
 pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
-    guarded(&path.display().to_string(), || Ok(Container::open(path)?.names))
+    guarded(&path.display().to_string(), || {
+        let Container { parent, names, .. } = Container::open(path)?;
+        links::refuse_recordings(path, parent.trim_end_matches('/'))?;
+        Ok(names)
+    })
 }
 
 /// A file, and which of its groups are recordings.

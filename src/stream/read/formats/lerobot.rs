@@ -71,9 +71,10 @@ pub(super) fn files(folder: &Path, episode: Option<&str>) -> Result<Vec<PathBuf>
 /// When the set is not as it should be.
 pub(super) fn count(folder: &Path) -> Result<usize, InputError> {
     let set = Set::read(folder)?;
-    match set.count("total_episodes")? {
+    let count = set.count("total_episodes")?;
+    match count {
         0 => Err(set.wrong("the data set has no episode, expected at least one")),
-        count if count <= MAX_RECORDINGS => Ok(count),
+        count if count <= MAX_RECORDINGS => set.nothing_beyond(count).map(|()| count),
         count => Err(set.wrong(format!("found {count} episodes, at most {MAX_RECORDINGS} are read"))),
     }
 }
@@ -140,6 +141,18 @@ impl Set {
                     .help(format!("choose one behind `#`, such as `{folder}#0`, or all with `{folder}#*`")))
             }
         }
+    }
+
+    /// Refuses a set that has more episodes than it says, such as one whose recording was cut off.
+    fn nothing_beyond(&self, count: usize) -> Result<(), InputError> {
+        let more = if self.text("codebase_version")?.starts_with("v2") {
+            self.data_file(count)?.is_file().then_some(count)
+        } else {
+            self.all_listed()?.keys().next_back().copied().filter(|last| *last >= count)
+        };
+        let Some(last) = more else { return Ok(()) };
+        let message = format!("`total_episodes` is {count}, but there is an episode {last}, counted from 0");
+        Err(self.wrong(message).help(format!("`\"total_episodes\": {}` takes all, where they are whole", last + 1)))
     }
 
     /// The file in which an episode is.

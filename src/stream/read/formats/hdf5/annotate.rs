@@ -66,7 +66,7 @@ pub struct Request<'a> {
     pub complete: &'a [String],
     /// What the signals or the list were made by, JSON.
     pub provenance: &'a str,
-    /// Whether signals of these names that are there are replaced.
+    /// Whether signals of these names and a list that are there are replaced.
     pub replace: bool,
 }
 
@@ -78,7 +78,7 @@ fn provenance(mask: &str) -> &'static str {
 /// Writes a copy of a file with signals.
 ///
 /// # Errors
-/// When the file is damaged, has such signals, has links that a copy would lack, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
+/// When the file is damaged, has such signals or such a list, has links that a copy would lack, or is of a kind that cannot be written; when the place of the copy is taken or cannot be written.
 pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), InputError> {
     let place = path.display().to_string();
     let folder = Folder::new(copy)?;
@@ -169,8 +169,9 @@ impl Paths {
         let all: Vec<String> = paths.new.keys().cloned().chain([request.mask.to_string()]).collect();
         for path in &all {
             let is_dataset = file.dataset(path).is_ok();
-            if is_dataset && !request.replace && path != request.mask {
-                let message = format!("has the signal `{path}` already");
+            if is_dataset && !request.replace {
+                let kind = if path == request.mask { "list" } else { "signal" };
+                let message = format!("has the {kind} `{path}` already");
                 return Err(InputError::new(place, message).help("--replace leaves it out of the copy"));
             }
             if is_dataset {

@@ -1,7 +1,7 @@
 //! Soft and external links, which name a path in place of an object. `hdf5_pure` passes over them, so that a copy lacks them without an error: they are
 //! found in the bytes that it reads of groups.
 
-use super::{DEEPEST, damaged};
+use super::{DEEPEST, damaged, number_of};
 use crate::base::error::InputError;
 use ::hdf5_pure::{Error, File, FormatError, Group, ReadSeekSource, Source};
 use std::ops::Range;
@@ -20,37 +20,62 @@ const EXTERNAL: u8 = 64;
 /// When it has one, or cannot be read.
 pub(super) fn refuse(path: &Path) -> Result<(), InputError> {
     let place = path.display().to_string();
-    let Some(link) = found(path).map_err(|error| damaged(&place, &error))? else { return Ok(()) };
+    let links = found(path, "", DEEPEST).map_err(|error| damaged(&place, &error))?;
+    let Some(Link { words: link, .. }) = links.first() else { return Ok(()) };
     let help = "put what it leads to in its place, as `h5copy` of the HDF5 tools does";
     Err(InputError::new(place, format!("has {link}, which a copy would lack")).help(help))
 }
 
-/// What keeps a file from being read: a soft link in a group of the first version does.
-pub(super) fn explained(path: &Path, error: InputError) -> InputError {
-    match found(path) {
-        Ok(Some(link)) => InputError::new(error.place, format!("has {link}, which is not read here"))
-            .help("put what it leads to in its place, as `h5copy` of the HDF5 tools does"),
-        _ => error,
+/// Refuses a file that has a link in the place of a recording, in the group `parent`.
+///
+/// # Errors
+/// When it has one, or cannot be read.
+pub(super) fn refuse_recordings(path: &Path, parent: &str) -> Result<(), InputError> {
+    let place = path.display().to_string();
+    let links = found(path, parent, 0).map_err(|error| damaged(&place, &error))?;
+    match links.into_iter().find(|link| link.name.as_deref().is_some_and(|name| number_of(name).is_some())) {
+        Some(link) => Err(unread(place, &link)),
+        None => Ok(()),
     }
 }
 
-/// The first link of a file, in words.
-fn found(path: &Path) -> Result<Option<String>, Error> {
+/// What keeps a file from being read: a soft link in a group of the first version does.
+pub(super) fn explained(path: &Path, error: InputError) -> InputError {
+    match found(path, "", DEEPEST) {
+        Ok(links) => links.first().map_or_else(|| error.clone(), |link| unread(error.place.clone(), link)),
+        Err(_) => error,
+    }
+}
+
+fn unread(place: String, link: &Link) -> InputError {
+    InputError::new(place, format!("has {}, which is not read here", link.words))
+        .help("put what it leads to in its place, as `h5copy` of the HDF5 tools does")
+}
+
+/// A link of a group.
+struct Link {
+    /// Its name, where its message says it.
+    name: Option<String>,
+    words: String,
+}
+
+/// The links in a group of a file and in those in it, down to a depth; `""` is the whole file.
+fn found(path: &Path, group: &str, deepest: usize) -> Result<Vec<Link>, Error> {
     let source = || Ok::<_, Error>(ReadSeekSource::new(std::fs::File::open(path)?)?);
     let ranges = Arc::new(Mutex::new(Vec::new()));
     let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) })?;
     // A link may be why it fails.
-    let visited = visit(&file.root(), 0, &mut 0);
+    let visited = if group.is_empty() { Ok(file.root()) } else { file.group(group) };
+    let visited = visited.and_then(|group| visit(&group, DEEPEST - deepest, &mut 0));
     drop(file);
     let ranges = std::mem::take(&mut *ranges.lock().unwrap_or_else(PoisonError::into_inner));
     let source = source()?;
+    let mut links = vec![];
     for Range { start, end } in merged(ranges) {
         let bytes = source.read_exact_at(start, usize::try_from(end - start).unwrap_or(usize::MAX))?;
-        if let Some(link) = link(&bytes) {
-            return Ok(Some(link));
-        }
+        links.extend((0..bytes.len()).filter_map(|at| link(bytes.get(at..)?)));
     }
-    visited.map(|()| None)
+    if links.is_empty() { visited.map(|()| links) } else { Ok(links) }
 }
 
 /// A file of which is known what was read.
@@ -98,16 +123,13 @@ fn merged(mut ranges: Vec<Range<u64>>) -> Vec<Range<u64>> {
     all
 }
 
-/// The first link in bytes of groups, in words.
-fn link(bytes: &[u8]) -> Option<String> {
-    (0..bytes.len()).find_map(|at| {
-        let here = bytes.get(at..)?;
-        message(here).or_else(|| in_symbol_table(here).then(|| "a soft link".to_string()))
-    })
+/// The link that these bytes of a group begin with.
+fn link(bytes: &[u8]) -> Option<Link> {
+    message(bytes).or_else(|| in_symbol_table(bytes).then(|| Link { name: None, words: "a soft link".into() }))
 }
 
-/// A link message (HDF5 file format, IV.A.2.g), in words.
-fn message(bytes: &[u8]) -> Option<String> {
+/// A link message (HDF5 file format, IV.A.2.g).
+fn message(bytes: &[u8]) -> Option<Link> {
     const VERSION: u8 = 1;
     let &[VERSION, flags, kind @ (SOFT | EXTERNAL), ref rest @ ..] = bytes else { return None };
     // The type of the link is there, and no flag is set that means nothing.
@@ -123,12 +145,14 @@ fn message(bytes: &[u8]) -> Option<String> {
     let (length, rest) = rest.split_first_chunk::<2>()?;
     let target = rest.get(..usize::from(u16::from_le_bytes(*length)))?;
     let name = text(name)?;
-    if kind == SOFT {
-        return Some(format!("the soft link `{name}` to `{}`", text(target)?));
-    }
-    let target = target.strip_prefix(&[0])?.strip_suffix(&[0])?;
-    let (file, object) = std::str::from_utf8(target).ok()?.split_once('\0')?;
-    Some(format!("the external link `{name}` to `{object}` in `{file}`"))
+    let words = if kind == SOFT {
+        format!("the soft link `{name}` to `{}`", text(target)?)
+    } else {
+        let target = target.strip_prefix(&[0])?.strip_suffix(&[0])?;
+        let (file, object) = std::str::from_utf8(target).ok()?.split_once('\0')?;
+        format!("the external link `{name}` to `{object}` in `{file}`")
+    };
+    Some(Link { name: Some(name.into()), words })
 }
 
 /// Letters without control characters, at least one.
