@@ -51,8 +51,9 @@ pub(super) struct Push {
 }
 
 /// The scene's bodies, in its order.
+#[derive(Clone)]
 pub(super) struct Bodies {
-    physics: PhysicsWorld,
+    physics: Physics,
     gravity: Vector3<f64>,
     handles: Vec<RigidBodyHandle>,
     /// The bodies that move, with what rapier holds of each.
@@ -64,7 +65,29 @@ pub(super) struct Bodies {
     rooms: Vec<Room>,
 }
 
+/// What rapier knows. A clone begins without the buffers of the pipeline, which hold nothing between two steps.
+struct Physics(PhysicsWorld);
+
+impl Clone for Physics {
+    fn clone(&self) -> Self {
+        let from = &self.0;
+        let mut to = PhysicsWorld::new();
+        to.gravity = from.gravity;
+        to.integration_parameters = from.integration_parameters;
+        to.islands = from.islands.clone();
+        to.broad_phase = from.broad_phase.clone();
+        to.narrow_phase = from.narrow_phase.clone();
+        to.bodies = from.bodies.clone();
+        to.colliders = from.colliders.clone();
+        to.impulse_joints = from.impulse_joints.clone();
+        to.multibody_joints = from.multibody_joints.clone();
+        to.soft_bodies = from.soft_bodies.clone();
+        Self(to)
+    }
+}
+
 /// A body that moves, and its mass as rapier should know it while nothing holds it.
+#[derive(Clone)]
 struct MovingBody {
     body: Moving,
     alone: MassProperties,
@@ -100,7 +123,7 @@ impl Bodies {
         parameters.contact_recycling = false;
         parameters.contact_clustering = false;
         let mut bodies = Self {
-            physics,
+            physics: Physics(physics),
             gravity,
             handles: Vec::new(),
             moving: Vec::new(),
@@ -135,14 +158,14 @@ impl Bodies {
             } else {
                 builder
             };
-            let handle = bodies.physics.insert_body(builder.pose(convert::pose(&pose)));
+            let handle = bodies.physics.0.insert_body(builder.pose(convert::pose(&pose)));
             for part in solid.parts() {
                 let collider = ColliderBuilder::new(part.shape.clone())
                     .position(convert::pose(&part.body_from_part))
                     .density(0.0)
                     .friction(body.friction)
                     .user_data(index as u128);
-                bodies.physics.insert_collider(collider, Some(handle));
+                bodies.physics.0.insert_collider(collider, Some(handle));
             }
             bodies.handles.push(handle);
             bodies.moving.push(moving);
@@ -210,10 +233,10 @@ impl Bodies {
 
     /// Advances by `dt` seconds under gravity, contacts and what was pushed since the last step.
     pub(super) fn step(&mut self, dt: f64) {
-        self.physics.integration_parameters.dt = dt;
+        self.physics.0.integration_parameters.dt = dt;
         for ((moving, handle), pose) in self.moving.iter_mut().zip(&self.handles).zip(&self.poses) {
             let Some(moving) = moving else { continue };
-            let rigid = &mut self.physics.bodies[*handle];
+            let rigid = &mut self.physics.0.bodies[*handle];
             let lumped = moving.body.lumped(&pose.rotation);
             if moving.lumped || lumped.is_some() {
                 moving.lumped = lumped.is_some();
@@ -230,10 +253,10 @@ impl Bodies {
             rigid.add_force(convert::vector(force), false);
             rigid.add_torque(convert::vector(torque), false);
         }
-        self.physics.step();
+        self.physics.0.step();
         for (body, moving) in self.moving.iter_mut().enumerate() {
             let Some(moving) = moving else { continue };
-            let rigid = &self.physics.bodies[self.handles[body]];
+            let rigid = &self.physics.0.bodies[self.handles[body]];
             let pose = &mut self.poses[body];
             *pose = convert::our_pose(rigid.position());
             self.rooms[body] = self.solids[body].room(pose);
@@ -244,8 +267,8 @@ impl Bodies {
 
     /// Adds to `contacts` (one entry per pair, see [`Self::pairs`]) the impulses of the last step, N s, as force times time.
     pub(super) fn add_impulses(&self, contacts: &mut [BodyContact]) {
-        for pair in self.physics.narrow_phase.contact_pairs() {
-            let owner = |collider| self.physics.colliders.get(collider).map(|collider| collider.user_data as usize);
+        for pair in self.physics.0.narrow_phase.contact_pairs() {
+            let owner = |collider| self.physics.0.colliders.get(collider).map(|collider| collider.user_data as usize);
             let (Some(body1), Some(body2)) = (owner(pair.collider1), owner(pair.collider2)) else { continue };
             let Some(contact) = contacts.iter_mut().find(|contact| {
                 (contact.body, contact.other) == (body1, body2) || (contact.body, contact.other) == (body2, body1)

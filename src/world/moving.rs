@@ -14,6 +14,7 @@
 use nalgebra::{Matrix3, Point3, UnitQuaternion, Vector3};
 
 /// A body that moves; everything in the reference frame but what is said to be in the body's.
+#[derive(Clone)]
 pub(super) struct Moving {
     mass: f64,
     com_in_body: Point3<f64>,

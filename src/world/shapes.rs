@@ -12,6 +12,7 @@ use parry3d::shape::SharedShape;
 const MAX_PARTS: usize = 256;
 
 /// The shape of a body: the union of convex parts.
+#[derive(Clone)]
 pub(super) struct Solid {
     parts: Vec<SolidPart>,
     /// About all parts.
@@ -19,6 +20,7 @@ pub(super) struct Solid {
 }
 
 /// A convex part with its place in the body frame.
+#[derive(Clone)]
 pub(super) struct SolidPart {
     pub(super) shape: SharedShape,
     pub(super) body_from_part: Isometry3<f64>,

@@ -175,12 +175,14 @@ pub struct Pushed {
 }
 
 /// A fingertip with what the law remembers.
+#[derive(Clone)]
 struct Tip {
     target: Point3<f64>,
     bristles: Vec<Option<Bristle>>,
 }
 
-/// The virtual environment.
+/// The virtual environment. A clone goes on as the original does.
+#[derive(Clone)]
 pub struct World {
     bodies: Bodies,
     fingertips: Fingertips,
@@ -196,6 +198,7 @@ pub struct World {
 }
 
 /// A fingertip that touches a body.
+#[derive(Clone)]
 struct Touching {
     hand: usize,
     finger: usize,

@@ -26,6 +26,7 @@ const TWIST_DAMPING: f64 = 0.002;
 const FRICTION: f64 = 0.003;
 
 /// One screw in one thread.
+#[derive(Clone)]
 pub(super) struct Thread {
     place: Place,
     object: usize,
@@ -34,6 +35,7 @@ pub(super) struct Thread {
 }
 
 /// What is remembered while the screw is in.
+#[derive(Clone)]
 struct Engaged {
     /// Angle about the axis, unwrapped, rad, and as it was measured last.
     angle: f64,

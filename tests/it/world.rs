@@ -1,6 +1,7 @@
 //! Tests of `world`: physics against closed forms, then the demonstrations that come out of it.
 
 mod bodies;
+mod by_hand;
 mod demonstration;
 mod scaling;
 mod scripts;
