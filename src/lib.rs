@@ -55,6 +55,8 @@ mod lsp;
 mod report;
 #[cfg(all(not(feature = "internals"), feature = "world"))]
 mod robot;
+#[cfg(all(not(feature = "internals"), feature = "serve"))]
+mod serve;
 mod session;
 #[cfg(not(feature = "internals"))]
 mod stream;
@@ -91,6 +93,9 @@ pub mod report;
 #[cfg(all(feature = "internals", feature = "world"))]
 #[doc(hidden)]
 pub mod robot;
+#[cfg(all(feature = "internals", feature = "serve"))]
+#[doc(hidden)]
+pub mod serve;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod stream;

@@ -3,8 +3,9 @@
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, on_interrupt, output};
+use crate::serve::Server;
 use crate::stream::atomic_write;
-use crate::studio::{Options, Server, Studio};
+use crate::studio::{Options, Studio};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! The studio: a page on this machine over a list of recordings, to look at what rules found, correct it, and tune the rules.
 //!
-//! `server` and `http` answer on loopback, `routes` maps addresses to answers, `project` keeps the recordings and what was found in them, and `queue` says what
+//! `routes` maps addresses to answers, `project` keeps the recordings and what was found in them, and `queue` says what
 //! is analyzed next. `labels` are what a person corrected, `score` how well rules agree with them, `tune` turns params, `export` writes labels for other
 //! programs. The page in `page` is plain modules, which draw a recording by the scripts of the report; nothing is drawn a second way.
 //!
@@ -9,15 +9,12 @@
 
 mod corrected;
 mod export;
-mod http;
 mod labels;
 mod project;
 mod queue;
 mod routes;
 mod score;
-mod server;
 mod tune;
 mod video;
 
 pub use project::{Options, Studio};
-pub use server::Server;

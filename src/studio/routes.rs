@@ -1,6 +1,5 @@
 //! Addresses in, answers out. Files of the page are in the program; no address leads to a file by its path.
 
-use super::http::{Content, Request, Response};
 use super::labels::{Labels, Line, Refused};
 use super::project::{Loaded, Studio};
 use super::video::videos;
@@ -10,6 +9,7 @@ use crate::analysis::score::Known;
 use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::report::page;
+use crate::serve::{Content, Page, Request, Response};
 use crate::session::{Error, Question};
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -37,8 +37,15 @@ const MODULES: [(&str, &str); 9] = [
     ("video.js", include_str!("page/video.js")),
 ];
 
-/// Answers a request that may be made.
-pub fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Response {
+impl Page for Studio {
+    const COMMAND: &'static str = "studio";
+
+    fn answer(&self, request: &Request, path: &str, changes: bool) -> Response {
+        answer(request, path, changes, self)
+    }
+}
+
+fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Response {
     let text = |kind, text: String| Response { status: 200, kind, content: Content::Bytes(text.into_bytes()) };
     let parts: Vec<&str> = path.split('/').collect();
     if !changes && let [name] = parts.as_slice() {

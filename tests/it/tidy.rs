@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 /// Each module with the modules that it may use; all may use `base`. Other uses are errors.
 const LAYERS: &[(&str, &[&str])] = &[
     ("base", &[]),
+    ("serve", &[]),
     ("language", &[]),
     ("graph", &["language"]),
     ("world", &[]),
@@ -18,12 +19,13 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("report", &["language", "graph", "stream", "engine", "analysis", "command", "robot"]),
     ("session", &["language", "graph", "stream", "engine", "analysis", "report"]),
     ("lsp", &["language", "graph", "stream", "engine", "analysis", "session"]),
-    ("studio", &["language", "graph", "stream", "engine", "analysis", "report", "session"]),
+    ("teaching", &["serve", "world", "stream", "report", "session"]),
+    ("studio", &["serve", "language", "graph", "stream", "engine", "analysis", "report", "session"]),
     (
         "cli",
         &[
             "language", "graph", "world", "stream", "engine", "analysis", "command", "robot", "report", "session",
-            "lsp", "studio",
+            "lsp", "serve", "studio", "teaching",
         ],
     ),
 ];
@@ -54,8 +56,8 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("similar", &["src/cli/fit/"]),
     ("lsp_server", &["src/lsp/"]),
     ("lsp_types", &["src/lsp/"]),
-    ("httparse", &["src/studio/http.rs"]),
-    ("getrandom", &["src/studio/server.rs"]),
+    ("httparse", &["src/serve/http.rs"]),
+    ("getrandom", &["src/serve/server.rs"]),
     ("annotate_snippets", &["src/base/diagnostic/render.rs"]),
 ];
 
@@ -74,7 +76,7 @@ const PAGES: &[&str] = &[
 
 /// Modules that open files.
 const OPENS_FILES: &[&str] =
-    &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/studio/", "src/language/"];
+    &["src/cli/", "src/lsp/", "src/session/files.rs", "src/stream/", "src/studio/", "src/serve/", "src/language/"];
 
 /// Returns all files in a folder and its subfolders.
 fn files(folder: &Path) -> Vec<PathBuf> {

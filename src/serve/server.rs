@@ -4,7 +4,6 @@
 //! name of another page can lead here; a request of another page says so in `Origin`, and is refused. Bodies are JSON, which no form can send.
 
 use super::http::{Connection, NoRequest, Request, Response};
-use super::{Studio, routes};
 use crate::base::error::InputError;
 use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -14,11 +13,30 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// The most connections at a time.
 const MAX_CONNECTIONS: usize = 64;
 
+/// What is served: it answers requests that may be made.
+pub trait Page: Send + Sync + 'static {
+    /// The command that prints the address.
+    const COMMAND: &'static str;
+
+    /// Answers a request for a path below the token; whether it may change something.
+    fn answer(&self, request: &Request, path: &str, changes: bool) -> Response;
+
+    /// The answer to the key of a WebSocket, where there is one at this path.
+    fn socket_accept(&self, _path: &str, _key: &str) -> Option<String> {
+        None
+    }
+
+    /// Speaks on a WebSocket until it ends; `read` was read of it already.
+    fn socket(&self, _stream: TcpStream, _read: Vec<u8>) {}
+}
+
 /// A server that listens, and answers once it is [`run`](Self::run).
 pub struct Server {
     listener: TcpListener,
     port: u16,
     token: String,
+    /// Where a proxy shows the page to others: `https://teach.example.org`.
+    proxy: Option<String>,
 }
 
 impl Server {
@@ -40,7 +58,14 @@ impl Server {
         getrandom::fill(&mut random)
             .map_err(|error| InputError::new("the token", format!("the system gives no random numbers: {error}")))?;
         let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { listener, port, token })
+        Ok(Self { listener, port, token, proxy: None })
+    }
+
+    /// Lets a proxy on this machine show the page to others, under this origin: `https://teach.example.org`.
+    #[must_use]
+    pub fn behind(mut self, proxy: Option<String>) -> Self {
+        self.proxy = proxy;
+        self
     }
 
     /// The address of the page.
@@ -49,17 +74,17 @@ impl Server {
     }
 
     /// Answers until the program ends.
-    pub fn run(self, studio: &Arc<Studio>) {
-        let gate = Arc::new(Gate { port: self.port, token: self.token });
+    pub fn run<P: Page>(self, page: &Arc<P>) {
+        let gate = Arc::new(Gate { port: self.port, token: self.token, proxy: self.proxy });
         let open = Arc::new(AtomicUsize::new(0));
         for stream in self.listener.incoming() {
             let Ok(stream) = stream else { continue };
-            let (gate, studio, open) = (Arc::clone(&gate), Arc::clone(studio), Arc::clone(&open));
+            let (gate, page, open) = (Arc::clone(&gate), Arc::clone(page), Arc::clone(&open));
             let is_too_many = open.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS;
             std::thread::spawn(move || {
                 if !is_too_many {
                     // The other side may hang up at any time.
-                    let _ = converse(stream, &gate, &studio);
+                    let _ = converse(stream, &gate, &*page);
                 }
                 open.fetch_sub(1, Ordering::SeqCst);
             });
@@ -67,13 +92,24 @@ impl Server {
     }
 }
 
-fn converse(stream: TcpStream, gate: &Gate, studio: &Studio) -> std::io::Result<()> {
+fn converse<P: Page>(stream: TcpStream, gate: &Gate, page: &P) -> std::io::Result<()> {
     let mut connection = Connection::new(stream)?;
     loop {
         match connection.next() {
             Ok(request) => {
+                if let Some(key) = &request.socket_key
+                    && let Ok((path, false)) = gate.admit(&request, P::COMMAND)
+                    && let Some(accept) = page.socket_accept(path, key)
+                {
+                    let (stream, read) = connection.upgrade(&accept)?;
+                    page.socket(stream, read);
+                    return Ok(());
+                }
                 // A panic is a bug, but not one for which a user should lose the page.
-                let answer = catch_unwind(AssertUnwindSafe(|| gate.answer(&request, studio)));
+                let answer = catch_unwind(AssertUnwindSafe(|| match gate.admit(&request, P::COMMAND) {
+                    Ok((path, changes)) => page.answer(&request, path, changes),
+                    Err(refused) => refused,
+                }));
                 let answer = answer.unwrap_or_else(|_| Response::refused(500, "the request failed: this is a bug"));
                 connection.send(Some(&request), answer)?;
                 if request.closes {
@@ -90,34 +126,40 @@ fn converse(stream: TcpStream, gate: &Gate, studio: &Studio) -> std::io::Result<
 struct Gate {
     port: u16,
     token: String,
+    proxy: Option<String>,
 }
 
 impl Gate {
-    fn answer(&self, request: &Request, studio: &Studio) -> Response {
+    /// The path below the token of a request that may be made, and whether it may change something.
+    fn admit<'a>(&self, request: &'a Request, command: &str) -> Result<(&'a str, bool), Response> {
+        let refused = |status, message: &str| Err(Response::refused(status, message));
         let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port));
-        if !hosts.contains(&request.host) {
-            return Response::refused(403, "the host of the request is not this server");
+        let proxy = self.proxy.as_deref().unwrap_or_default();
+        let is_proxy = |host: &str| !host.is_empty() && proxy.split("://").nth(1) == Some(host);
+        if !hosts.contains(&request.host) && !is_proxy(&request.host) {
+            return refused(403, "the host of the request is not this server");
         }
-        let is_own =
-            |origin: &String| origin.strip_prefix("http://").is_some_and(|host| hosts.iter().any(|own| own == host));
+        let is_own = |origin: &String| {
+            *origin == proxy || origin.strip_prefix("http://").is_some_and(|host| hosts.iter().any(|own| own == host))
+        };
         if !request.origin.as_ref().is_none_or(is_own) {
-            return Response::refused(403, "the request comes from another page");
+            return refused(403, "the request comes from another page");
         }
         let mut parts = request.path.trim_start_matches('/').splitn(2, '/');
         let (token, path) = (parts.next().unwrap_or_default(), parts.next());
         if !self.is_token(token) {
-            return Response::refused(403, "the address lacks the token that `teachtree studio` printed");
+            return refused(403, &format!("the address lacks the token that `teachtree {command}` printed"));
         }
-        let Some(path) = path else { return Response::refused(404, "the address ends with a `/`") };
+        let Some(path) = path else { return refused(404, "the address ends with a `/`") };
         let changes = match request.method.as_str() {
             "GET" | "HEAD" => false,
             "POST" | "PUT" => true,
-            _ => return Response::refused(405, "the method is not GET, HEAD, POST or PUT"),
+            _ => return refused(405, "the method is not GET, HEAD, POST or PUT"),
         };
         if changes && !request.content_type.starts_with("application/json") {
-            return Response::refused(415, "the body is not application/json");
+            return refused(415, "the body is not application/json");
         }
-        routes::answer(request, path, changes, studio)
+        Ok((path, changes))
     }
 
     /// Compares in a time that does not depend on where the texts differ.

@@ -41,6 +41,8 @@ pub struct Request {
     pub body: Vec<u8>,
     /// Whether the connection ends with this request.
     pub closes: bool,
+    /// The key of a request to go on as a WebSocket.
+    pub socket_key: Option<String>,
 }
 
 /// A part of a file: from a byte to another one or the end, or its last bytes.
@@ -155,6 +157,15 @@ impl Connection {
         Ok(request)
     }
 
+    /// Goes on as a WebSocket, with the answer to its key: the stream, and what was read of it already.
+    pub fn upgrade(mut self, accept: &str) -> Result<(TcpStream, Vec<u8>)> {
+        let head = format!(
+            "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
+        );
+        self.stream.write_all(head.as_bytes())?;
+        Ok((self.stream, self.buffer))
+    }
+
     /// Sends a response.
     pub fn send(&mut self, request: Option<&Request>, response: Response) -> Result<()> {
         let Response { mut status, kind, content } = response;
@@ -246,6 +257,8 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
     let Some(query) = pairs.collect() else { return refused(400, "the query is not valid UTF-8") };
     let is_old = head.version == Some(0);
     let closes = is_old || field("Connection").is_some_and(|how| how.eq_ignore_ascii_case("close"));
+    let is_socket = field("Upgrade").is_some_and(|how| how.eq_ignore_ascii_case("websocket"));
+    let socket_key = field("Sec-WebSocket-Key").filter(|_| is_socket);
     let request = Request {
         method: head.method.unwrap_or_default().into(),
         path,
@@ -256,6 +269,7 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
         range: field("Range").as_deref().and_then(range),
         body: Vec::new(),
         closes,
+        socket_key,
     };
     Ok(Some((request, length, body)))
 }
