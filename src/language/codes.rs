@@ -117,6 +117,8 @@ codes! {
     SEPARATE_TASK = "E411";
     /// rules that are to label something have no tree
     TREE_NEEDED = "E412";
+    /// files come before each other in a circle
+    CIRCULAR_ORDER = "E413";
 
     /// brackets, signs or operators are nested too deeply
     TOO_DEEP = "E701";

@@ -2,6 +2,7 @@
 //! files with mistakes too; a name that nothing declares is not in it.
 
 use super::ops::function;
+use super::source::used_file;
 use super::syntax::{Anchor, Choice, Expr, ExprKind, File, Item, ItemKind, Key, Label, Name, Path, RelabelKind, Then};
 use crate::base::channels::{DERIVED, derived};
 use crate::base::diagnostic::{Sources, Span};
@@ -208,14 +209,10 @@ impl Index {
 
     /// The file that a `use` leads to: beside its user, else the one of that name.
     fn used_file(&mut self, name: &Name, sources: &Sources) -> Option<usize> {
-        let user = std::path::Path::new(&sources.files.get(name.span.file as usize)?.name);
-        let beside = user.parent().unwrap_or(std::path::Path::new("")).join(&name.text);
-        let files = || sources.files.iter().map(|source| std::path::Path::new(&source.name));
-        let at =
-            files().position(|file| file == beside).or_else(|| files().position(|file| file.ends_with(&name.text)))?;
-        let found = sources.files.get(at)?.name.clone();
+        let file = used_file(name, sources)?;
+        let found = sources.files.get(file as usize)?.name.clone();
         let symbol = self.symbol(Kind::File, "", found);
-        let start = Span { file: u32::try_from(at).ok()?, start: 0, end: 0 };
+        let start = Span { file, start: 0, end: 0 };
         if let Some(symbol) = self.symbols.get_mut(symbol).filter(|symbol| symbol.declared.is_empty()) {
             symbol.declared.push(Declared { name: start, whole: start, doc: String::new() });
         }
@@ -273,7 +270,10 @@ fn walk<'a>(files: &'a [File], meet: &mut dyn FnMut(Met<'a>)) {
 fn walk_item<'a>(item: &'a Item, meet: &mut dyn FnMut(Met<'a>)) {
     let mut declare = |kind, name: &'a Name, whole| meet(Met::Declared(kind, "", name.text.clone(), name.span, whole));
     match &item.kind {
-        ItemKind::Use(name) => meet(Met::Named(Kind::File, "", name)),
+        ItemKind::Use(used) => {
+            let files = std::iter::once(&used.file).chain(&used.before);
+            files.for_each(|name| meet(Met::Named(Kind::File, "", name)));
+        }
         ItemKind::Stream(channels) => {
             for channel in channels {
                 meet(Met::Declared(Kind::Channel, "", channel.name.text(), channel.name.span, channel.span));

@@ -67,8 +67,8 @@ pub struct Item {
 /// What an item declares.
 #[derive(Clone, Debug)]
 pub enum ItemKind {
-    /// `use "stream.rules"`: the name and its place, quotes included.
-    Use(Name),
+    /// `use "stream.rules"`
+    Use(Use),
     /// `stream { … }`
     Stream(Vec<Channel>),
     /// `param name = value in a .. b`
@@ -91,6 +91,15 @@ pub enum ItemKind {
     ExtendTask(ExtendTask),
     /// `relabel { … }`
     Relabel(RelabelBlock),
+}
+
+/// `use "tap.rules" before "contact.rules"`: the names of files, with their places, quotes included.
+#[derive(Clone, Debug)]
+pub struct Use {
+    /// The file.
+    pub file: Name,
+    /// The file in front of whose extensions those of this one come.
+    pub before: Option<Name>,
 }
 
 /// A raw channel that a log must or may carry.

@@ -23,7 +23,7 @@ impl Outline<'_> {
         let one =
             |name: &str, detail: &str, kind, span, inner| vec![self.symbol(name, detail, kind, item.span, span, inner)];
         match &item.kind {
-            ItemKind::Use(name) => one(&name.text, "use", SymbolKind::File, name.span, Vec::new()),
+            ItemKind::Use(used) => one(&used.file.text, "use", SymbolKind::File, used.file.span, Vec::new()),
             ItemKind::Stream(channels) => {
                 let inner = channels.iter().map(|channel| {
                     self.symbol(

@@ -5,7 +5,7 @@ use super::expressions::{Builder, P};
 use super::grammar::Rule;
 use crate::base::channels::{Axis, Shape};
 use crate::base::units::Dimension;
-use crate::language::syntax::{Channel, ItemKind, Latch, Name, Param, Primitive, Signal, ValueType};
+use crate::language::syntax::{Channel, ItemKind, Latch, Name, Param, Primitive, Signal, Use, ValueType};
 use std::ops::Range;
 
 impl Builder<'_, '_, '_> {
@@ -13,10 +13,11 @@ impl Builder<'_, '_, '_> {
     pub fn item(&mut self, pair: P<'_>) -> Option<ItemKind> {
         match pair.as_rule() {
             Rule::use_file => {
-                let quoted = pair.into_inner().find(|part| part.as_rule() == Rule::text)?;
-                let mut name = self.name(&quoted);
-                name.text = name.text.trim_matches('"').to_string();
-                Some(ItemKind::Use(name))
+                let (before, own): (Vec<P<'_>>, Vec<P<'_>>) =
+                    pair.into_inner().partition(|part| part.as_rule() == Rule::before_file);
+                let file = own.into_iter().find_map(|part| self.quoted(part))?;
+                let before = before.into_iter().flat_map(P::into_inner).find_map(|part| self.quoted(part));
+                Some(ItemKind::Use(Use { file, before }))
             }
             Rule::param => self.param(pair).map(ItemKind::Param),
             Rule::signal => self.signal(pair).map(ItemKind::Signal),
@@ -51,6 +52,15 @@ impl Builder<'_, '_, '_> {
             }
         }
         Some(Primitive { name: name?, sided, is, does, other })
+    }
+
+    /// The name in quotes, if the pair is one.
+    fn quoted(&mut self, pair: P<'_>) -> Option<Name> {
+        (pair.as_rule() == Rule::text).then(|| {
+            let mut name = self.name(&pair);
+            name.text = name.text.trim_matches('"').to_string();
+            name
+        })
     }
 
     fn word_in(&mut self, pair: P<'_>, rule: Rule) -> Option<Name> {

@@ -53,7 +53,7 @@ pub fn expected(text: &str, at: usize) -> (usize, Vec<Expected>) {
         return (start, Vec::new());
     }
     if last == Some(Kind::Text) {
-        let is_use = token.checked_sub(1).is_some_and(|before| scan.word(before) == "use");
+        let is_use = token.checked_sub(1).is_some_and(|before| matches!(scan.word(before), "use" | "before"));
         let open = scan.tokens.get(token).map_or(start, |quote| quote.start + 1);
         return (open, if is_use { vec![Expected::File] } else { Vec::new() });
     }

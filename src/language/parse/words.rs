@@ -138,6 +138,7 @@ const fn described(rule: Rule) -> &'static str {
         Rule::task => "`task`",
         Rule::tree_head => "`tree`",
         Rule::use_file => "`use`",
+        Rule::before_file => "`before`",
         Rule::with_keys => "`with`",
         Rule::without_keys => "`without`",
         Rule::kind_of => "`is`",

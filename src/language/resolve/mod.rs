@@ -3,6 +3,7 @@
 //! one report.
 
 mod channels;
+mod file_orders;
 mod kinds;
 mod missing_from;
 mod names;
@@ -48,6 +49,8 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         signal_picks: Vec::new(),
         exact_signals: BTreeSet::new(),
         kinds: BTreeMap::new(),
+        file_order: BTreeSet::new(),
+        named: input.named.clone(),
     };
     resolver.names.incomplete = input.incomplete;
     let declared = Declared::collect(&input.files);
@@ -58,6 +61,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
     resolver.channel_defaults(&declared);
     resolver.signals(&declared);
     resolver.latches(&declared);
+    resolver.file_orders(&declared.orders);
     resolver.trees(&declared.trees, &declared.extends);
     resolver.tasks(&declared.tasks, &declared.task_extensions);
     resolver.relabels(&declared.relabels);
@@ -84,6 +88,10 @@ pub struct Resolver {
     pub exact_signals: BTreeSet<SignalId>,
     /// The kinds of each primitive that has any, directly.
     pub kinds: BTreeMap<PrimitiveId, Vec<PrimitiveId>>,
+    /// Pairs of files: the extensions of the first come before those of the second.
+    pub file_order: BTreeSet<(u32, u32)>,
+    /// The files that were named, not used.
+    pub named: BTreeSet<u32>,
 }
 
 impl Resolver {

@@ -26,6 +26,8 @@ pub struct Declared<'a> {
     pub tasks: Vec<(&'a syntax::Task, Span)>,
     pub task_extensions: Vec<&'a syntax::ExtendTask>,
     pub relabels: Vec<&'a syntax::RelabelBlock>,
+    /// Files whose extensions come before those of others.
+    pub orders: Vec<(&'a syntax::Name, &'a syntax::Name)>,
 }
 
 impl<'a> Declared<'a> {
@@ -40,7 +42,9 @@ impl<'a> Declared<'a> {
 
     fn item(&mut self, item: &'a Item, per_hand: bool) {
         match &item.kind {
-            ItemKind::Use(_) => {}
+            ItemKind::Use(used) => {
+                self.orders.extend(used.before.as_ref().map(|before| (&used.file, before)));
+            }
             ItemKind::Stream(channels) => self.channels.extend(channels),
             ItemKind::Param(param) => self.params.push(param),
             ItemKind::Signal(signal) => self.signals.push((signal, per_hand)),

@@ -239,7 +239,7 @@ impl Loader {
         }
         self.findings.extend(findings);
         for used in file.items.iter().filter_map(|item| match &item.kind {
-            ItemKind::Use(used) => Some(used),
+            ItemKind::Use(used) => Some(&used.file),
             _ => None,
         }) {
             self.use_file(&place, &name, used, depth + 1);
@@ -296,6 +296,15 @@ impl Loader {
             }
         }
     }
+}
+
+/// The file that a `use` names, by its position in `sources`: the one beside the using file, else the one of that name.
+pub fn used_file(name: &syntax::Name, sources: &Sources) -> Option<u32> {
+    let user = Path::new(&sources.files.get(name.span.file as usize)?.name);
+    let beside = user.parent().unwrap_or(Path::new("")).join(&name.text);
+    let files = || sources.files.iter().map(|source| Path::new(&source.name));
+    let at = files().position(|file| file == beside).or_else(|| files().position(|file| file.ends_with(&name.text)))?;
+    u32::try_from(at).ok()
 }
 
 fn too_large() -> (&'static str, String) {

@@ -19,8 +19,8 @@ struct Group<'a> {
 }
 
 impl Resolver {
-    /// Splices the extensions in. Those at one place stay together; places are filled in the order in which they are first named, so
-    /// that an extension may build on an earlier one.
+    /// Splices the extensions in. Those at one place stay together, in the order of their files where one is said (`use … before …`);
+    /// places are filled in the order in which they are first named, so that an extension may build on an earlier one.
     pub(super) fn extend_trees(&mut self, drafts: &mut [Draft], extends: &[&Extend]) {
         let mut order: Vec<Group<'_>> = Vec::new();
         let mut at: BTreeMap<(String, u8, String), usize> = BTreeMap::new();
@@ -40,9 +40,25 @@ impl Resolver {
                 group.parts.push((extend, choices));
             }
         }
-        for group in order {
+        for mut group in order {
+            self.put_in_order(&mut group);
             self.splice(drafts, group);
         }
+    }
+
+    /// Puts the parts of a group into the order of their files; those of files without an order stay as they were read.
+    fn put_in_order(&self, group: &mut Group<'_>) {
+        let file = |part: &(&Extend, Vec<Choice>)| part.0.anchor_span.file;
+        let mut waiting: Vec<u32> = group.parts.iter().map(file).collect();
+        waiting.dedup();
+        let mut rank: BTreeMap<u32, usize> = BTreeMap::new();
+        while !waiting.is_empty() {
+            // The order has no circle, so that one file is always first.
+            let is_first = |file: &u32| !waiting.iter().any(|other| self.comes_before(*other, *file));
+            let next = waiting.iter().position(is_first).unwrap_or(0);
+            rank.insert(waiting.remove(next), rank.len());
+        }
+        group.parts.sort_by_key(|part| rank.get(&file(part)).copied());
     }
 
     /// The choices of an extension.
@@ -214,8 +230,10 @@ impl Resolver {
     /// Two files at one place: their order would depend on the order of loading, unless no frame can meet the conditions of both.
     fn check_clash(&mut self, group: &Group<'_>) {
         for (place, (later, added)) in group.parts.iter().enumerate() {
-            let earlier =
-                group.parts.iter().take(place).filter(|(other, _)| other.anchor_span.file != later.anchor_span.file);
+            let file = later.anchor_span.file;
+            let earlier = group.parts.iter().take(place).filter(|(other, _)| {
+                other.anchor_span.file != file && !self.comes_before(other.anchor_span.file, file)
+            });
             for (other, theirs) in earlier {
                 let pairs = || added.iter().flat_map(|one| theirs.iter().map(move |two| (one, two)));
                 let exclusive = added.len().saturating_mul(theirs.len()) <= MAX_PAIRS
@@ -228,10 +246,23 @@ impl Resolver {
                     let finding = Diagnostic::error(codes::EXTENSION_CLASH, message)
                         .at(later.anchor_span, "which one comes first is not said")
                         .at(other.anchor_span, "the other file");
-                    self.report(match self.beside(&later.anchor, theirs) {
+                    let finding = match self.beside(&later.anchor, theirs) {
                         Some(anchor) => finding.fix("name a choice of the other file", later.anchor_span, anchor),
                         None => finding.help("name a choice of the other file with `before` or `after`"),
-                    });
+                    };
+                    // Whoever wrote one of the two files can name a choice of the other; whoever uses both gives their order.
+                    let by_author = self.named.contains(&file) && !self.named.contains(&other.anchor_span.file);
+                    let names = self.rules.sources.files.get(file as usize);
+                    let names = names.zip(self.rules.sources.files.get(other.anchor_span.file as usize));
+                    let finding = match names.filter(|_| !by_author) {
+                        Some((one, two)) => finding.help(format!(
+                            "or give the order in the file that uses both: `use \"{}\" before \"{}\"`",
+                            file_name(&one.name),
+                            file_name(&two.name)
+                        )),
+                        None => finding,
+                    };
+                    self.report(finding);
                     return;
                 }
             }
@@ -251,6 +282,11 @@ impl Resolver {
         };
         Some(format!("{word} {name}"))
     }
+}
+
+/// The last part of a path.
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
 /// Calls `visit` for every choice that has a name.

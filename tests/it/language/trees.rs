@@ -173,3 +173,53 @@ fn a_new_leaf_that_takes_no_thread_away_is_no_reason_to_warn() {
         assert_eq!(warnings(text), [""; 0], "{text}");
     }
 }
+
+/// The examples of two authors extend one place; a file that uses both says which one comes first.
+#[test]
+fn a_third_file_orders_the_extensions_of_two_others() {
+    let folder = tempfile::tempdir().unwrap();
+    let example = |name: &str| std::fs::read_to_string(format!("examples/primitives/{name}/{name}.rules")).unwrap();
+    for name in ["shake", "pour", "show"] {
+        std::fs::write(folder.path().join(format!("{name}.rules")), example(name)).unwrap();
+    }
+    let load = |uses: &str| {
+        let path = folder.path().join("mine.rules");
+        std::fs::write(&path, uses).unwrap();
+        language::load(&language::Request { files: vec![path], ..language::Request::default() })
+    };
+    // The primitives of the leaves in front of `carried`, in order; or the report.
+    let order = |uses: &str| {
+        let loaded = load(uses);
+        let Some(rules) = &loaded.rules else { return vec![report(&loaded)] };
+        let leaves = rules.trees[0].root.choices.iter().filter_map(|choice| match &choice.then {
+            Then::Primitive(label) => Some(rules.primitives[label.primitive.index()].name.clone()),
+            _ => None,
+        });
+        leaves.filter(|name| ["Shake", "Pour", "Show"].contains(&name.as_str())).collect()
+    };
+    let [clash] = order("use \"shake.rules\"\nuse \"pour.rules\"\n").try_into().unwrap();
+    assert!(clash.starts_with("error[E406]"), "{clash}");
+    let advice = "or give the order in the file that uses both: `use \"pour.rules\" before \"shake.rules\"`";
+    assert!(clash.contains(advice), "{clash}");
+    assert_eq!(order("use \"shake.rules\"\nuse \"pour.rules\" before \"shake.rules\"\n"), ["Pour", "Shake"]);
+    assert_eq!(order("use \"pour.rules\"\nuse \"shake.rules\" before \"pour.rules\"\n"), ["Shake", "Pour"]);
+    assert_eq!(order("use \"shake.rules\" before \"pour.rules\"\nuse \"pour.rules\"\n"), ["Shake", "Pour"]);
+    // Of three files two orders make one, but only where they do.
+    let chain =
+        "use \"shake.rules\" before \"pour.rules\"\nuse \"pour.rules\"\nuse \"show.rules\" before \"shake.rules\"\n";
+    assert_eq!(order(chain), ["Show", "Shake", "Pour"]);
+    let [clash] = order(&chain.replace("before \"shake.rules\"", "before \"pour.rules\"")).try_into().unwrap();
+    assert!(clash.contains("E406"), "{clash}");
+    // The order is for the files that say it, wherever they are used from.
+    std::fs::write(
+        folder.path().join("both.rules"),
+        "use \"shake.rules\"\nuse \"pour.rules\" before \"shake.rules\"\n",
+    )
+    .unwrap();
+    assert_eq!(order("use \"both.rules\"\n"), ["Pour", "Shake"]);
+    let [unknown] = order("use \"shake.rules\" before \"pur.rules\"\nuse \"pour.rules\"\n").try_into().unwrap();
+    assert!(unknown.contains("E201") && unknown.contains("pur.rules"), "{unknown}");
+    // What `fmt` writes says the same.
+    let written = language::format::format("use   \"pour.rules\"    before \"shake.rules\"\n");
+    assert_eq!(written.unwrap_or_default(), "use \"pour.rules\" before \"shake.rules\"\n");
+}

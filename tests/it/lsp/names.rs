@@ -263,6 +263,8 @@ fn what_fits_is_proposed() {
         (&format!("{head}relabel {{ Hover between |"), "Grasp Move", "away"),
         ("use \"|", "part.rules main.rules contact.rules bimanual.rules", "new.rules param"),
         ("use \"con|", "contact.rules", "param"),
+        ("use \"part.rules\" |", "before", "param Grasp"),
+        ("use \"part.rules\" before \"|", "contact.rules", "param"),
     ] {
         let found = proposed(&mut editor, text);
         let words =
@@ -274,7 +276,7 @@ fn what_fits_is_proposed() {
             assert!(!found.contains(&word), "`{word}` at {text:?}: {found:?}");
         }
     }
-    for silent in ["// a comment |", "param |", "signal n|", "use \"part.rules\" |", "primitive G|", "\"|"] {
+    for silent in ["// a comment |", "param |", "signal n|", "primitive G|", "\"|"] {
         assert_eq!(proposed(&mut editor, silent), Vec::<String>::new(), "{silent}");
     }
     editor.end();
