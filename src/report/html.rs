@@ -4,7 +4,7 @@
 //! boundaries of the raw segments as lines and points on the curves; for both hands the lanes. Tables say the same in words.
 
 use super::figure::figure;
-use super::svg::escape;
+use super::svg::{escape, scrolled};
 use super::{page, palette, remarks};
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::{Meta, VERSION};
@@ -86,7 +86,8 @@ fn tasks(analysis: &Analysis) -> String {
         return "<h2>Tasks</h2>\n<p>No task was found.</p>\n".into();
     }
     format!(
-        "<h2>Tasks</h2>\n<div class=\"scroll\"><table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th>{sure}<th></th></tr>\n{}</table></div>\n",
+        "<h2>Tasks</h2>\n{}<table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th>{sure}<th></th></tr>\n{}</table></div>\n",
+        scrolled("Tasks"),
         rows.concat()
     )
 }
@@ -129,7 +130,7 @@ fn section(track: &Track, analysis: &Analysis, frames: &Frames) -> String {
         Who::Both => "Both hands".into(),
     };
     let (drawing, lacking) = figure(track, analysis, frames, &heading);
-    let mut section = format!("<h2>{heading}</h2>\n<div class=\"scroll\">{drawing}</div>\n");
+    let mut section = format!("<h2>{heading}</h2>\n{}{drawing}</div>\n", scrolled(&heading));
     for (plot, channels) in lacking {
         section.push_str(&format!("<p class=\"warn\">No {plot}: the recording has no {channels}.</p>\n"));
     }
@@ -162,9 +163,10 @@ fn segments(track: &Track) -> String {
     let is_sure = track.relabeled.iter().any(|segment| segment.confidence.is_some());
     let sure = if is_sure { "<th>confidence</th><th>starts between, s</th>" } else { "" };
     format!(
-        "<details><summary>Segments after relabeling: {}</summary><div class=\"scroll\"><table>\n\
+        "<details><summary>Segments after relabeling: {}</summary>{}<table>\n\
          <tr><th>primitive</th><th>object</th><th>partner</th><th>start s</th><th>end s</th>{sure}<th>was</th><th>changed by</th></tr>\n{rows}</table></div></details>\n",
-        track.relabeled.len()
+        track.relabeled.len(),
+        scrolled("Segments after relabeling")
     )
 }
 
@@ -184,6 +186,7 @@ fn issues(analysis: &Analysis) -> String {
         })
         .collect();
     format!(
-        "<h2>Issues</h2>\n<div class=\"scroll\"><table>\n<tr><th>kind</th><th>start s</th><th>end s</th><th>channel</th><th>what</th></tr>\n{rows}</table></div>\n"
+        "<h2>Issues</h2>\n{}<table>\n<tr><th>kind</th><th>start s</th><th>end s</th><th>channel</th><th>what</th></tr>\n{rows}</table></div>\n",
+        scrolled("Issues")
     )
 }

@@ -20,6 +20,11 @@ const MARK: f64 = 7.0;
 /// Width of a letter of the names in bars, about.
 const LETTER: f64 = 6.3;
 
+/// The tag that begins a part of a page that is scrolled sideways where the window is narrow, by pointer or by keys.
+pub(super) fn scrolled(label: &str) -> String {
+    format!("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"{}\">", escape(label))
+}
+
 /// Text for an element or an attribute.
 pub(super) fn escape(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());

@@ -125,8 +125,14 @@ impl Browser {
 
     /// Opens a file and waits until it has drawn.
     pub fn open(&mut self, page: &Path) {
+        self.open_plain(page);
+        self.wait("document.querySelector('#range')?.textContent !== ''");
+    }
+
+    /// Opens a file that is complete as it is.
+    pub fn open_plain(&mut self, page: &Path) {
         self.call("Page.navigate", json!({ "url": format!("file://{}", page.display()) }));
-        self.wait("document.readyState === 'complete' && document.querySelector('#range')?.textContent !== ''");
+        self.wait("location.protocol === 'file:' && document.readyState === 'complete'");
     }
 
     /// Opens the page of a server, which may ask this server for more.
@@ -146,6 +152,32 @@ impl Browser {
         let result = self.call("Runtime.evaluate", json!({ "expression": expression, "returnByValue": true }));
         assert!(result["exceptionDetails"].is_null(), "{expression}: {}", result["exceptionDetails"]);
         result["result"]["value"].clone()
+    }
+
+    /// Whether the page is shown dark.
+    pub fn prefer_dark(&mut self, dark: bool) {
+        let scheme = if dark { "dark" } else { "light" };
+        let features = json!([{ "name": "prefers-color-scheme", "value": scheme }]);
+        self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
+    }
+
+    /// What axe (Deque Systems), which audits pages for accessibility, calls serious or critical: its rule, where, and why. `None`, with a message, where
+    /// the Python package that carries it is not installed.
+    pub fn audit(&mut self) -> Option<Vec<String>> {
+        const FIND: &str = "import importlib.util as u; print(u.find_spec('axe_playwright_python').submodule_search_locations[0] + '/axe.min.js')";
+        const RUN: &str = "axe.run({ resultTypes: ['violations'] }).then((found) => found.violations.filter((one) => ['serious', 'critical'].includes(one.impact)).flatMap((one) => one.nodes.map((node) => `${one.id} ${node.target.join(' ')}: ${node.failureSummary}`)))";
+        let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+        let found = Command::new(python).args(["-c", FIND]).output().ok().filter(|found| found.status.success());
+        let Some(found) = found else {
+            let _ = writeln!(std::io::stderr(), "skipped: axe-playwright-python is not installed to audit pages with");
+            return None;
+        };
+        let script = std::fs::read_to_string(String::from_utf8(found.stdout).unwrap().trim()).unwrap();
+        self.eval(&format!("{script}; true"));
+        let params = json!({ "expression": RUN, "returnByValue": true, "awaitPromise": true });
+        let result = self.call("Runtime.evaluate", params);
+        assert!(result["exceptionDetails"].is_null(), "{}", result["exceptionDetails"]);
+        Some(serde_json::from_value(result["result"]["value"].clone()).unwrap())
     }
 
     /// Waits until something is so on the page.

@@ -2,6 +2,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test says what went wrong by panicking")]
 #![allow(missing_docs, reason = "tests are read, not linked")]
 
+#[cfg(all(feature = "world", feature = "cli", feature = "studio", feature = "parquet", feature = "hdf5"))]
+mod accessibility;
 mod analysis;
 #[cfg(all(feature = "cli", feature = "parquet", feature = "hdf5"))]
 mod annotate;

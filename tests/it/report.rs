@@ -3,7 +3,7 @@
 #[cfg(all(feature = "world", feature = "cli"))]
 mod drawn;
 #[cfg(all(feature = "world", feature = "cli"))]
-mod page;
+pub mod page;
 
 use crate::analysis::build::{chapter, leaves};
 use serde_json::Value;

@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
 /// A studio that runs, and ends with this.
-struct Studio {
+pub struct Studio {
     process: Child,
     /// `http://127.0.0.1:PORT/TOKEN/`.
-    address: String,
+    pub address: String,
 }
 
 /// What the server answered.
@@ -32,7 +32,7 @@ impl Answer {
 }
 
 impl Studio {
-    fn start(folder: &Path, args: &[&str]) -> Self {
+    pub fn start(folder: &Path, args: &[&str]) -> Self {
         let args = [&["studio", "--no-open"], args].concat();
         let mut process = program(folder, &args).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
         let mut address = String::new();
@@ -88,7 +88,7 @@ impl Studio {
     }
 
     /// The list, once every recording has been analyzed.
-    fn list(&self) -> Value {
+    pub fn list(&self) -> Value {
         loop {
             let list = self.get("api/list");
             if list["waiting"] == 0 {
@@ -112,7 +112,7 @@ fn demos() -> PathBuf {
 }
 
 /// A folder with recordings `a.csv`, `b.csv` and `c7.csv`, their binding and their scene.
-fn folder() -> tempfile::TempDir {
+pub fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::create_dir(folder.path().join("logs")).unwrap();
     for name in ["a.csv", "b.csv", "c7.csv"] {
@@ -123,4 +123,4 @@ fn folder() -> tempfile::TempDir {
 }
 
 /// How [`folder`] is opened.
-const OPENED: [&str; 4] = ["logs", "--binding", "lift.yaml", "--each"];
+pub const OPENED: [&str; 4] = ["logs", "--binding", "lift.yaml", "--each"];

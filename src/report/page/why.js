@@ -45,7 +45,7 @@ function changeHtml(change, who) {
   if (decided) {
     html += `<p>By the tree <code>${escaped(after.tree)}</code>: <code>${escaped(decided.choice)}</code> ${decided.taken ? "is taken now" : "is no longer taken"}. <small class="quiet">${escaped(decided.place)}</small></p>`;
     if (decided.changed.length) {
-      html += `<h4>What changed</h4><div class="scroll"><table class="changed"><tr><th>condition</th><th>at ${seconds(before.time)}</th><th>at ${seconds(after.time)}</th></tr>${decided.changed.map((one) => changedRows(one)).join("")}</table></div>`;
+      html += `<h4>What changed</h4><div class="scroll" tabindex="0" role="region" aria-label="What changed"><table class="changed"><tr><th>condition</th><th>at ${seconds(before.time)}</th><th>at ${seconds(after.time)}</th></tr>${decided.changed.map((one) => changedRows(one)).join("")}</table></div>`;
     }
   } else if (before) {
     html += `<p>The tree of ${who === "both" ? "both hands" : `the ${escaped(who)} hand`} takes the same way on both sides.</p>`;

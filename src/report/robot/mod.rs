@@ -5,7 +5,7 @@ mod framing;
 mod picture;
 mod plot;
 
-use super::svg::escape;
+use super::svg::{escape, scrolled};
 use crate::analysis::number::decimals;
 use crate::base::hands::Finger;
 use crate::command::Commands;
@@ -60,7 +60,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
             outcome.searched.map_or_else(String::new, |searched| format!(" The {searched}.")),
         ));
         page.push_str(&pictures(trace, &moments, &task.object, framed));
-        page.push_str("<div class=\"scroll\">\n");
+        page.push_str(&scrolled("Forces, joints and torques"));
         for plot in plots(trace, &moments) {
             page.push_str(&plot.draw(&moments));
         }

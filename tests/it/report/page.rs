@@ -42,7 +42,7 @@ fn shown(browser: &mut Browser) -> (f64, f64) {
 }
 
 /// Waits until a drawing that was asked for is there.
-pub(super) fn drawn(browser: &mut Browser) {
+pub fn drawn(browser: &mut Browser) {
     browser.eval(
         "window.drawn = false; requestAnimationFrame(() => requestAnimationFrame(() => { window.drawn = true; }))",
     );

@@ -3,7 +3,7 @@
 use super::{OPENED, Studio, folder};
 use crate::browser::Browser;
 use crate::sets::with_set;
-use serde_json::json;
+use serde_json::{Value, json};
 use std::path::Path;
 
 /// A page over recordings, once the list is full.
@@ -280,5 +280,31 @@ fn the_video_of_an_episode_follows_the_cursor() {
     browser.key("k");
     opened(&mut browser, "set_0");
     browser.wait("document.querySelector('#videos video').currentTime < 1");
+    no_complaints(&browser);
+}
+
+/// Sixty recordings: all are listed, keys go through all of them, and the page stays small.
+#[test]
+fn a_list_of_sixty_recordings_is_gone_through_by_keys() {
+    let folder = folder();
+    let logs = folder.path().join("logs");
+    let text = std::fs::read_to_string(logs.join("a.csv")).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    for at in 0..57 {
+        let piece = [&lines[..1], &lines[1 + at..180 + at]].concat();
+        std::fs::write(logs.join(format!("piece_{at:02}.csv")), piece.join("\n") + "\n").unwrap();
+    }
+    let Some((mut browser, studio)) = visited(folder.path(), &OPENED) else { return };
+    let names: Vec<Value> =
+        studio.get("api/list")["recordings"].as_array().unwrap().iter().map(|one| one["name"].clone()).collect();
+    assert_eq!(names.len(), 60);
+    for name in &names {
+        browser.key("j");
+        opened(&mut browser, name.as_str().unwrap());
+    }
+    assert_eq!(browser.text("#recordings [aria-current] b"), names[59].as_str().unwrap());
+    let seen = "(() => { const row = document.querySelector('#recordings [aria-current]').getBoundingClientRect(); return row.top >= 0 && row.bottom <= innerHeight; })()";
+    assert_eq!(browser.eval(seen), true);
+    assert!(browser.eval("document.querySelectorAll('*').length").as_u64().unwrap() < 5000);
     no_complaints(&browser);
 }
