@@ -25,9 +25,10 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
 use crate::engine::runs::Leaves;
+use crate::language::rules::folded;
 use crate::language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
 use crate::stream::frames::Frames;
-use reason::{Reasons, Spot, folded};
+use reason::{Reasons, Spot};
 
 use serde::Serialize;
 use std::ops::Range;

@@ -97,7 +97,7 @@ fn tree_conditions(rules: &Rules) -> Vec<(&Expr, Hand)> {
 
 fn signals_of(expr: &Expr, this: Hand, found: &mut BTreeSet<(SignalId, Hand)>) {
     if let ExprKind::Signal(signal, hand) = &expr.kind {
-        found.insert((*signal, if *hand == Hand::This { this } else { *hand }));
+        found.insert((*signal, hand.seen_from(this)));
     }
     for arg in expr.arguments() {
         signals_of(arg, this, found);
@@ -172,7 +172,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn expr(&mut self, expr: &Expr, this: Hand) -> ValueId {
-        let whose = |hand: Hand| if hand == Hand::This { this } else { hand };
+        let whose = |hand: Hand| hand.seen_from(this);
         let ty = Type { axis: expr.ty.axis.map(|(axis, hand)| (axis, whose(hand))), ..expr.ty };
         let (op, args): (Op, Vec<&Expr>) = match &expr.kind {
             ExprKind::Bool(bool) => (Op::Bool(*bool), vec![]),

@@ -20,7 +20,9 @@ pub fn possible(
 ) -> BTreeSet<Label> {
     let mut reached: BTreeSet<Label> = BTreeSet::new();
     loop {
-        let mut walk = Walk { graph, channel: &channel, has: &has, reached: &reached, scope, values: BTreeMap::new() };
+        let this = if scope == TreeScope::EachHand { Hand::This } else { Hand::Nobody };
+        let (channel, has) = (&channel, &has);
+        let mut walk = Walk { graph, channel, has, reached: &reached, scope, this, values: BTreeMap::new() };
         let mut found = reached.clone();
         for tree in graph.trees.iter().filter(|tree| tree.scope == scope) {
             let below = asked_below(&tree.decision);
@@ -101,18 +103,30 @@ struct Walk<'a, F, P> {
     /// The leaves that are reached so far.
     reached: &'a BTreeSet<Label>,
     scope: TreeScope,
-    values: BTreeMap<ValueId, Known>,
+    /// The hand in whose tree or declaration a value stands.
+    this: Hand,
+    values: BTreeMap<(ValueId, Hand), Known>,
 }
 
 impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> {
     fn value(&mut self, id: ValueId) -> Known {
-        if let Some(known) = self.values.get(&id) {
+        let place = (id, self.this);
+        if let Some(known) = self.values.get(&place) {
             return *known;
         }
         // A latch may read a value that reads it: it is unknown until it is known.
-        self.values.insert(id, Known::Unknown);
+        self.values.insert(place, Known::Unknown);
         let known = self.computed(id);
-        self.values.insert(id, known);
+        self.values.insert(place, known);
+        known
+    }
+
+    /// What sets a latch of this hand, or of nobody.
+    fn of_hand(&mut self, id: ValueId, hand: Hand) -> Known {
+        let own = self.this;
+        self.this = hand.seen_from(own);
+        let known = self.value(id);
+        self.this = own;
         known
     }
 
@@ -124,12 +138,12 @@ impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> 
         match &value.op {
             Op::Bool(value) => Known::bool(*value),
             Op::Number(number) => Known::Constant(number.get()),
-            Op::Channel(channel, hand) => (self.channel)(*channel, *hand),
-            Op::Latch(latch, _) => match self.graph.latches.get(latch.index()).map(|latch| latch.set) {
-                Some(set) if self.value(set) == Known::FALSE => Known::FALSE,
+            Op::Channel(channel, hand) => (self.channel)(*channel, hand.seen_from(self.this)),
+            Op::Latch(latch, hand) => match self.graph.latches.get(latch.index()).map(|latch| latch.set) {
+                Some(set) if self.of_hand(set, *hand) == Known::FALSE => Known::FALSE,
                 _ => Known::Unknown,
             },
-            Op::From { tree, labels, none } => self.from(*tree, labels, *none),
+            Op::From { tree, labels, none } => self.from(tree.seen_from(self.this), labels, *none),
             // A finger that the hand lacks reads zero.
             Op::Pick(pick @ FingerPick::One(_)) if !(self.has)(*pick) => Known::FALSE,
             Op::Pick(pick) if !(self.has)(*pick) => Known::Empty,
@@ -167,7 +181,8 @@ impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> 
             let value = self.graph.value(*arg);
             match &value.op {
                 Op::Channel(channel, hand) => {
-                    value.ty.axis.is_some() && matches!((self.channel)(*channel, *hand), Known::Constant(_))
+                    value.ty.axis.is_some()
+                        && matches!((self.channel)(*channel, hand.seen_from(self.this)), Known::Constant(_))
                 }
                 // None of the fingers may be picked.
                 Op::Pick(_) => false,

@@ -57,6 +57,7 @@ fn round(number: f64) -> f64 {
 const fn hand(hand: Hand) -> &'static str {
     match hand {
         Hand::This | Hand::Nobody => "",
+        Hand::Other => "other.",
         Hand::Named(Side::Left) => "left.",
         Hand::Named(Side::Right) => "right.",
     }

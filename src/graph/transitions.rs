@@ -142,7 +142,7 @@ fn of_latches(way: &Way, rules: &Rules, reader: &Reader<'_>, this: Hand) -> Vec<
     let mut clauses = Vec::new();
     for (id, hand, part) in named {
         let latch = &rules.latches[id.index()];
-        let whose = if hand == Hand::This { this } else { hand };
+        let whose = hand.seen_from(this);
         // `from` in a latch of somebody else speaks of other leaves than these.
         let own = whose == this;
         let known = |expr: &Expr| own || !reads_from(expr);

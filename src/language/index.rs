@@ -6,7 +6,6 @@ use super::source::used_file;
 use super::syntax::{Anchor, Choice, Expr, ExprKind, File, Item, ItemKind, Key, Label, Name, Path, RelabelKind, Then};
 use crate::base::channels::{DERIVED, derived};
 use crate::base::diagnostic::{Sources, Span};
-use crate::base::hands::Side;
 use std::collections::BTreeMap;
 
 /// What a name stands for.
@@ -194,8 +193,7 @@ impl Index {
 
     /// What a path begins with, its hand left out: a param, signal or latch, else the longest channel.
     fn value(&self, path: &Path) -> Option<(usize, Span)> {
-        let sided = path.parts.first().is_some_and(|first| Side::from_name(&first.text).is_some());
-        let parts = path.parts.get(usize::from(sided)..)?;
+        let (_, parts) = path.whose();
         let head = parts.first()?;
         if let Some(at) = self.find(Kind::Param, "", &head.text) {
             return Some((at, head.span));
@@ -342,7 +340,7 @@ fn walk_choices<'a>(choices: &'a [Choice], tree: &'a str, meet: &mut dyn FnMut(M
         }
         choice.condition.iter().for_each(|condition| walk_expr(condition, meet));
         match &choice.then {
-            Then::Primitive(label) => walk_label(label, meet),
+            Then::Primitive(label) | Then::EachSide(label) => walk_label(label, meet),
             Then::Branch(below) => walk_choices(below, tree, meet),
             Then::Stay | Then::Separate | Then::Broken => {}
         }

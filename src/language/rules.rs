@@ -11,6 +11,7 @@ mod paths;
 
 pub use expr::{Arithmetic, Comparison, Constant, Expr, ExprKind, Function, LEAST_SAMPLES, MOST_TIMES};
 pub use kinds::{MOST_KINDS, Pattern};
+pub use lookup::folded;
 pub use paths::Way;
 
 use crate::base::channels::{Axis, ChannelSpec, Shape};
@@ -105,6 +106,8 @@ impl Type {
 pub enum Hand {
     /// The hand at hand: inside `for each hand`.
     This,
+    /// The one that is not at hand: `other.load` inside `for each hand`.
+    Other,
     /// A hand by name: `left.load`.
     Named(Side),
     /// Nobody's: a value that is not declared per hand.
@@ -116,8 +119,25 @@ impl Hand {
     pub const fn side(self, this: Option<Side>) -> Option<Side> {
         match self {
             Self::This => this,
+            Self::Other => match this {
+                Some(this) => Some(this.other()),
+                None => None,
+            },
             Self::Named(side) => Some(side),
             Self::Nobody => None,
+        }
+    }
+
+    /// Whose value that is, seen from outside a declaration or tree of the hand `this`.
+    #[must_use]
+    pub const fn seen_from(self, this: Self) -> Self {
+        match (self, this) {
+            (Self::This, this) => this,
+            (Self::Other, Self::This) => Self::Other,
+            (Self::Other, Self::Other) => Self::This,
+            (Self::Other, Self::Named(side)) => Self::Named(side.other()),
+            (Self::Other, Self::Nobody) => Self::Nobody,
+            (whose @ (Self::Named(_) | Self::Nobody), _) => whose,
         }
     }
 }

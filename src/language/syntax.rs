@@ -45,6 +45,46 @@ impl Path {
     pub fn text(&self) -> String {
         join(&self.parts)
     }
+
+    /// Whose value is asked for, where that is written, and the names behind it. `other`, `either` and `both` are names too: before
+    /// nothing and before a component they are.
+    pub fn whose(&self) -> (Option<Whose>, &[Name]) {
+        let Some((first, rest)) = self.parts.split_first() else { return (None, &[]) };
+        let whose = Whose::from_name(&first.text).filter(|whose| match (whose, rest.first()) {
+            (Whose::Side(_), _) => true,
+            (_, Some(next)) => !matches!(next.text.as_str(), "x" | "y" | "z"),
+            (_, None) => false,
+        });
+        (whose, if whose.is_some() { rest } else { &self.parts })
+    }
+}
+
+/// The hands that a path may begin with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Whose {
+    /// `left.`, `right.`
+    Side(Side),
+    /// `other.`: the other hand, in `for each hand`.
+    Other,
+    /// `either.`: whether a condition holds for one of the hands, or for both.
+    Either,
+    /// `both.`: whether it holds for both.
+    Both,
+}
+
+impl Whose {
+    /// The words that are no hand by name.
+    pub const WORDS: [&str; 3] = ["other", "either", "both"];
+
+    /// The hands that a word stands for.
+    pub fn from_name(word: &str) -> Option<Self> {
+        match word {
+            "other" => Some(Self::Other),
+            "either" => Some(Self::Either),
+            "both" => Some(Self::Both),
+            _ => Side::from_name(word).map(Self::Side),
+        }
+    }
 }
 
 /// Words joined by dots.
@@ -248,6 +288,8 @@ pub struct Choice {
 pub enum Then {
     /// `=> Primitive`
     Primitive(Label),
+    /// `=> Primitive(side)`: a choice of the left hand, then one of the right.
+    EachSide(Label),
     /// `=> stay`
     Stay,
     /// `=> separate`

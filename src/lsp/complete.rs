@@ -8,6 +8,7 @@ use crate::base::hands::{Finger, Side};
 use crate::base::meaning::Meaning;
 use crate::base::units::UNITS;
 use crate::language::index::{Kind, Symbol};
+use crate::language::syntax::Whose;
 use crate::language::{Expected, SHIPPED, expected, ops};
 use lsp_types::{CompletionItem, CompletionItemKind, Range, TextEdit};
 
@@ -129,8 +130,10 @@ impl List<'_> {
     /// Params, signals, latches, channels and functions, each as it goes on from what is written.
     fn values(&mut self) {
         let whole = self.whole;
-        let side = Side::BOTH.into_iter().find(|side| self.before.starts_with(&format!("{side}.")));
-        let before = side.map_or(self.before, |side| self.before.get(side.to_string().len() + 1..).unwrap_or(""));
+        let (side, before) = match self.before.split_once('.') {
+            Some((word, behind)) if Whose::from_name(word).is_some() => (Some(word), behind),
+            _ => (None, self.before),
+        };
         for symbol in &whole.survey.index.symbols {
             let icon = match symbol.kind {
                 Kind::Param => CompletionItemKind::Constant,
@@ -157,7 +160,8 @@ impl List<'_> {
                     ..CompletionItem::default()
                 });
             }
-            Side::BOTH.iter().for_each(|side| self.plain(&side.to_string(), CompletionItemKind::Keyword));
+            let hands = Side::BOTH.map(Side::name).into_iter().chain(Whose::WORDS);
+            hands.for_each(|hand| self.plain(hand, CompletionItemKind::Keyword));
         }
     }
 
@@ -165,7 +169,8 @@ impl List<'_> {
     fn components(&mut self) {
         let rules = &self.whole.survey.rules;
         let name = self.before.trim_end_matches('.');
-        let name = name.strip_prefix("left.").or_else(|| name.strip_prefix("right.")).unwrap_or(name);
+        let name =
+            name.split_once('.').filter(|(word, _)| Whose::from_name(word).is_some()).map_or(name, |(_, name)| name);
         let signal = rules.signals.iter().find(|signal| signal.name == name).map(|signal| signal.ty.shape);
         let channel = rules.channels.iter().find(|channel| channel.name == name).map(|channel| channel.shape);
         let derived = crate::base::channels::derived(name).map(|channel| channel.shape);

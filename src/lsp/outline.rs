@@ -75,7 +75,7 @@ impl Outline<'_> {
         let symbol = |choice: &Choice| {
             let text = |span: Span| self.text.get(span.start as usize..span.end as usize).unwrap_or("");
             let leaf = match &choice.then {
-                Then::Primitive(label) => text(label.span),
+                Then::Primitive(label) | Then::EachSide(label) => text(label.span),
                 Then::Stay => "stay",
                 Then::Separate => "separate",
                 Then::Branch(_) => "",

@@ -3,6 +3,7 @@
 mod diagnostics;
 mod format;
 mod garbage;
+mod hands;
 mod kinds;
 mod lints;
 mod operators;

@@ -9,7 +9,7 @@ use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
 use crate::engine::semantics::samples;
 use crate::language::ops::Temporal;
-use crate::language::rules::{Comparison, Constant, Expr, ExprKind, Function, Hand, Rules};
+use crate::language::rules::{Comparison, Constant, Expr, ExprKind, Function, Hand, Rules, folded};
 use crate::stream::frames::HandLayout;
 use serde::Serialize;
 
@@ -65,7 +65,7 @@ impl Spot {
 impl<'a> Reasons<'_, 'a> {
     /// A condition as text: comments and outer parentheses gone, blanks folded.
     pub fn text(&self, expr: &'a Expr) -> String {
-        text(self.inspector.rules(), expr.span)
+        unwrapped(&self.inspector.rules().text_of(expr)).to_string()
     }
 
     /// Why a condition holds or does not.
@@ -363,12 +363,6 @@ const fn sign(comparison: Comparison) -> &'static str {
 /// An expression of the rules as its author wrote it: on one line, without comments and outer parentheses.
 pub fn text(rules: &Rules, span: Span) -> String {
     unwrapped(&folded(rules.sources.text(span))).to_string()
-}
-
-/// Text of rules on one line, without comments.
-pub(super) fn folded(text: &str) -> String {
-    let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
-    code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
 }
 
 /// Text without the parentheses around all of it.

@@ -2,12 +2,12 @@
 
 use super::Analyzed;
 use super::fact::{quantities, time};
-use super::reason::folded;
 use crate::analysis::measures::Measures;
 use crate::analysis::stretch::{Settling, Stretch};
 use crate::analysis::{Subject, UNKNOWN, Who, fixpoint, tasks};
 use crate::base::hands::Side;
 use crate::engine::runs::Leaves;
+use crate::language::rules::folded;
 use crate::language::rules::{Rules, Task};
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -68,7 +68,7 @@ impl<'a> Reader<'a> {
                 Formula::From(names.chain(none.then(|| "none".to_string())).collect())
             }
             ExprKind::Signal(id, hand) if depth < MAX_DEPTH && *left > 0 => {
-                let this = if *hand == Hand::This { this } else { *hand };
+                let this = hand.seen_from(this);
                 match self.rules.signals.get(id.index()) {
                     Some(signal) if self.opens_constants || !matches!(signal.expr.kind, ExprKind::Bool(_)) => {
                         self.opened(&signal.expr, this, depth + 1, left)
@@ -122,9 +122,10 @@ impl<'a> Reader<'a> {
 
     /// A piece as its author wrote it; when that does not say whose it is, since it stands in a declaration for each hand, with the hand.
     fn text(&self, expr: &Expr, this: Hand) -> String {
-        let text = self.rules.sources.text(expr.span).split_whitespace().collect::<Vec<_>>().join(" ");
+        let text = self.rules.text_of(expr);
         match this {
             Hand::Named(side) if expr.reads_this_hand() => format!("{side}: {text}"),
+            Hand::Other if expr.reads_this_hand() => format!("other hand: {text}"),
             _ => text,
         }
     }

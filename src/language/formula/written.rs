@@ -18,12 +18,9 @@ pub fn label(label: Label, rules: &Rules) -> String {
 }
 
 const fn whose(hand: Hand, this: Hand) -> &'static str {
-    let hand = match (hand, this) {
-        (Hand::This, this) => this,
-        (hand, _) => hand,
-    };
-    match hand {
+    match hand.seen_from(this) {
         Hand::This => "",
+        Hand::Other => "other",
         Hand::Named(side) => side.name(),
         Hand::Nobody => "both",
     }

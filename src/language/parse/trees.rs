@@ -6,7 +6,7 @@ use super::grammar::Rule;
 use super::mistakes::is_leaf;
 use super::scan::Kind;
 
-use crate::language::syntax::{Anchor, Choice, Extend, Then, Tree};
+use crate::language::syntax::{Anchor, Choice, Extend, Label, Then, Tree};
 use std::ops::Range;
 
 impl Builder<'_, '_, '_> {
@@ -64,6 +64,11 @@ impl Builder<'_, '_, '_> {
                     then = match leaf.as_rule() {
                         Rule::kw_stay => Then::Stay,
                         Rule::kw_separate => Then::Separate,
+                        Rule::each_side => {
+                            let span = self.piece.span(&leaf);
+                            let name = self.name(&leaf.into_inner().next()?);
+                            Then::EachSide(Label { name, side: None, span })
+                        }
                         _ => Then::Primitive(self.label(leaf)?),
                     };
                 }
@@ -136,8 +141,8 @@ impl Parser<'_> {
                         && next.is_some_and(|next| is_leaf(leaf) || !next.leads && next.kind != Kind::Close);
                     let mut behind = if taken { to + 2 } else { to + 1 };
                     // A side touches its primitive; one that does not is a mistake of this choice.
-                    let is_side =
-                        matches!(self.scan.word(behind + 1), "left" | "right") && self.scan.word(behind + 2) == ")";
+                    let is_side = matches!(self.scan.word(behind + 1), "left" | "right" | "side")
+                        && self.scan.word(behind + 2) == ")";
                     if taken && self.scan.word(behind) == "(" && (is_side || self.touches(behind)) {
                         behind = self.scan.behind(behind).min(end);
                     }

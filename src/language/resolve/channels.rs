@@ -4,10 +4,9 @@ use super::Resolver;
 use super::names::Declared;
 use crate::base::channels::{Absent, Axis, ChannelSpec, DERIVED, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
-use crate::base::hands::Side;
 use crate::language::codes;
 use crate::language::rules::{ChannelId, Constant};
-use crate::language::syntax::{Channel, Expr, ExprKind};
+use crate::language::syntax::{Channel, Expr, ExprKind, Whose};
 use crate::language::types::Scope;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -48,7 +47,7 @@ impl Resolver {
                 );
                 continue;
             }
-            if let Some(hand) = channel.name.parts.first().filter(|first| Side::from_name(&first.text).is_some()) {
+            if let Some(hand) = channel.name.parts.first().filter(|first| Whose::from_name(&first.text).is_some()) {
                 self.report(
                     Diagnostic::error(codes::NAME_TAKEN, format!("`{}` is a hand already", hand.text))
                         .at(hand.span, "no channel begins with a hand")

@@ -3,7 +3,6 @@
 use super::Resolver;
 use super::names::{Declared, State};
 use crate::base::diagnostic::Diagnostic;
-use crate::base::hands::Side;
 use crate::language::codes;
 use crate::language::rules::{Hand, Latch, Signal, SignalId, Type};
 use crate::language::syntax::{self, ExprKind};
@@ -195,7 +194,7 @@ fn read_signals(signal: &syntax::Signal, at: &BTreeMap<&str, usize>) -> BTreeSet
     if let Some(value) = &signal.value {
         value.walk(&mut |expr| {
             if let ExprKind::Path(path) = &expr.kind {
-                let name = path.parts.iter().find(|part| Side::from_name(&part.text).is_none());
+                let name = path.whose().1.first();
                 reads.extend(name.and_then(|name| at.get(name.text.as_str())).copied());
             }
         });

@@ -249,7 +249,9 @@ impl Expr {
         self.walk(&mut |part| {
             reads |= matches!(
                 part.kind,
-                ExprKind::Channel(_, Hand::This) | ExprKind::Signal(_, Hand::This) | ExprKind::Latch(_, Hand::This)
+                ExprKind::Channel(_, Hand::This | Hand::Other)
+                    | ExprKind::Signal(_, Hand::This | Hand::Other)
+                    | ExprKind::Latch(_, Hand::This | Hand::Other)
             );
         });
         reads

@@ -1,9 +1,10 @@
 //! Looking things up in a rule set, and its digest.
 
-use super::{Branch, Expr, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
+use super::{Branch, Expr, ExprKind, Hand, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
 use crate::base::diagnostic::Span;
 use crate::base::digest::Digest;
 use crate::base::hands::Side;
+use crate::language::syntax::Whose;
 
 impl Rules {
     /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
@@ -68,6 +69,35 @@ impl Rules {
         smallest
     }
 
+    /// An expression as its author wrote it, on one line and without comments. Where the text does not say of which hand by name, as with
+    /// `either.touching`, the hand stands before it.
+    pub fn text_of(&self, expr: &Expr) -> String {
+        let text = folded(self.sources.text(expr.span));
+        let Some(side) = named_hand(expr) else { return text };
+        match text.split_once('.') {
+            Some((word, rest)) if Whose::from_name(word).is_some() && is_path(expr) => format!("{side}.{rest}"),
+            _ if is_path(expr) => format!("{side}.{text}"),
+            _ => {
+                let says = |part: &Expr| {
+                    named_hand(part).is_none() || {
+                        let text = self.sources.text(part.span);
+                        text.split('.')
+                            .next()
+                            .is_some_and(|word| !matches!(Whose::from_name(word), None | Some(Whose::Other)))
+                    }
+                };
+                let mut unsaid = None;
+                expr.walk(&mut |part| {
+                    if is_path(part) && !says(part) && unsaid.is_none() {
+                        let is_other = self.sources.text(part.span).starts_with("other.");
+                        unsaid = named_hand(part).map(|side| if is_other { side.other() } else { side });
+                    }
+                });
+                unsaid.map_or(text.clone(), |side| format!("{side}: {text}"))
+            }
+        }
+    }
+
     /// A stable hash of all texts and of all values of params, as 16 hexadecimal digits (FNV-1a, 64 bits).
     ///
     /// It does not depend on where the files lie.
@@ -78,6 +108,35 @@ impl Rules {
             digest.add(param.name.bytes().chain(param.value.to_bits().to_le_bytes()));
         }
         digest.shown()
+    }
+}
+
+/// Text of rules on one line, without comments.
+pub fn folded(text: &str) -> String {
+    let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
+    code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
+}
+
+/// The hand whose value an expression reads first, where it is named.
+fn named_hand(expr: &Expr) -> Option<Side> {
+    let mut found = None;
+    expr.walk(&mut |part| {
+        if let ExprKind::Channel(_, Hand::Named(side))
+        | ExprKind::Signal(_, Hand::Named(side))
+        | ExprKind::Latch(_, Hand::Named(side)) = part.kind
+        {
+            found = found.or(Some(side));
+        }
+    });
+    found
+}
+
+/// Whether it is a name, perhaps with a component.
+fn is_path(expr: &Expr) -> bool {
+    match &expr.kind {
+        ExprKind::Channel(..) | ExprKind::Signal(..) | ExprKind::Latch(..) => true,
+        ExprKind::Component(inner, _) | ExprKind::Pick(inner, _) => is_path(inner),
+        _ => false,
     }
 }
 

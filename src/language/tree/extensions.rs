@@ -179,8 +179,12 @@ impl Resolver {
             })
             .map(|(at, _)| at)
             .collect();
-        if let [at] = found.as_slice() {
-            return Some(at + behind);
+        // The two choices of `(side)` are one.
+        let same = |at: &usize| branch.choices.get(*at).map(|choice| choice.span);
+        if let (Some(first), Some(last)) = (found.first(), found.last())
+            && same(first) == same(last)
+        {
+            return Some(if behind == 0 { *first } else { last + behind });
         }
         let finding = if found.is_empty() {
             if !whole {

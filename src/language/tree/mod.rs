@@ -10,6 +10,7 @@ use super::rules::{Branch, Choice, Hand, Then, Tree, TreeScope};
 use super::syntax;
 use super::types::Scope;
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::hands::Side;
 use crate::base::units::Dimension;
 use std::collections::BTreeMap;
 
@@ -73,13 +74,49 @@ impl Resolver {
     }
 
     fn tree_choices(&mut self, choices: &[syntax::Choice], scope: Scope, whole: &mut bool) -> Vec<Choice> {
-        choices.iter().filter_map(|choice| self.tree_choice(choice, scope, whole)).collect()
+        let choice = |choice: &syntax::Choice| match &choice.then {
+            syntax::Then::EachSide(label) => self.each_side(choice, label, scope, whole),
+            _ => self.tree_choice(choice, scope, whole).into_iter().collect(),
+        };
+        choices.iter().flat_map(choice).collect()
+    }
+
+    /// `main => MainGrasp(side)`: a choice of the left hand, then one of the right; bare names in the condition are those of the hand.
+    fn each_side(
+        &mut self,
+        choice: &syntax::Choice,
+        label: &syntax::Label,
+        scope: Scope,
+        whole: &mut bool,
+    ) -> Vec<Choice> {
+        if scope.hand == Hand::This {
+            let name = &label.name.text;
+            self.report(
+                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` stands in the tree of a single hand"))
+                    .at(label.span, "a choice of the left hand and one of the right")
+                    .help("only a tree `for left, right` chooses between the hands"),
+            );
+            *whole = false;
+            return Vec::new();
+        }
+        let mut choices = Vec::new();
+        for side in Side::BOTH {
+            let then = syntax::Then::Primitive(syntax::Label { side: Some(side), ..label.clone() });
+            let of_side = syntax::Choice { then, ..choice.clone() };
+            let scope = scope.of(Hand::Named(side));
+            // What is wrong with the first is wrong with both.
+            match self.tree_choice(&of_side, scope, whole) {
+                Some(choice) => choices.push(choice),
+                None => break,
+            }
+        }
+        choices
     }
 
     fn tree_choice(&mut self, choice: &syntax::Choice, scope: Scope, whole: &mut bool) -> Option<Choice> {
         let condition = choice.condition.as_ref().map(|condition| self.condition(condition, scope, "a choice takes"));
         let then = match &choice.then {
-            syntax::Then::Primitive(label) => {
+            syntax::Then::Primitive(label) | syntax::Then::EachSide(label) => {
                 let label = self.label(label, true);
                 *whole &= label.is_some();
                 label.map(Then::Primitive)
@@ -137,6 +174,8 @@ impl Resolver {
             }
             if let Some(name) = &choice.name {
                 match names.get(name) {
+                    // The two choices of `(side)`.
+                    Some(first) if *first == choice.span => {}
                     Some(first) => {
                         let word = syntax::Name { text: name.clone(), span: choice.span };
                         let first = *first;

@@ -8,7 +8,7 @@ use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::ops::{self, Becomes, Form, Gives, Operator, Takes, Temporal};
 use crate::language::resolve::Resolver;
-use crate::language::rules::{Constant, Expr, ExprKind, Function, Type};
+use crate::language::rules::{Constant, Expr, ExprKind, Function, Hand, Type};
 use crate::language::syntax::{self, ExprKind as Syntax, Path};
 
 impl Resolver {
@@ -188,7 +188,7 @@ impl Resolver {
                 if self.names.channel("fingers.force").is_none() {
                     self.unknown("channel", "fingers.force", place, |_| Vec::new());
                 }
-                self.channel_of("fingers.force", Some(side), place, scope)
+                self.channel_of("fingers.force", Some(Hand::Named(side)), place, scope)
             })
             .collect();
         let forces = forces.into_iter().collect::<Option<Vec<Expr>>>()?;

@@ -36,6 +36,11 @@ impl Scope {
     /// Outside of it.
     pub const NOBODY: Self = Self { hand: Hand::Nobody, memory: false, ahead: None, summary: None };
 
+    /// The same where bare names are those of this hand.
+    pub const fn of(self, hand: Hand) -> Self {
+        Self { hand, ..self }
+    }
+
     /// The same where latches and `from` may be read.
     pub const fn with_memory(self) -> Self {
         Self { memory: true, ..self }

@@ -1,19 +1,58 @@
 //! Names in expressions: params, signals, latches, channels and their components, of a hand or of nobody.
 
-use super::{Scope, scalar};
+use super::{Scope, describe, scalar};
 use crate::base::channels::{ChannelSpec, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
 use crate::base::hands::{Finger, Side};
 use crate::language::codes;
 use crate::language::resolve::{Resolver, State, Value, What};
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, ParamId, SignalId, Type};
-use crate::language::syntax::{Name, Path, join};
+use crate::language::syntax::{Name, Path, Whose, join};
 
 impl Resolver {
-    /// `left.target.velocity.z`, `touching`, `moves`
+    /// `left.target.velocity.z`, `touching`, `moves`, `either.touching`
     pub(super) fn path(&mut self, path: &Path, scope: Scope) -> Option<Expr> {
-        let side = path.parts.first().and_then(|first| Side::from_name(&first.text));
-        let parts = path.parts.get(usize::from(side.is_some())..).unwrap_or_default();
+        let (whose, parts) = path.whose();
+        let asked = match whose {
+            None => None,
+            Some(Whose::Side(side)) => Some(Hand::Named(side)),
+            Some(Whose::Other) => match scope.hand {
+                Hand::This => Some(Hand::Other),
+                Hand::Named(side) => Some(Hand::Named(side.other())),
+                Hand::Other | Hand::Nobody => {
+                    self.report(
+                        Diagnostic::error(codes::WHOSE_HAND, "`other` is the other hand of a hand")
+                            .at(path.span, "and here there is none")
+                            .help("`either` asks one hand or the other, `left` and `right` a hand by its name"),
+                    );
+                    return None;
+                }
+            },
+            Some(Whose::Either) => return self.of_hands(path, parts, false, scope),
+            Some(Whose::Both) => return self.of_hands(path, parts, true, scope),
+        };
+        self.path_of(path, parts, asked, scope)
+    }
+
+    /// `either.touching`, `both.touching`: what the author would write as `left.touching or right.touching`, or with `and`.
+    fn of_hands(&mut self, path: &Path, parts: &[Name], all: bool, scope: Scope) -> Option<Expr> {
+        let left = self.path_of(path, parts, Some(Hand::Named(Side::Left)), scope)?;
+        if left.ty != Type::BOOL {
+            let word = if all { "both" } else { "either" };
+            let finding =
+                Diagnostic::error(codes::WRONG_TYPE, format!("`{word}` asks the hands for a single condition"))
+                    .at(path.span, format!("this is {}", describe(left.ty)));
+            self.report(finding.help("declare the condition as a signal in `for each hand { … }`"));
+            return None;
+        }
+        let right = self.path_of(path, parts, Some(Hand::Named(Side::Right)), scope)?;
+        let hands = vec![left, right];
+        let kind = if all { ExprKind::And(hands) } else { ExprKind::Or(hands) };
+        Some(Expr { kind, ty: Type::BOOL, span: path.span })
+    }
+
+    /// A path behind its hand, if one is written.
+    fn path_of(&mut self, path: &Path, parts: &[Name], side: Option<Hand>, scope: Scope) -> Option<Expr> {
         let Some(head) = parts.first() else {
             self.report(
                 Diagnostic::error(codes::NO_HAND, format!("`{}` is a hand, not a value", path.text()))
@@ -40,7 +79,8 @@ impl Resolver {
                 return self.components(expr, parts.get(length..).unwrap_or_default());
             }
         }
-        self.unknown_path(path, side, parts);
+        let word = path.parts.first().filter(|_| side.is_some());
+        self.unknown_path(path, word.map(|word| word.text.as_str()), parts);
         None
     }
 
@@ -51,7 +91,7 @@ impl Resolver {
         })
     }
 
-    fn unknown_path(&mut self, path: &Path, side: Option<Side>, parts: &[Name]) {
+    fn unknown_path(&mut self, path: &Path, side: Option<&str>, parts: &[Name]) {
         if let Some(picked) = self.finger_first(side, parts) {
             let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no channel `{}`", path.text()))
                 .at(path.span, "a finger is picked from an array over fingers");
@@ -69,7 +109,7 @@ impl Resolver {
     }
 
     /// `fingers.force[thumb].z` for `thumb.force.z`, when there is such a channel.
-    fn finger_first(&self, side: Option<Side>, parts: &[Name]) -> Option<String> {
+    fn finger_first(&self, side: Option<&str>, parts: &[Name]) -> Option<String> {
         let [finger, rest @ ..] = parts else { return None };
         Finger::from_name(&finger.text)?;
         (1..=rest.len()).rev().find_map(|length| {
@@ -82,7 +122,7 @@ impl Resolver {
         })
     }
 
-    fn value_of(&mut self, name: &Name, value: Value, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {
+    fn value_of(&mut self, name: &Name, value: Value, side: Option<Hand>, span: Span, scope: Scope) -> Option<Expr> {
         self.used.insert(name.text.clone());
         let text = &name.text;
         let hand = self.whose(text, value.per_hand, side, span, scope, Some(value.span))?;
@@ -121,7 +161,7 @@ impl Resolver {
         Some(Expr { kind, ty, span })
     }
 
-    pub(super) fn channel_of(&mut self, name: &str, side: Option<Side>, span: Span, scope: Scope) -> Option<Expr> {
+    pub(super) fn channel_of(&mut self, name: &str, side: Option<Hand>, span: Span, scope: Scope) -> Option<Expr> {
         let spec = self.names.channel(name)?.clone();
         let hand = self.whose(name, spec.per_hand, side, span, scope, None)?;
         let id = self.read_channel(name)?;
@@ -134,20 +174,26 @@ impl Resolver {
         &mut self,
         name: &str,
         per_hand: bool,
-        side: Option<Side>,
+        side: Option<Hand>,
         span: Span,
         scope: Scope,
         declared: Option<Span>,
     ) -> Option<Hand> {
         let finding = match (per_hand, side) {
-            (true, Some(side)) => return Some(Hand::Named(side)),
-            (true, None) if scope.hand == Hand::This => return Some(Hand::This),
+            (true, Some(side)) => return Some(side),
+            (true, None) if scope.hand != Hand::Nobody => return Some(scope.hand),
             (false, None) => return Some(Hand::Nobody),
             (true, None) => Diagnostic::error(codes::WHOSE_HAND, format!("each hand has its own `{name}`"))
                 .at(span, "whose is meant?")
                 .help(format!("write `left.{name}` or `right.{name}`")),
             (false, Some(side)) => Diagnostic::error(codes::NO_HAND, format!("`{name}` belongs to no hand"))
-                .at(span, format!("asked of the {side} hand"))
+                .at(
+                    span,
+                    match side {
+                        Hand::Named(side) => format!("asked of the {side} hand"),
+                        _ => "asked of the other hand".to_string(),
+                    },
+                )
                 .fix("leave the hand out", span, name),
         };
         self.report(match declared {
@@ -160,6 +206,6 @@ impl Resolver {
 
 /// The type of a hand's value seen through whose it is: an array over this hand's fingers is one over the left hand's when it is `left.…`.
 fn of_hand(ty: Type, hand: Hand) -> Type {
-    let axis = ty.axis.map(|(axis, own)| (axis, if own == Hand::This { hand } else { own }));
+    let axis = ty.axis.map(|(axis, own)| (axis, own.seen_from(hand)));
     Type { axis, ..ty }
 }

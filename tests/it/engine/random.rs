@@ -269,9 +269,10 @@ impl Maker {
     }
 
     fn hand(&mut self, place: Place) -> Hand {
-        match self.random.below(3) {
+        match self.random.below(4) {
             0 => Hand::Named(Side::Left),
             1 => Hand::Named(Side::Right),
+            2 if place.per_hand => Hand::Other,
             _ if place.per_hand => Hand::This,
             _ => Hand::Named(Side::Right),
         }
