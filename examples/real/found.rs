@@ -3,6 +3,7 @@
 use crate::gold::{self, Gold, Start};
 use crate::kind::{Kind, Set};
 use crate::peer;
+use crate::variants::Warp;
 use std::path::{Path, PathBuf};
 use teachtree::analysis::score::{self, Known, NameMap, Share, Span, Stage, Tally, TrackTruth, Truth};
 use teachtree::analysis::{self, Analysis, Segment, Track, UNKNOWN, Who, json::Meta};
@@ -40,6 +41,8 @@ pub struct Found {
     pub shares: Vec<(&'static str, Share)>,
     /// Time that is covered, of the time that should be, s.
     pub covered: Option<(&'static str, f64, f64)>,
+    /// The tasks that were found, by hand.
+    pub tasks: Vec<String>,
     /// What was found, for whoever wants to see.
     pub printed: String,
 }
@@ -51,57 +54,80 @@ const WIPING: &str = "1=Approach|Move|Release,2=Trace|Slide|Press,3=Approach|Mov
 
 /// Analyses a recording and holds it against what is true of it.
 pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Result<Found, String> {
-    let binding = root.join("demos").join(format!("{}.binding.yaml", kind.binding()));
-    let request = OpenRequest { log: path.to_path_buf(), binding: Some(binding), scene: None };
-    let opened = stream::open(&request).map_err(|error| error.to_string())?;
+    let original = opened(path, &root.join("demos").join(format!("{}.binding.yaml", kind.binding())))?;
+    found_in(kind, &Original { path, opened: &original }, &original, Warp::NONE, root, rules)
+}
+
+/// A recording as it is, which knows what is true of all variants of it.
+pub struct Original<'a> {
+    pub path: &'a Path,
+    pub opened: &'a Opened,
+}
+
+pub fn opened(log: &Path, binding: &Path) -> Result<Opened, String> {
+    let request = OpenRequest { log: log.to_path_buf(), binding: Some(binding.to_path_buf()), scene: None };
+    stream::open(&request).map_err(|error| error.to_string())
+}
+
+/// Analyses a variant of a recording, whose times are those of the original after `warp`, and holds it against what is true of the original.
+pub fn found_in(
+    kind: Kind,
+    original: &Original,
+    opened: &Opened,
+    warp: Warp,
+    root: &Path,
+    rules: Option<&Path>,
+) -> Result<Found, String> {
+    let path = original.path;
+    let truth = &original.opened.recording;
+    let labeled = |map: &str| -> Result<Vec<Span>, String> {
+        let spans = spans(&label_file(path), original.opened, map)?.into_iter();
+        let warped = spans.map(|it| Span { start_s: warp.clamped(it.start_s), end_s: warp.clamped(it.end_s), ..it });
+        Ok(warped.filter(|it| it.start_s < it.end_s).collect())
+    };
+    let of = |gold: Vec<Gold>| -> Vec<Gold> {
+        let warped = gold.iter().map(|it| Gold { from_s: warp.clamped(it.from_s), to_s: warp.clamped(it.to_s) });
+        warped.filter(|it| it.from_s < it.to_s).collect()
+    };
+    let hand = Who::Hand(if warp.other_hand { Side::Left } else { Side::Right });
+    let starts = |starts: Vec<Start>| -> Vec<Start> {
+        // What has begun with the recording has no boundary in it.
+        let begins =
+            |at_s: f64| warp.of(at_s).filter(|at_s| *at_s > warp.from_s + SAME_S && *at_s < warp.to_s - PASS_S);
+        let who = |who: Who| if who == Who::Both { who } else { hand };
+        starts.into_iter().filter_map(|it| Some(Start { at_s: begins(it.at_s)?, who: who(it.who), ..it })).collect()
+    };
     let two = opened.hands().len() > 1;
     let usual = if two { "bimanual.rules" } else { "contact.rules" };
-    let (analysis, known) = analyze(&opened, shipped(rules, usual))?;
-    let mut found = Found { printed: printed(&analysis), ..Found::default() };
+    let (analysis, known) = analyze(opened, shipped(rules, usual))?;
+    let mut found = Found { printed: printed(&analysis), tasks: tasks(&analysis), ..Found::default() };
     match kind.set() {
         Set::OneArm => {
-            boundaries(&analysis, &gold::one_arm(&opened.recording), &mut found);
+            boundaries(&analysis, &starts(gold::one_arm(truth)), &mut found);
             explained(&analysis, &mut found.unexplained);
         }
         Set::HandOver => {
-            hand_overs(&analysis, &gold::hand_overs(&opened.recording), &mut found);
+            hand_overs(&analysis, &of(gold::hand_overs(truth)), &mut found);
             explained(&analysis, &mut found.unexplained);
         }
-        Set::LiftTogether => boundaries(&analysis, &gold::lifted_together(&opened.recording), &mut found),
-        Set::PegInHole => covered(
-            &analysis,
-            Who::Both,
-            &["Fit", "Insert"],
-            "Fit or Insert",
-            &gold::mated(&opened.recording),
-            &mut found,
-        ),
-        Set::Lever => {
-            covered(&analysis, Who::Hand(Side::Right), &["Turn"], "Turn", &gold::pressed(&opened.recording), &mut found)
+        Set::LiftTogether => boundaries(&analysis, &starts(gold::lifted_together(truth)), &mut found),
+        Set::PegInHole => {
+            covered(&analysis, Who::Both, &["Fit", "Insert"], "Fit or Insert", &of(gold::mated(truth)), &mut found)
         }
-        Set::Wipe => covered(
-            &analysis,
-            Who::Hand(Side::Right),
-            &["Trace", "Press"],
-            "Trace",
-            &gold::wiped(&opened.recording),
-            &mut found,
-        ),
-        Set::Latch => {
-            covered(&analysis, Who::Hand(Side::Right), &["Turn"], "Turn", &gold::latch(&opened.recording), &mut found)
-        }
+        Set::Lever => covered(&analysis, hand, &["Turn"], "Turn", &of(gold::pressed(truth)), &mut found),
+        Set::Wipe => covered(&analysis, hand, &["Trace", "Press"], "Trace", &of(gold::wiped(truth)), &mut found),
+        Set::Latch => covered(&analysis, hand, &["Turn"], "Turn", &of(gold::latch(truth)), &mut found),
         Set::Desk => {
-            let segments = label_file(path);
-            let exchanges = spans(&segments, &opened, "S1=mask,S2=mask,S3=mask,S4=mask,S5=Exchange,S6=mask,S7=mask")?;
-            let labeled = spans(&segments, &opened, SEVEN)?;
-            desk_passes(&analysis, &attempts_joined(exchanges), &labeled, &mut found);
+            let exchanges = labeled("S1=mask,S2=mask,S3=mask,S4=mask,S5=Exchange,S6=mask,S7=mask")?;
+            let classes = labeled(SEVEN)?;
+            desk_passes(&analysis, &attempts_joined(exchanges), &classes, &mut found);
             let surgemes = root.join("examples/desk_surgemes.rules");
             let surgemes =
                 rules.map(|folder| folder.join("desk_surgemes.rules")).filter(|own| own.is_file()).unwrap_or(surgemes);
-            let (seven, _) = analyze(&opened, surgemes)?;
-            let truth = track(Who::Both, labeled);
+            let (seven, _) = analyze(opened, surgemes)?;
+            let truth = track(Who::Both, classes);
             found.labels.push(("7 classes", tally(&truth, &seven)?));
-            let five = track(Who::Both, spans(&segments, &opened, FIVE)?);
+            let five = track(Who::Both, labeled(FIVE)?);
             found
                 .labels
                 .push(("5 classes", tally(&five, &renamed(&seven, &[("Transfer", "Lift"), ("Bring", "Place")]))?));
@@ -113,23 +139,25 @@ pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Resu
             found.shares.push(("a stuck sensor is printed and makes no contact", share));
         }
         Set::Wiping => {
-            let truth = track(Who::Hand(Side::Right), spans(&label_file(path), &opened, WIPING)?);
+            let truth = track(hand, labeled(WIPING)?);
             check(WIPING, &known)?;
             found.labels.push(("", tally(&truth, &analysis)?));
-            let by_force =
-                peer::share_of_force(&opened.recording, "right.palm.force", Who::Hand(Side::Right), "Trace", "Move");
-            found.peers.push(("0.35 × the 90th percentile of the force", tally(&truth, &by_force)?));
+            let by_force = peer::share_of_force(&opened.recording, "right.palm.force", hand, "Trace", "Move");
+            if !warp.other_hand {
+                found.peers.push(("0.35 × the 90th percentile of the force", tally(&truth, &by_force)?));
+            }
         }
         Set::Peeling => {
-            let labels = spans(&label_file(path), &opened, "1=Apart,2=Apart,3=Contact,4=Apart,5=Apart")?;
-            let truth = track(Who::Both, labels);
+            let truth = track(Who::Both, labeled("1=Apart,2=Apart,3=Contact,4=Apart,5=Apart")?);
             let ours = by_both(&analysis, &["MainGrasp(left)", "MainGrasp(right)", "EqualGrasp"]);
             found.labels.push(("", tally(&truth, &ours)?));
             let by_force = peer::share_of_force(&opened.recording, "right.palm.force", Who::Both, "Contact", "Apart");
-            found.peers.push(("0.35 × the 90th percentile of the force", tally(&truth, &by_force)?));
+            if !warp.other_hand {
+                found.peers.push(("0.35 × the 90th percentile of the force", tally(&truth, &by_force)?));
+            }
         }
         Set::Snap => {
-            snap(path, &opened, &analysis, &mut found);
+            snap(path, opened, &analysis, warp, &mut found);
         }
     }
     Ok(found)
@@ -299,13 +327,13 @@ fn covered(analysis: &Analysis, who: Who, names: &[&str], printed: &'static str,
 }
 
 /// The end of the first Approach against the state file, and whether the part is found to go in.
-fn snap(path: &Path, opened: &Opened, analysis: &Analysis, found: &mut Found) {
+fn snap(path: &Path, opened: &Opened, analysis: &Analysis, warp: Warp, found: &mut Found) {
     let states = std::fs::read_to_string(path.join("R_State.dat")).unwrap_or_default();
     let states: Vec<f64> = states.lines().filter_map(|line| line.trim().parse().ok()).collect();
-    let segments = relabeled(analysis, Who::Hand(Side::Right));
+    let segments = relabeled(analysis, Who::Hand(if warp.other_hand { Side::Left } else { Side::Right }));
     // In the sixth state file the alignment has no length: the insertion begins with the first contact.
     let success = !path.file_name().is_some_and(|name| name.to_string_lossy().starts_with("ERROR"));
-    if let (true, Some(contact)) = (success, states.get(1)) {
+    if let (true, Some(contact)) = (success, states.get(1).and_then(|at_s| warp.of(*at_s))) {
         let ends = segments.iter().find(|it| it.primitive == "Approach").map(|it| it.end_s);
         let mut share = Share::default();
         share.count(ends.is_some_and(|end| (end - contact).abs() <= CONTACT_S));
@@ -313,7 +341,9 @@ fn snap(path: &Path, opened: &Opened, analysis: &Analysis, found: &mut Found) {
         let mut share = Share::default();
         let felt = peer::first_above(&opened.recording, "right.palm.force", peer::SNAP_N);
         share.count(felt.is_some_and(|felt| (felt - contact).abs() <= CONTACT_S));
-        found.shares.push(("the same by 3 N", share));
+        if !warp.other_hand {
+            found.shares.push(("the same by 3 N", share));
+        }
     }
     let inserted = segments.iter().any(|it| it.primitive == "Insert");
     let mut share = Share::default();
@@ -384,6 +414,12 @@ fn in_order(task: &str, segments: &[Segment]) -> usize {
         }
     }
     most.into_iter().max().unwrap_or_default()
+}
+
+/// The tasks of each hand, in order.
+fn tasks(analysis: &Analysis) -> Vec<String> {
+    let tasks = analysis.tracks.iter().flat_map(|track| track.tasks.iter().filter(|task| task.task != UNKNOWN));
+    tasks.map(|task| task.task.clone()).collect()
 }
 
 fn printed(analysis: &Analysis) -> String {

@@ -7,7 +7,9 @@ mod found;
 mod gold;
 mod kind;
 mod peer;
+mod robustness;
 mod tables;
+mod variants;
 
 use clap::Parser;
 use found::Found;
@@ -30,6 +32,12 @@ struct Args {
     /// How often boundaries of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
     #[arg(long, value_name = "SEEDS")]
     confidence: Option<u64>,
+    /// How much worse it gets when the recordings are changed as another laboratory would have made them, instead
+    #[arg(long)]
+    variants: bool,
+    /// Only the variants whose name contains this
+    #[arg(long, value_name = "TEXT", requires = "variants")]
+    variant: Option<String>,
     /// Only recordings whose path contains this
     #[arg(long, value_name = "TEXT")]
     only: Option<String>,
@@ -60,6 +68,11 @@ fn run(args: &Args) -> Result<(), String> {
         }
         let simulated = confidence::of_simulation(seeds)?;
         println!("{}", confidence::table(&[("real recordings", &real), ("simulated operators", &simulated)]));
+        return Ok(());
+    }
+    if args.variants {
+        let wanted = args.variant.as_deref().unwrap_or_default();
+        println!("{}", robustness::table(&logs, root, args.rules.as_deref(), wanted, args.each));
         return Ok(());
     }
     let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs

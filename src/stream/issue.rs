@@ -47,6 +47,7 @@ kinds! {
     MISSING_ROW "missing_row" "A missing row was interpolated.",
     NO_CONTACT_LEVEL "no_contact_level" "The forces show no level from which on a finger is in contact.",
     NO_SUPPORT "no_support" "No channel shows what carries an object.",
+    NOISY_POSITION "noisy_position" "The samples of a position scatter; slow motion cannot be told from that.",
     NOT_A_NUMBER "not_a_number" "Samples were not measured.",
     OVERRUN "overrun" "Rows of a live log came faster than they could be analyzed.",
     RELABELING_STOPPED "relabeling_stopped" "Rules were still changing labels after the most rounds there are.",

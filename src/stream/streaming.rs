@@ -21,6 +21,7 @@ use crate::stream::clean::spikes::Jumps;
 use crate::stream::clean::stuck_sensors::Repeats;
 use crate::stream::clean::timebase::{Timebase, timebase};
 use crate::stream::clean::unknown_columns::{self, UnknownColumn};
+use crate::stream::derive::pose_noise;
 use crate::stream::derive::{self, ANCHOR, Findings, tare};
 use crate::stream::frames::{Frames, Layout};
 use crate::stream::issue::Issue;
@@ -178,6 +179,7 @@ impl Flow {
             issues: vec![],
             noise: BTreeMap::new(),
             levels: BTreeMap::new(),
+            positions: BTreeMap::new(),
             span: [0.0; 2],
             window: None,
             columns,
@@ -218,7 +220,7 @@ impl FirstPass {
         let gone = || wrong("cannot be read once more");
         let not_plain = || wrong("has to be in memory to be read");
         let mut blocks = self.flow.blocks().ok_or_else(gone)?;
-        let mut plain = FastPath::new(&self.flow);
+        let mut plain = FastPath::new(&self.flow, self.rate_hz);
         let mut row_issues = vec![];
         let around = derive::looked_at(self.rate_hz);
         let mut held = Held { first: 0, columns: self.flow.read_columns().map(|_| vec![]).collect() };
@@ -265,6 +267,7 @@ impl FirstPass {
                     issues: self.issues.clone(),
                     noise: BTreeMap::new(),
                     levels: BTreeMap::new(),
+                    positions: BTreeMap::new(),
                     span: span(&self.time),
                     window: Some(window),
                     columns: held.columns(&self.flow, seen.len()),
@@ -330,10 +333,13 @@ struct FastPath {
     rotations: Vec<[usize; 4]>,
     repeats: Vec<([usize; 3], Repeats)>,
     jumps: Vec<(Vec<usize>, Jumps)>,
+    /// The columns of each object's position, whose noise must not count.
+    noises: Vec<([usize; 3], [pose_noise::Estimate; 3])>,
+    rate_hz: f64,
 }
 
 impl FastPath {
-    fn new(flow: &Flow) -> Self {
+    fn new(flow: &Flow, rate_hz: f64) -> Self {
         let names: Vec<&str> = flow.read_columns().map(|(name, ..)| name.as_str()).collect();
         let place = |name: String| names.iter().position(|it| *it == name);
         let bounds = names.iter().map(|name| dropouts::bound(name)).collect();
@@ -355,7 +361,14 @@ impl FastPath {
             let parts: Option<_> = LogChannel::parse(channel)?.columns().into_iter().map(place).collect();
             Some((parts?, Jumps::of(channel)?))
         });
-        Self { bounds, rotations, repeats: repeated.collect(), jumps: jumps.collect() }
+        let noises = flow.scene.bodies.iter().filter_map(|(name, body)| {
+            let has_velocity = place(format!("{name}.velocity.x")).is_some();
+            let [x, y, z] = ["x", "y", "z"].map(|letter| place(format!("{name}.position.{letter}")));
+            let columns = [x?, y?, z?];
+            pose_noise::counts(body.role, has_velocity).then(|| (columns, Default::default()))
+        });
+        let noises = noises.collect();
+        Self { bounds, rotations, repeats: repeated.collect(), jumps: jumps.collect(), noises, rate_hz }
     }
 
     /// Looks at a block; whether it is plain.
@@ -367,6 +380,9 @@ impl FastPath {
                 && (!flag || values.iter().all(|value| *value == 0.0 || *value == 1.0))
         });
         let column = |at: usize| values.get(at).copied().unwrap_or_default();
+        for (columns, estimates) in &mut self.noises {
+            columns.iter().zip(estimates).for_each(|(at, estimate)| estimate.take(column(*at)));
+        }
         bounded
             && self.rotations.iter().all(|parts| dropouts::are_rotations(parts.map(column)))
             && self.repeats.iter_mut().all(|(parts, repeats)| repeats.look(&block.time, parts.map(column)))
@@ -380,5 +396,6 @@ impl FastPath {
         rows > 1
             && self.repeats.iter().all(|(_, repeats)| repeats.finish(rows))
             && self.jumps.iter().all(|(_, jumps)| jumps.finish())
+            && self.noises.iter().all(|(_, of)| pose_noise::of_columns(of.clone(), self.rate_hz).is_none())
     }
 }

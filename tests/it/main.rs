@@ -83,6 +83,8 @@ mod refused;
 mod report;
 #[cfg(feature = "world")]
 mod robot;
+#[cfg(feature = "cli")]
+mod robust;
 mod scenarios;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod schemas;

@@ -8,6 +8,7 @@ mod constants;
 mod convex;
 mod derived;
 pub mod formats;
+mod gripper_wrist;
 mod implausible;
 mod jumps;
 mod learned;

@@ -21,6 +21,7 @@ shipped![
     "hand_holding.rules",
     "hand_gripper.rules",
     "hand_gripper_pair.rules",
+    "hand_gripper_wrist.rules",
     "hand_vision.rules",
     "hand_mechanism.rules"
 ];

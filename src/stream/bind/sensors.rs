@@ -174,8 +174,13 @@ fn change(
 /// square, N, as the channel `<hand>.<finger>.noise`.
 fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
     let Some(tare) = &file.binding.tare else { return Ok(()) };
-    let from = recording.time.partition_point(|time| *time < tare.from.0);
-    let to = recording.time.partition_point(|time| *time < tare.to.0);
+    let rows = |start_s: f64| {
+        let row = |at_s: f64| recording.time.partition_point(|time| *time < start_s + at_s);
+        row(tare.from.0)..row(tare.to.0)
+    };
+    // Stamps of some logs count from 1970, or from when the robot was switched on: then the interval counts from the first one.
+    let first_s = recording.time.first().copied().unwrap_or_default();
+    let rows = Some(rows(0.0)).filter(|rows| !rows.is_empty()).unwrap_or_else(|| rows(first_s));
     for channel in &tare.channels {
         let mut found = false;
         let mut variance = 0.0;
@@ -183,7 +188,7 @@ fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError>
             found = true;
             let rest: Vec<f64> = column
                 .values
-                .get(from..to)
+                .get(rows.clone())
                 .unwrap_or_default()
                 .iter()
                 .copied()

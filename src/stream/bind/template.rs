@@ -254,14 +254,17 @@ fn hand_files(suggestions: &[Suggestion]) -> Vec<(&'static str, &'static str)> {
     let is_mechanism = |it: &Suggestion| it.channel == "?" && it.columns.to_lowercase().contains("angle");
     let of_palm =
         has(&|channel| matches!(channel, LogChannel::Finger(_, Finger::Palm, FingerPart::Force | FingerPart::Contact)));
+    let palm_force = has(&|channel| matches!(channel, LogChannel::Finger(_, Finger::Palm, FingerPart::Force)));
+    let of_any_gripper = of_gripper(Side::Left) || of_gripper(Side::Right);
     let fits = [
         (of_tip(FingerPart::Force), "hand_force.rules", "forces of the fingertips; used where no hand file is named"),
         (of_tip(FingerPart::Contact), "hand_flags.rules", "contact flags of thumb and fingers"),
         (
-            of_gripper(Side::Left) || of_gripper(Side::Right),
-            "hand_gripper.rules",
-            "a gripper: its flag `closed`, and a position as thumb",
+            of_any_gripper && palm_force,
+            "hand_gripper_wrist.rules",
+            "a gripper on a force sensor at the wrist, as palm; a position as thumb",
         ),
+        (of_any_gripper, "hand_gripper.rules", "a gripper: its flag `closed`, and a position as thumb"),
         (
             of_gripper(Side::Left) && of_gripper(Side::Right),
             "hand_gripper_pair.rules",

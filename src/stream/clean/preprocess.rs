@@ -40,6 +40,8 @@ pub struct CleanLog<'a> {
     pub noise: BTreeMap<String, Noise>,
     /// From which force on sensors are in contact, by channel.
     pub levels: BTreeMap<String, Learned>,
+    /// The noise of the positions of bodies, by name, where it counts.
+    pub positions: BTreeMap<String, PositionNoise>,
     /// When the whole log starts and ends, s.
     pub span: [f64; 2],
     /// Which part of a log this is; all of it when there is none.
@@ -109,6 +111,16 @@ pub struct Noise {
     pub variance: f64,
 }
 
+/// The noise of a body's positions, independent from sample to sample.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PositionNoise {
+    /// Standard deviation of a component, m.
+    pub deviation: f64,
+    /// The largest speed that it makes of a body at rest, m/s.
+    pub limit: f64,
+}
+
 impl<'a> CleanLog<'a> {
     /// Takes the columns with canonical names, and those that are `asked` for by name although they are not canonical. The forces named in
     /// `trust` count as they are, however long they stay constant.
@@ -146,7 +158,8 @@ impl<'a> CleanLog<'a> {
         }
         let time: Vec<f64> = rows.iter().filter_map(|row| time.get(*row).copied()).collect();
         let (scene, noise, levels, span) = (&recording.scene, BTreeMap::new(), BTreeMap::new(), span(&time));
-        Ok(Self { scene, time, rate_hz, stretches, issues, noise, levels, span, window: None, columns })
+        let positions = BTreeMap::new();
+        Ok(Self { scene, time, rate_hz, stretches, issues, noise, levels, positions, span, window: None, columns })
     }
 
     /// The frames that count.

@@ -10,6 +10,7 @@ mod motion;
 mod orders;
 mod partner;
 mod plausible;
+pub(super) mod pose_noise;
 mod raw;
 mod sockets;
 mod source;

@@ -63,7 +63,8 @@ impl<'a> Motion<'a> {
             let columns = measured.vec3(&format!("{name}.{channel}"));
             columns.map(|columns| columns.map(|column| smoothed(measured, column)))
         };
-        let velocity = logged("velocity").or_else(|| position.map(|position| slopes(measured, position)));
+        let noise = measured.positions.get(name).map_or(0.0, |noise| noise.limit);
+        let velocity = logged("velocity").or_else(|| position.map(|position| above(slopes(measured, position), noise)));
         let angular_velocity =
             logged("angular_velocity").or_else(|| rotation.map(|rotation| turn_rates(measured, rotation)));
         Self { velocity, angular_velocity, ..poses }
@@ -170,6 +171,34 @@ pub fn slopes(measured: &CleanLog, columns: [&[f64]; 3]) -> [Vec<f64>; 3] {
 /// The slope of a column at each frame, in its unit per second, without tremor.
 pub fn slope(measured: &CleanLog, column: &[f64]) -> Vec<f64> {
     smoothed(measured, &differences(measured, |before, after| at(column, after) - at(column, before)))
+}
+
+/// Vectors that are not longer than `least` are zero.
+fn above(mut columns: [Vec<f64>; 3], least: f64) -> [Vec<f64>; 3] {
+    if least > 0.0 {
+        let [x, y, z] = &mut columns;
+        for ((x, y), z) in x.iter_mut().zip(y).zip(z) {
+            if *x * *x + *y * *y + *z * *z <= least * least {
+                (*x, *y, *z) = (0.0, 0.0, 0.0);
+            }
+        }
+    }
+    columns
+}
+
+/// How many times as large as the noise of a column, in its unit, that of its [`slope`] is, in its unit per second.
+pub fn slope_gain(rate_hz: f64) -> f64 {
+    let reach = (TREMOR_SECS * rate_hz / 2.0).round() as usize;
+    let width = 2 * reach + 1;
+    let mut weights = vec![rate_hz / 2.0, 0.0, -rate_hz / 2.0];
+    for _ in 0..2 {
+        let mut averaged = vec![0.0; weights.len() + width - 1];
+        for (at, weight) in weights.iter().enumerate() {
+            averaged.iter_mut().skip(at).take(width).for_each(|value| *value += weight / width as f64);
+        }
+        weights = averaged;
+    }
+    weights.iter().map(|weight| weight * weight).sum::<f64>().sqrt()
 }
 
 /// Angular velocity in the reference frame at each frame, rad/s, without tremor.

@@ -2,12 +2,13 @@
 //! Where no distance is known, or the readings are not steady, both come from the [`level`](crate::stream::clean::level) of contact, if the log has one.
 
 use super::motion::{Motion, vector};
+use super::pose_noise;
 use crate::base::geometry::surface_distance;
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Role, Scene};
 use crate::stream::clean::level::vector_as_list;
 use crate::stream::clean::level::{Learned, learned};
-use crate::stream::clean::preprocess::{CleanLog, Noise};
+use crate::stream::clean::preprocess::{CleanLog, Noise, PositionNoise};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use indexmap::IndexMap;
@@ -46,7 +47,7 @@ pub fn asks(scene: &Scene, column: &str) -> bool {
     }
 }
 
-/// What is known of the force sensors of the fingertips, by channel.
+/// What is known of the force sensors of the fingertips, by channel, and of the positions of objects.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sensors {
@@ -54,6 +55,9 @@ pub struct Sensors {
     rests: IndexMap<String, SensorBias>,
     /// From which force on they are in contact, that bias subtracted.
     levels: IndexMap<String, Learned>,
+    /// The noise of positions, by object.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    positions: IndexMap<String, PositionNoise>,
 }
 
 /// Returns bias and contact level of the force sensors of the fingertips, from samples.
@@ -84,13 +88,28 @@ pub fn sensors(measured: &CleanLog, samples: &[[usize; 2]]) -> Sensors {
 
 /// Subtracts the bias of each fingertip's force sensor, and stores its noise and its contact level; returns an issue for each bias that was subtracted.
 pub fn tare(measured: &mut CleanLog) -> Vec<Issue> {
-    let found = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
+    let found = of_whole(measured);
     correct(measured, &found)
+}
+
+/// What is known of the sensors of a whole log.
+pub fn of_whole(measured: &CleanLog) -> Sensors {
+    let sensors = sensors(measured, &samples(measured.len()).collect::<Vec<_>>());
+    Sensors { positions: pose_noise::of_objects(measured).collect(), ..sensors }
 }
 
 /// The same with what is known of the sensors.
 pub fn correct(measured: &mut CleanLog, found: &Sensors) -> Vec<Issue> {
     let mut issues = Vec::new();
+    for (body, noise) in &found.positions {
+        measured.positions.insert(body.clone(), *noise);
+        let message = format!(
+            "its samples scatter by {:.1} mm; what is slower than {:.0} mm/s is taken for that noise, not for motion",
+            noise.deviation * 1e3,
+            noise.limit * 1e3
+        );
+        issues.push(measured.over_all(IssueKind::NOISY_POSITION, &format!("{body}.position"), message));
+    }
     for (channel, rest) in &found.rests {
         measured.noise.insert(channel.clone(), Noise { variance: rest.variance });
         if rest.is_biased() {

@@ -52,8 +52,7 @@ impl Calibration {
         is_whole: bool,
     ) -> Result<(Self, Vec<Issue>), InputError> {
         let mut measured = CleanLog::new(recording, &[], |column| derive::asks(channels, column))?;
-        let samples: Vec<[usize; 2]> = tare::samples(measured.len()).collect();
-        let sensors = tare::sensors(&measured, &samples);
+        let sensors = tare::of_whole(&measured);
         let mut issues = std::mem::take(&mut measured.issues);
         issues.extend(tare::correct(&mut measured, &sensors));
         let mut findings = Findings::default();

@@ -201,6 +201,7 @@ impl Derivation {
             issues: vec![],
             noise: BTreeMap::new(),
             levels: BTreeMap::new(),
+            positions: BTreeMap::new(),
             span: [0.0; 2],
             window: Some(window),
             columns: columns.collect(),
