@@ -44,6 +44,8 @@ mod cli;
 #[cfg(not(feature = "internals"))]
 mod command;
 #[cfg(not(feature = "internals"))]
+mod description;
+#[cfg(not(feature = "internals"))]
 mod engine;
 #[cfg(not(feature = "internals"))]
 mod graph;
@@ -75,6 +77,9 @@ pub mod base;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod command;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod description;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod engine;

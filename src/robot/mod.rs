@@ -14,12 +14,12 @@ pub mod model;
 pub mod planning;
 pub mod simulation;
 
+pub use crate::description::shape::CollisionShape;
+pub use crate::description::tree::{Dof, Joint, Kind, KinematicTree, Link};
 pub use grasp::mapping::map;
 pub use grasp::{GraspCandidate, Mapper};
 pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
-pub use kinematics::shape::CollisionShape;
-pub use kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
 #[cfg(feature = "internals")]
 pub use model::file::read;
 pub use model::file::{MAX_BYTES, open};

@@ -10,10 +10,10 @@
 //! INVARIANT (limits last): whatever leaves is finite and within the torques of the motors. What is wanted or felt and is not a number is not heeded: a
 //! joint stays where it is, a finger does nothing, and nothing of it is remembered.
 
+use crate::description::tree::KinematicTree;
 use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
-use crate::robot::kinematics::tree::KinematicTree;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{DVector, Matrix3, Point3, Vector3};
 

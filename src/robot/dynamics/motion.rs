@@ -8,7 +8,7 @@
 //!
 //! Steps are semi-implicit. A joint that meets its limit stops there. The root may be carried about by hand (`root`), without inertia.
 
-use crate::robot::kinematics::tree::{Kind, KinematicTree};
+use crate::description::tree::{Kind, KinematicTree};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Isometry3, Matrix3, Point3, Vector3};
 
 /// Dry friction is full from about this speed on, rad/s.

@@ -3,9 +3,9 @@
 use super::problem::{CLEAR_M, Wanted};
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
+use crate::description::shape::CollisionShape;
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
-use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};

@@ -1,8 +1,8 @@
 //! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
 
+use crate::description::shape::CollisionShape;
 use crate::robot::kinematics::finger::{FingerModel, Posture};
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
-use crate::robot::kinematics::shape::CollisionShape;
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector3};
 

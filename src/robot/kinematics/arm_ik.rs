@@ -1,6 +1,6 @@
 //! The arm's inverse kinematics: the palm to a pose, and along a way.
 
-use super::tree::KinematicTree;
+use crate::description::tree::KinematicTree;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
 /// Damps the steps where the arm is nearly singular; no joint goes farther in one step, rad or m.

@@ -4,9 +4,9 @@
 
 use super::closed_form::Closed;
 use super::joint_positions::{JointPositions, MAX_DOFS};
-use super::shape::CollisionShape;
-use super::tree::{Kind, KinematicTree};
 use crate::base::hands::Finger;
+use crate::description::shape::CollisionShape;
+use crate::description::tree::{Kind, KinematicTree};
 use nalgebra::{Isometry3, Matrix3, Matrix3xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// What a robot file says of a fingertip.

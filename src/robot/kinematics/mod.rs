@@ -1,9 +1,7 @@
-//! Kinematics: trees of links, fingers as chains, and their forward and inverse kinematics.
+//! Kinematics: arms and fingers as chains of a tree of links, and their forward and inverse kinematics.
 
 pub mod arm_ik;
 mod closed_form;
 pub mod finger;
 mod finger_ik;
 pub mod joint_positions;
-pub mod shape;
-pub mod tree;

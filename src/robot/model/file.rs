@@ -9,18 +9,18 @@ mod assembly;
 mod joints;
 
 use super::shipped;
-use super::urdf;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
 use crate::base::quantity::{Force, Length, Mass};
 use crate::base::shown::Shown;
 use crate::base::yaml;
+use crate::description::limits::{MAX_LINKS, MAX_SOLIDS};
+use crate::description::shape::{CollisionShape, inertia_of};
+use crate::description::tree::{KinematicTree, Link};
+use crate::description::urdf;
 use crate::robot::kinematics::finger::FingerSpec;
-use crate::robot::kinematics::shape::{CollisionShape, inertia_of};
-use crate::robot::kinematics::tree::{KinematicTree, Link};
 use crate::robot::model::hand::{self, HandModel};
-use crate::robot::model::limits::{MAX_LINKS, MAX_SOLIDS};
 use crate::robot::model::robot::Robot;
 use assembly::assembly;
 use indexmap::IndexMap;
@@ -161,8 +161,8 @@ fn from_text(
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
-        let mut built = urdf::read(&text_of(&beside)?, &beside)?;
-        built.name = parsed.name;
+        let tree = urdf::read(&text_of(&beside)?, &beside)?;
+        let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new() };
         if let Some(hand) = parsed.hand {
             let side = hand.side;
             let made = made_hand(&built, hand, &places)?;

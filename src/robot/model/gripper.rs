@@ -11,10 +11,10 @@
 //! so that one number says how the gripper stands, whether it has one degree of freedom or two.
 
 use crate::base::hands::Finger;
+use crate::description::shape::CollisionShape;
+use crate::description::tree::Dof;
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
-use crate::robot::kinematics::shape::CollisionShape;
-use crate::robot::kinematics::tree::Dof;
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Tips may be this far beside one line, m, and pads may look this far off it, degrees.

@@ -2,10 +2,10 @@
 
 use super::gripper::Jaws;
 use crate::base::hands::Finger;
+use crate::description::shape::CollisionShape;
+use crate::description::tree::KinematicTree;
 use crate::robot::kinematics::arm_ik::Arm;
 use crate::robot::kinematics::finger::{FingerModel, FingerSpec};
-use crate::robot::kinematics::shape::CollisionShape;
-use crate::robot::kinematics::tree::KinematicTree;
 use std::collections::BTreeSet;
 
 /// Length of a human thumb and fingers, m (docs/sources.md, Hand: base set).

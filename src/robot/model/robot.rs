@@ -1,7 +1,7 @@
 //! A robot: a tree of links with hands on it.
 
 use crate::base::hands::Side;
-use crate::robot::kinematics::tree::KinematicTree;
+use crate::description::tree::KinematicTree;
 use crate::robot::model::hand::HandModel;
 use indexmap::IndexMap;
 

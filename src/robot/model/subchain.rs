@@ -3,8 +3,8 @@
 use super::hand;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::description::tree::KinematicTree;
 use crate::robot::kinematics::finger::FingerSpec;
-use crate::robot::kinematics::tree::KinematicTree;
 use crate::robot::model::robot::Robot;
 use indexmap::IndexMap;
 

@@ -8,7 +8,7 @@
 //! The way is the uniform cubic B-spline of its samples: its second derivative is continuous, so a corner is rounded within two samples
 //! instead of being a step of velocity, and where samples bend by q'' it cuts off no more than q'' h² / 6.
 
-use crate::robot::kinematics::tree::Dof;
+use crate::description::tree::Dof;
 
 /// A way with its times.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,10 +3,10 @@
 use super::{MAX_DEPTH, PartFile, Places, RobotFile, beside, nested, placed, shipped};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
+use crate::description::limits::MAX_LINKS;
+use crate::description::tree::{Dof, KinematicTree, Link};
 use crate::robot::kinematics::finger::FingerSpec;
-use crate::robot::kinematics::tree::{Dof, KinematicTree, Link};
 use crate::robot::model::hand;
-use crate::robot::model::limits::MAX_LINKS;
 use crate::robot::model::robot::Robot;
 use indexmap::IndexMap;
 

@@ -2,8 +2,8 @@
 //!
 //! Pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
 
+use crate::description::shape::{CollisionShape, SHORT_M};
 use crate::robot::control::executor::Executor;
-use crate::robot::kinematics::shape::{CollisionShape, SHORT_M};
 use crate::robot::simulation::observer::{Observer, Step};
 use nalgebra::Point3;
 

@@ -1,8 +1,8 @@
-//! What robot files of both formats are held to.
+//! Limits of robot descriptions, whichever format they have.
 
 /// A joint that says nothing of its acceleration comes up to its speed in this time, s.
-pub(crate) const SPEEDS_UP_S: f64 = 0.25;
+pub const SPEEDS_UP_S: f64 = 0.25;
 /// No robot has more links.
 pub const MAX_LINKS: usize = 256;
 /// No link has more shapes.
-pub(crate) const MAX_SOLIDS: usize = 64;
+pub const MAX_SOLIDS: usize = 64;

@@ -4,12 +4,10 @@
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
 use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};
+use super::shape::{CollisionShape, inertia_of};
+use super::tree::{Dof, Joint, Kind, KinematicTree, Link};
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
-use crate::robot::kinematics::shape::{CollisionShape, inertia_of};
-use crate::robot::kinematics::tree::{Dof, Joint, Kind, KinematicTree, Link};
-use crate::robot::model::robot::Robot;
-use indexmap::IndexMap;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
 use std::f64::consts::PI;
@@ -26,7 +24,7 @@ const USUAL_ARMATURE: f64 = 2e-4;
 ///
 /// # Errors
 /// What is wrong with it, at its line.
-pub(crate) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
+pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
@@ -40,7 +38,7 @@ pub(crate) fn read(text: &str, file: &str) -> Result<Robot, InputError> {
     if root.tag_name().name() != "robot" {
         return Err(reader.error(root, format!("found `{}`, expected `robot`", root.tag_name().name())));
     }
-    reader.robot(root)
+    reader.tree(root)
 }
 
 /// The inertia of a body that is as near to this one as many files are wrong: where one moment is more than the other two together, as in files of
@@ -102,7 +100,7 @@ impl<'a> Reader<'a> {
         Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
     }
 
-    fn robot(&self, root: Node<'a, 'a>) -> Result<Robot, InputError> {
+    fn tree(&self, root: Node<'a, 'a>) -> Result<KinematicTree, InputError> {
         let mut links: Vec<(Node<'a, 'a>, &'a str)> = Vec::new();
         for node in children(root, "link") {
             let name = self.name(node, "name")?;
@@ -139,11 +137,7 @@ impl<'a> Reader<'a> {
         let Some((_, top)) = top else {
             return Err(self.error(root, "no link is the root: the tree does not close".into()));
         };
-        let mut robot = Robot {
-            name: root.attribute("name").unwrap_or("robot").into(),
-            tree: KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? },
-            hands: IndexMap::new(),
-        };
+        let mut tree = KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? };
         let mut order = vec![*top];
         let mut at = 0;
         while let Some(&name) = order.get(at) {
@@ -151,11 +145,11 @@ impl<'a> Reader<'a> {
             let node = links.iter().find(|(_, known)| *known == name).map_or(root, |(node, _)| *node);
             let mut link = self.link(node, name)?;
             if let Some((joint, parent, _)) = joints.iter().find(|(_, _, child)| *child == name) {
-                link.parent = robot.tree.link(parent).unwrap_or(0);
+                link.parent = tree.link(parent).unwrap_or(0);
                 link.parent_from_joint = self.origin(*joint)?;
-                link.joint = self.joint(*joint, &robot.tree.dofs)?;
+                link.joint = self.joint(*joint, &tree.dofs)?;
             }
-            robot.tree.links.push(link);
+            tree.links.push(link);
             at += 1;
         }
         if let Some((node, name)) = links.iter().find(|(_, name)| !order.contains(name)) {
@@ -163,7 +157,7 @@ impl<'a> Reader<'a> {
                 self.error(*node, format!("the link `{name}` does not hang on `{top}`: the tree does not close"))
             );
         }
-        Ok(robot)
+        Ok(tree)
     }
 
     fn dofs(&self, joints: &[(Node<'a, 'a>, &str, &str)]) -> Result<Vec<Dof>, InputError> {

@@ -1,0 +1,6 @@
+//! Robot descriptions: trees of links and joints with their forward kinematics, and URDF, the format that describes them.
+
+pub mod limits;
+pub mod shape;
+pub mod tree;
+pub mod urdf;
