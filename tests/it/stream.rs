@@ -16,6 +16,7 @@ mod levels;
 mod live_rows;
 mod never_panics;
 mod robosuite;
+mod robots;
 mod round_trip;
 mod targets;
 mod touch;

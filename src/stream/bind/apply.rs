@@ -5,6 +5,7 @@ use super::offsets;
 use super::pattern::{Columns, Filling, Form, Pattern};
 use super::places;
 use super::resample::resample;
+use super::robots;
 use super::rotations;
 use super::sensors;
 use super::{BindingFile, Normals, Template, Threshold};
@@ -200,8 +201,15 @@ impl BoundColumns {
                 let (patterns, _) = columns.component(0);
                 let name = patterns.first().map(|pattern| pattern.name.fill(Filling::default())).unwrap_or_default();
                 labels.insert(key.clone(), header.find(&name).ok_or_else(|| wrong(header.lacks(&name)))?);
-            } else if !matches!(columns, Columns::Offset(_)) {
+            } else if !matches!(columns, Columns::Offset(_) | Columns::Link(_) | Columns::Span(_)) {
                 bound.extend(header.channel(key, columns, &objects).map_err(wrong)?);
+            }
+        }
+        for (robot, tree) in file.robots() {
+            for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|told| &told.joints) {
+                let name = robots::joint_column(robot, joint);
+                let column = header.joint(name, columns, robots::dimension(tree, joint));
+                bound.push(column.map_err(|message| file.error(joint, message))?);
             }
         }
         for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
@@ -238,9 +246,15 @@ impl BoundColumns {
         }
         issues.extend(self.in_radians.iter().filter_map(|channel| rotations::beyond_a_turn(&recording, channel)));
         rotations::to_quaternions(&mut recording);
+        issues.extend(robots::place(&mut recording, file)?);
         for (key, columns) in &file.binding.channels {
             if let Columns::Offset(offset) = columns {
                 offsets::place(&mut recording, file, key, offset)?;
+            }
+        }
+        for (key, columns) in &file.binding.channels {
+            if let Columns::Span(span) = columns {
+                robots::measure(&mut recording, file, key, span)?;
             }
         }
         for (name, column) in &self.labels {
@@ -380,6 +394,21 @@ impl Header {
             (None, None) => 1.0,
         };
         Ok(Some(Term { column: Some(column), factor: to_si * pattern.sign, threshold: pattern.threshold }))
+    }
+
+    /// The column of a joint.
+    fn joint(&self, name: String, columns: &Columns, dimension: Dimension) -> Result<Bound, String> {
+        let (patterns, weight) = match columns {
+            Columns::Pattern(_) | Columns::Mean(_) => columns.component(0),
+            _ => return Err("expected a column, or `{mean: [...]}`".into()),
+        };
+        let mut terms = vec![];
+        for pattern in patterns {
+            let term = self.term(pattern, Filling::default(), dimension)?;
+            let term = term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?;
+            terms.push(Term { factor: weight * term.factor, ..term });
+        }
+        Ok(Bound { name, dimension, flag: false, terms })
     }
 
     /// The canonical columns of one key of `channels`.

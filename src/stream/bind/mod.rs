@@ -10,6 +10,7 @@ mod placed;
 mod places;
 mod resample;
 mod resampler;
+mod robots;
 mod rotations;
 mod rows;
 mod sensors;
@@ -19,13 +20,15 @@ mod tool;
 pub use apply::bind;
 pub use rows::{BoundRows, RowBinder, TopicFilter, WAIT_S};
 
-pub use pattern::{Columns, Filling, Offset, Pattern, Template, Threshold};
+pub use pattern::{Columns, Filling, LinkPoint, Offset, Pattern, Span, Template, Threshold};
+use robots::Robot;
 
 use crate::base::error::InputError;
 use crate::base::quantity::{Force, Frequency, Mass, Time, above_zero};
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
 use crate::base::yaml;
+use crate::description::tree::KinematicTree;
 use crate::stream::read::csv::check_scene;
 use crate::stream::read::text;
 use indexmap::IndexMap;
@@ -79,6 +82,9 @@ pub struct Binding {
     /// An interval in which some channels should read zero.
     #[serde(default)]
     pub tare: Option<Tare>,
+    /// Robots whose joints the log has, by name; channels name their links: `{link: arm.hand}`.
+    #[serde(default)]
+    pub robots: IndexMap<String, Robot>,
     /// Bodies whose place the log shows, by name; their `position` in the scene counts from there.
     #[serde(default)]
     pub places: IndexMap<String, Place>,
@@ -181,6 +187,8 @@ pub struct BindingFile {
     pub binding: Binding,
     name: String,
     text: String,
+    /// The links and joints of its robots.
+    trees: IndexMap<String, KinematicTree>,
 }
 
 impl Binding {
@@ -214,7 +222,7 @@ impl BindingFile {
                 error
             }
         })?;
-        let file = Self { binding, name, text };
+        let mut file = Self { binding, name, text, trees: IndexMap::new() };
         for (key, rate) in [("resample", file.binding.resample), ("rate", file.binding.rate)] {
             let rate = rate.map_or(1.0, |rate| rate.0);
             if !(rate > 0.0 && rate <= MAX_RATE_HZ) {
@@ -235,7 +243,13 @@ impl BindingFile {
                 yaml::located(InputError { place, ..error }, &file.text, &file.name)
             })?;
         }
+        file.trees = robots::read(&file, &file.name)?;
         Ok(file)
+    }
+
+    /// Its robots with their links and joints.
+    pub fn robots(&self) -> impl Iterator<Item = (&String, &KinematicTree)> {
+        self.trees.iter()
     }
 
     /// The place `file:line:column` of the value at a path of keys.

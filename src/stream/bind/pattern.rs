@@ -17,6 +17,10 @@ pub enum Columns {
     Mean(Vec<Pattern>),
     /// `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`: a point that moves with a frame.
     Offset(Offset),
+    /// `{link: arm.hand, at: [0 mm, 0 mm, 103 mm]}`: a link of a robot whose joints the log has.
+    Link(LinkPoint),
+    /// `{between: [right.thumb, right.index], less: 12 mm}`: how far two points are apart.
+    Span(Span),
 }
 
 /// A point in a frame whose pose the log has.
@@ -26,6 +30,28 @@ pub struct Offset {
     pub at: [f64; 3],
     /// The frame: what `.position` and `.rotation` stand behind.
     pub of: String,
+}
+
+/// A point of a link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LinkPoint {
+    /// The robot.
+    pub robot: String,
+    /// The link.
+    pub link: String,
+    /// Where the point is in the frame of the link, m.
+    pub at: [f64; 3],
+}
+
+/// The distance of two points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Span {
+    /// The points: what `.position` stands behind.
+    pub between: [String; 2],
+    /// What is subtracted, m.
+    pub less: f64,
+    /// Makes a flag: the distance is less than this, m.
+    pub below: Option<f64>,
 }
 
 /// What columns make together.
@@ -249,7 +275,7 @@ impl Columns {
         match self {
             Self::Pattern(pattern) => std::slice::from_ref(pattern),
             Self::List(patterns) | Self::Mean(patterns) => patterns,
-            Self::Offset(_) => &[],
+            Self::Offset(_) | Self::Link(_) | Self::Span(_) => &[],
         }
     }
 
@@ -259,7 +285,7 @@ impl Columns {
             Self::Pattern(pattern) => (std::slice::from_ref(pattern), 1.0),
             Self::List(patterns) => (patterns.get(component).map(std::slice::from_ref).unwrap_or_default(), 1.0),
             Self::Mean(patterns) => (patterns, 1.0 / patterns.len() as f64),
-            Self::Offset(_) => (&[], 1.0),
+            Self::Offset(_) | Self::Link(_) | Self::Span(_) => (&[], 1.0),
         }
     }
 
@@ -268,7 +294,8 @@ impl Columns {
         match self {
             Self::Pattern(pattern) => pattern.name.form().unwrap_or(Form::Scalar),
             Self::Mean(patterns) => patterns.first().and_then(|pattern| pattern.name.form()).unwrap_or(Form::Scalar),
-            Self::Offset(_) => Form::Vector,
+            Self::Offset(_) | Self::Link(_) => Form::Vector,
+            Self::Span(_) => Form::Scalar,
             Self::List(patterns) => match patterns.len() {
                 9 => Form::Matrix,
                 4 => Form::Quaternion,
@@ -330,7 +357,7 @@ impl<'de> Deserialize<'de> for Columns {
             type Value = Columns;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(
-                    "a column such as `R_f1_p<xyz> [mm]`, a list of columns, `{mean: […]}` or `{at: […], of: …}`",
+                    "a column such as `R_f1_p<xyz> [mm]`, a list of columns, `{mean: […]}`, `{at: […], of: …}`, `{link: …}` or `{between: […]}`",
                 )
             }
             fn visit_str<E: de::Error>(self, text: &str) -> Result<Columns, E> {
@@ -342,23 +369,40 @@ impl<'de> Deserialize<'de> for Columns {
             fn visit_map<A: de::MapAccess<'de>>(self, mut items: A) -> Result<Columns, A::Error> {
                 let wanted = || {
                     de::Error::custom(
-                        "expected `{mean: [left <xyz>, right <xyz>]}`, with two columns or more, or `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`",
+                        "expected `{mean: [left <xyz>, right <xyz>]}`, with two columns or more, `{at: [0 mm, 0 mm, 155 mm], of: right.palm}`, \
+                         `{link: arm.hand, at: [0 mm, 0 mm, 103 mm]}` or `{between: [right.thumb, right.index], less: 12 mm}`",
                     )
                 };
-                let (mut mean, mut at, mut of) = (None, None, None);
+                let (mut mean, mut at, mut of, mut link) = (None, None, None, None);
+                let (mut between, mut less, mut below) = (None, None, None);
                 while let Some(key) = items.next_key::<String>()? {
                     match key.as_str() {
-                        "mean" if mean.is_none() && at.is_none() && of.is_none() => {
-                            mean = Some(items.next_value::<Vec<Pattern>>()?)
-                        }
-                        "at" if at.is_none() && mean.is_none() => at = Some(items.next_value::<[Length; 3]>()?),
-                        "of" if of.is_none() && mean.is_none() => of = Some(items.next_value::<String>()?),
+                        "mean" if mean.is_none() => mean = Some(items.next_value::<Vec<Pattern>>()?),
+                        "at" if at.is_none() => at = Some(items.next_value::<[Length; 3]>()?.map(|part| part.0)),
+                        "of" if of.is_none() => of = Some(items.next_value::<String>()?),
+                        "link" if link.is_none() => link = Some(items.next_value::<String>()?),
+                        "between" if between.is_none() => between = Some(items.next_value::<[String; 2]>()?),
+                        "less" if less.is_none() => less = Some(items.next_value::<Length>()?.0),
+                        "below" if below.is_none() => below = Some(items.next_value::<Length>()?.0),
                         _ => return Err(wanted()),
                     }
                 }
-                match (mean, at, of) {
-                    (Some(patterns), None, None) if patterns.len() >= 2 => Ok(Columns::Mean(patterns)),
-                    (None, Some(at), Some(of)) => Ok(Columns::Offset(Offset { at: at.map(|part| part.0), of })),
+                if let Some(between) = between {
+                    let alone = mean.is_none() && at.is_none() && of.is_none() && link.is_none();
+                    let span = Span { between, less: less.unwrap_or_default(), below };
+                    return if alone { Ok(Columns::Span(span)) } else { Err(wanted()) };
+                }
+                match (mean, at, of, link) {
+                    _ if less.is_some() || below.is_some() => Err(wanted()),
+                    (Some(patterns), None, None, None) if patterns.len() >= 2 => Ok(Columns::Mean(patterns)),
+                    (None, Some(at), Some(of), None) => Ok(Columns::Offset(Offset { at, of })),
+                    (None, at, None, Some(link)) => {
+                        let (robot, link) = link.split_once('.').ok_or_else(|| {
+                            de::Error::custom(format!("found `{link}`, expected a robot and its link: `arm.{link}`"))
+                        })?;
+                        let (robot, link) = (robot.to_string(), link.to_string());
+                        Ok(Columns::Link(LinkPoint { robot, link, at: at.unwrap_or_default() }))
+                    }
                     _ => Err(wanted()),
                 }
             }

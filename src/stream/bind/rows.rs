@@ -146,7 +146,8 @@ impl RowBinder {
 
     /// Which topics may have columns that are bound.
     pub fn topics(&self) -> TopicFilter {
-        let patterns = self.file.binding.channels.values().flat_map(Columns::patterns);
+        let joints = self.file.binding.robots.values().flat_map(|robot| robot.joints.values());
+        let patterns = self.file.binding.channels.values().chain(joints).flat_map(Columns::patterns);
         TopicFilter(patterns.map(|pattern| pattern.name.start().to_string()).collect())
     }
 

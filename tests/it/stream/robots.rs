@@ -1,0 +1,137 @@
+//! Joints through a URDF in a binding: where the tool point and the fingertips are, and how far the gripper is open, against closed forms.
+
+use nalgebra::{Rotation3, Vector3};
+use std::path::Path;
+use teachtree::base::error::InputError;
+use teachtree::stream::{OpenRequest, Opened, open};
+
+/// Two links of 300 mm and 200 mm turn about z, on a column of 500 mm that slides up; a parallel gripper whose second finger mimics the first.
+const ARM: &str = r#"<robot name="arm">
+  <link name="base"/><link name="lift"/><link name="upper"/><link name="lower"/><link name="hand"/><link name="left"/><link name="right"/>
+  <joint name="z" type="prismatic"><parent link="base"/><child link="lift"/><origin xyz="0 0 0.5"/><axis xyz="0 0 1"/><limit lower="0" upper="0.4"/></joint>
+  <joint name="shoulder" type="revolute"><parent link="lift"/><child link="upper"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>
+  <joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0.3 0 0"/><axis xyz="0 0 1"/><limit lower="-3" upper="3"/></joint>
+  <joint name="wrist" type="fixed"><parent link="lower"/><child link="hand"/><origin xyz="0.2 0 0" rpy="3.141592653589793 0 0"/></joint>
+  <joint name="finger" type="prismatic"><parent link="hand"/><child link="left"/><axis xyz="0 1 0"/><limit lower="0" upper="0.04"/></joint>
+  <joint name="finger2" type="prismatic"><parent link="hand"/><child link="right"/><axis xyz="0 -1 0"/><limit lower="0" upper="0.04"/><mimic joint="finger"/></joint>
+</robot>"#;
+
+const LOG: &str = "time,q0,q1,q2,width\n0,100,30,60,60\n0.1,150,-20,45,40\n0.2,200,,45,20\n0.3,250,10,-80,10\n";
+
+const BINDING: &str = "
+hand_file: hand_gripper.rules
+robots:
+  arm:
+    urdf: arm.urdf
+    joints: {z: 'q0 [mm]', shoulder: 'q1 [deg]', elbow: '-q2 [deg]', finger: {mean: ['width [mm]', '= 0 mm']}}
+    position: [1 m, 2 m, 0 m]
+    rotation: [0, 0, 0, 1]
+channels:
+  right.thumb.position: {link: arm.left, at: [0 mm, 0 mm, 100 mm]}
+  right.index.position: {link: arm.right, at: [0 mm, 0 mm, 100 mm]}
+  right.palm.position: {link: arm.hand}
+  right.palm.rotation: {link: arm.hand}
+  right.gripper.opening: {between: [right.thumb, right.index], less: 5 mm}
+  right.gripper.closed: {between: [right.thumb, right.index], below: 30 mm}
+scene:
+  bodies: {}
+";
+
+fn opened(folder: &Path, binding: &str) -> Result<Opened, InputError> {
+    let [log, file] = ["log.csv", "b.yaml"].map(|name| folder.join(name));
+    std::fs::write(folder.join("arm.urdf"), ARM).unwrap();
+    std::fs::write(&log, LOG).unwrap();
+    std::fs::write(&file, binding).unwrap();
+    open(&OpenRequest { log, binding: Some(file), scene: None })
+}
+
+#[test]
+fn tool_point_fingertips_and_opening_come_from_the_joints() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = opened(folder.path(), BINDING).unwrap().recording;
+    let value = |name: &str, row: usize| recording.columns[name].values[row];
+    let vector =
+        |name: &str, row: usize| Vector3::from(["x", "y", "z"].map(|axis| value(&format!("{name}.{axis}"), row)));
+    for (row, [z, shoulder, elbow, width]) in
+        [(0, [0.1, 30.0, -60.0, 0.06]), (1, [0.15, -20.0, -45.0, 0.04]), (3, [0.25, 10.0, 80.0, 0.01])]
+    {
+        let (first, both) = (f64::to_radians(shoulder), f64::to_radians(shoulder + elbow));
+        let (x, y) = (0.3 * first.cos() + 0.2 * both.cos(), 0.3 * first.sin() + 0.2 * both.sin());
+        // The root is turned by half a turn about z.
+        let hand = Vector3::new(1.0 - x, 2.0 - y, 0.5 + z);
+        assert!((vector("right.palm.position", row) - hand).norm() < 1e-12, "row {row}");
+        // The hand is upside down: its y points to the other side, and its z down.
+        let aside = Vector3::new(-both.sin(), both.cos(), 0.0) * (width / 2.0);
+        let below = Vector3::new(0.0, 0.0, -0.1);
+        assert!((vector("right.thumb.position", row) - (hand + aside + below)).norm() < 1e-12, "row {row}");
+        assert!((vector("right.index.position", row) - (hand - aside + below)).norm() < 1e-12, "row {row}");
+        assert!((value("right.gripper.opening", row) - (width - 0.005)).abs() < 1e-12);
+        assert_eq!(value("right.gripper.closed", row), f64::from(u8::from(width < 0.03)));
+        let [w, i, j, k] = ["w", "x", "y", "z"].map(|part| value(&format!("right.palm.rotation.{part}"), row));
+        let found = nalgebra::UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, i, j, k));
+        let wanted = Rotation3::from_axis_angle(&Vector3::z_axis(), both + std::f64::consts::PI)
+            * Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        assert!((found.to_rotation_matrix().matrix() - wanted.matrix()).norm() < 1e-9, "row {row}");
+    }
+    // A joint that was not measured leaves open where its links are, not how far the gripper is open.
+    assert!(value("right.palm.position.x", 2).is_nan());
+    assert!(recording.columns.keys().all(|name| !name.starts_with("robots.")), "{:?}", recording.columns.keys());
+}
+
+#[test]
+fn each_fault_of_a_robot_is_one_error_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    for (from, to, said) in [
+        ("urdf: arm.urdf", "urdf: leg.urdf", "b.yaml:5:5: "),
+        ("shoulder: ", "sholder: ", "`arm.urdf` has no joint that moves by itself `sholder`; did you mean `shoulder`?"),
+        ("finger: {", "finger2: {", "`arm.urdf` has no joint that moves by itself `finger2`; did you mean `finger`?"),
+        (
+            "arm.hand}\n  right.palm.rotation",
+            "arm.hamd}\n  right.palm.rotation",
+            "`arm.urdf` has no link `hamd`; did you mean `hand`?",
+        ),
+        ("{link: arm.left,", "{link: arn.left,", "`robots` has no `arn`; did you mean `arm`?"),
+        ("{link: arm.left,", "{link: left,", "found `left`, expected a robot and its link: `arm.left`"),
+        ("'q1 [deg]'", "'q9 [deg]'", "the log has no column `q9`"),
+        ("'q0 [mm]'", "'q0 [deg]'", "`deg` is an angle (rad), expected a length (m)"),
+        (
+            "right.palm.position: {link: arm.hand}",
+            "right.gripper.force: {link: arm.hand}",
+            "is neither a position nor a rotation",
+        ),
+        ("less: 5 mm", "below: 5 mm", "`right.gripper.opening` is no flag, only flags have a limit"),
+        (", below: 30 mm", "", "`right.gripper.closed` is a flag, expected a limit such as `below: 30 mm`"),
+        (
+            "between: [right.thumb, right.index], less",
+            "between: [right.thumb, right.ring], less",
+            "no channel `right.ring.position` is bound",
+        ),
+    ] {
+        assert!(BINDING.contains(from), "{from}");
+        let error = opened(folder.path(), &BINDING.replacen(from, to, 1)).map(|_| ()).unwrap_err().to_string();
+        assert!(error.contains(said) && error.contains("b.yaml:"), "{to}: {error}");
+    }
+    std::fs::write(folder.path().join("arm.urdf"), "<robot").unwrap();
+    std::fs::write(folder.path().join("b.yaml"), BINDING).unwrap();
+    let request =
+        OpenRequest { log: folder.path().join("log.csv"), binding: Some(folder.path().join("b.yaml")), scene: None };
+    let error = open(&request).map(|_| ()).unwrap_err().to_string();
+    assert!(error.contains("arm.urdf:1:") && error.contains("is no XML"), "{error}");
+}
+
+#[test]
+fn degrees_that_are_read_as_radians_are_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows: String = (0..40).map(|row| format!("{},100,{},60,60\n", f64::from(row) * 0.1, row * 2)).collect();
+    let wrong = BINDING.replace("'q1 [deg]'", "q1");
+    for (binding, reported) in [(BINDING, 0), (wrong.as_str(), 1)] {
+        let [log, file] = ["long.csv", "long.yaml"].map(|name| folder.path().join(name));
+        std::fs::write(folder.path().join("arm.urdf"), ARM).unwrap();
+        std::fs::write(&log, format!("time,q0,q1,q2,width\n{rows}")).unwrap();
+        std::fs::write(&file, binding).unwrap();
+        let opened = open(&OpenRequest { log, binding: Some(file), scene: None }).unwrap();
+        let issues: Vec<_> = opened.issues.iter().filter(|it| it.channel == "robots.arm.shoulder").collect();
+        assert_eq!(issues.len(), reported, "{issues:?}");
+        assert!(issues.iter().all(|it| it.message.contains("in another unit (`[deg]`")), "{issues:?}");
+    }
+}
