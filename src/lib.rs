@@ -27,7 +27,7 @@
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!
 //! docs/embedding.md goes through all of it. Features: `parquet`, `mcap`, `hdf5` and `arrays` (formats of logs), `world` (simulation, robots), `cli`, `lsp`,
-//! `studio`; with `default-features = false` the library reads and analyzes logs in text formats.
+//! `studio`, `teach` (a person in the virtual environment); with `default-features = false` the library reads and analyzes logs in text formats.
 
 #![cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "modules hand names on to tests and benches"))]
 #![cfg_attr(
@@ -64,6 +64,8 @@ mod session;
 mod stream;
 #[cfg(all(not(feature = "internals"), feature = "studio"))]
 mod studio;
+#[cfg(all(not(feature = "internals"), feature = "teach"))]
+mod teaching;
 #[cfg(all(not(feature = "internals"), feature = "world"))]
 mod world;
 
@@ -107,6 +109,9 @@ pub mod stream;
 #[cfg(all(feature = "internals", feature = "studio"))]
 #[doc(hidden)]
 pub mod studio;
+#[cfg(all(feature = "internals", feature = "teach"))]
+#[doc(hidden)]
+pub mod teaching;
 #[cfg(all(feature = "internals", feature = "world"))]
 #[doc(hidden)]
 pub mod world;

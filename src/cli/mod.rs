@@ -9,6 +9,8 @@ mod analyze;
 mod annotate;
 mod audit;
 mod batch;
+#[cfg(any(feature = "studio", feature = "teach"))]
+mod browser;
 mod check;
 #[cfg(feature = "world")]
 mod demo;
@@ -253,7 +255,8 @@ fn usage(error: &clap::Error) -> u8 {
 fn at_work(matches: &clap::ArgMatches) -> Option<String> {
     let (name, of) = matches.subcommand()?;
     let is_quiet = of.try_get_one::<bool>("quiet").ok().flatten() == Some(&true);
-    (!is_quiet && !matches!(name, "live" | "lsp" | "studio")).then(|| name.to_string())
+    let is_live = of.try_get_one::<bool>("live").ok().flatten() == Some(&true);
+    (!is_quiet && !is_live && !matches!(name, "live" | "lsp" | "studio")).then(|| name.to_string())
 }
 
 /// Runs the command line of this process.

@@ -2,12 +2,11 @@
 
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
-use super::{Failure, on_interrupt, output};
+use super::{Failure, browser, on_interrupt, output};
 use crate::serve::Server;
 use crate::stream::atomic_write;
 use crate::studio::{Options, Studio};
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 
 /// Options of `studio`.
@@ -58,7 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         std::process::exit(0);
     });
     if !args.no_open {
-        open(&server.address());
+        browser::open(&server.address());
     }
     studio.work();
     server.run(&studio);
@@ -68,16 +67,4 @@ pub fn run(args: &Args) -> Result<(), Failure> {
 /// The name that the system knows the user by.
 fn user() -> Option<String> {
     ["USER", "USERNAME"].iter().find_map(|name| std::env::var(name).ok()).filter(|name| !name.is_empty())
-}
-
-/// Opens the browser; where there is none, the address has been printed.
-fn open(address: &str) {
-    let (program, args): (&str, &[&str]) = match std::env::consts::OS {
-        "macos" => ("open", &[]),
-        "windows" => ("rundll32", &["url.dll,FileProtocolHandler"]),
-        _ => ("xdg-open", &[]),
-    };
-    let mut command = Command::new(program);
-    command.args(args).arg(address).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    let _ = command.spawn();
 }

@@ -1,14 +1,16 @@
 //! `teachtree teach`: an operator script in a scene, recorded; one simulated operator, or many in parallel.
 
+#[cfg(feature = "teach")]
+mod live;
+
 use super::progress::Progress;
-use super::retarget::open_robot;
+use super::retarget::{open_robot, open_scene};
 use super::source::{in_operator, in_scene, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::recording::{Event, Recording};
 use crate::base::scene::Scene;
 use crate::base::yaml;
-use crate::stream::read::csv;
 use crate::stream::read::formats;
 use crate::stream::read::text;
 use crate::world::{self, Operator};
@@ -22,15 +24,20 @@ const MOST: u64 = 100_000;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
   teachtree teach paper_box paper_box -o demonstration.csv --seed 7
-  teachtree teach peg_in_hole peg_in_hole --seeds 1..200 -o recordings")]
+  teachtree teach peg_in_hole peg_in_hole --seeds 1..200 -o recordings
+  teachtree teach pick_and_place --live")]
 pub struct Args {
     /// A shipped scene by name, or a scene file
     scene: String,
     /// A shipped operator by name, or an operator file
-    operator: String,
-    /// Where to write the recording, its scene beside it; with `--seeds` a folder
+    #[cfg_attr(feature = "teach", arg(required_unless_present = "live"))]
+    #[cfg_attr(not(feature = "teach"), arg(required = true))]
+    operator: Option<String>,
+    /// Where to write the recording, its scene beside it; with `--seeds` a folder; with `--live` never over a file that is there
     #[arg(long, short, value_name = "LOG")]
-    out: PathBuf,
+    #[cfg_attr(feature = "teach", arg(required_unless_present = "live"))]
+    #[cfg_attr(not(feature = "teach"), arg(required = true))]
+    out: Option<PathBuf>,
     /// Random seed; equal seeds give identical recordings
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -43,14 +50,26 @@ pub struct Args {
     /// The robot that will perform the task, by name or a robot file: gives the operator virtual hands of that robot's size
     #[arg(long, value_name = "ROBOT")]
     robot: Option<String>,
+    #[cfg(feature = "teach")]
+    #[command(flatten)]
+    live: live::LiveArgs,
 }
 
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let (scene, mut operator) = open(&args.scene, &args.operator)?;
+    #[cfg(feature = "teach")]
+    {
+        args.live.check()?;
+        if args.live.live {
+            return live::run(args);
+        }
+    }
+    // The command line has both.
+    let (operator_name, out) = (args.operator.as_deref().unwrap_or_default(), args.out.clone().unwrap_or_default());
+    let (scene, mut operator) = open(&args.scene, operator_name)?;
     if args.variation != 1.0 {
         operator.variation = operator.variation.scaled(args.variation);
     }
-    let files = [&args.scene, &args.operator].into_iter().filter(|name| is_yaml(name));
+    let files = [args.scene.as_str(), operator_name].into_iter().filter(|name| is_yaml(name));
     let mut inputs: Vec<PathBuf> = files.map(PathBuf::from).collect();
     if let Some(robot) = &args.robot {
         let (robot, parts) = open_robot(robot)?;
@@ -58,22 +77,22 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         operator = operator.with_hands(robot.hands_scale());
     }
     let in_its_file = |failure: Failure| match failure {
-        Failure::Input(error) => in_operator(&args.operator, in_scene(&args.scene, error)).into(),
+        Failure::Input(error) => in_operator(operator_name, in_scene(&args.scene, error)).into(),
         other => other,
     };
     let inputs: Vec<&Path> = inputs.iter().map(PathBuf::as_path).collect();
     if let Some((first, last)) = args.seeds {
-        let name = stem(&args.operator);
+        let name = stem(operator_name);
         let places: Vec<(u64, PathBuf)> =
-            (first..=last).map(|seed| (seed, args.out.join(format!("{name}_{seed:04}.csv")))).collect();
+            (first..=last).map(|seed| (seed, out.join(format!("{name}_{seed:04}.csv")))).collect();
         places.iter().try_for_each(|(_, place)| output::may_record(place, &inputs))?;
-        return many(&scene, &operator, &places, &args.out).map_err(in_its_file);
+        return many(&scene, &operator, &places, &out).map_err(in_its_file);
     }
-    output::may_record(&args.out, &inputs)?;
+    output::may_record(&out, &inputs)?;
     let recording = teach(&scene, &operator, args.seed).map_err(in_its_file)?;
-    formats::write(&recording, &args.out)?;
+    formats::write(&recording, &out)?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    let mut printed = format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len());
+    let mut printed = format!("{}: {} frames, {duration:.1} s\n", out.display(), recording.time.len());
     for (hand, tasks, begun) in did(&recording) {
         let tasks = if tasks.is_empty() { "no task to its end".into() } else { tasks.join(", ") };
         let begun = begun.map_or(String::new(), |task| format!(", and was at {task} when the recording ended"));
@@ -152,7 +171,7 @@ fn losses(recording: &Recording) -> impl Iterator<Item = &Event> {
 
 /// The scene and the operator of these names, or in these files.
 fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
-    let scene = if is_yaml(scene) { csv::read_scene(Path::new(scene))? } else { world::scene(scene)? };
+    let scene = open_scene(scene)?;
     let operator = match read(operator)? {
         Some(text) => Operator::read(&text, operator)?,
         None => world::operator(operator)?,

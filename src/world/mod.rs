@@ -4,12 +4,10 @@
 //! ([`World`]). Nothing here knows a rule or a file.
 
 mod bodies;
-#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "the command that serves it is being made"))]
 mod by_hand;
 mod convert;
 mod moving;
 mod operator;
-#[cfg_attr(not(feature = "internals"), allow(dead_code, reason = "the command that serves it is being made"))]
 mod recorder;
 mod rolling;
 mod shapes;
@@ -22,7 +20,7 @@ mod touch;
 mod truth;
 
 pub use bodies::BodyContact;
-pub use by_hand::{ByHand, HandInput, MOST_FORCE_N, MOST_STEPS, WATCHDOG_STEPS};
+pub use by_hand::{ByHand, HandInput, MOST_FORCE_N, MOST_STEPS, Taken, WATCHDOG_STEPS};
 pub use operator::{
     Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Insert, Measured, Occasions, Open, Operator, Perturbation,
     Press, Reach, Script, Slip, Step, Together, Tremor, Turn, Until, Variation, Withdraw,

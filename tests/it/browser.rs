@@ -39,6 +39,15 @@ fn installed() -> Option<PathBuf> {
 impl Browser {
     /// Starts one; `None`, with a message, where none is installed.
     pub fn start() -> Option<Self> {
+        Self::start_with(&["--disable-gpu"])
+    }
+
+    /// The same, for pages that draw by WebGL: without a graphics card.
+    pub fn start_drawing() -> Option<Self> {
+        Self::start_with(&["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
+    }
+
+    fn start_with(flags: &[&str]) -> Option<Self> {
         let Some(program) = installed().filter(|_| cfg!(unix)) else {
             // Past the capture of the harness: whoever runs the tests shall see it.
             let _ = writeln!(std::io::stderr(), "skipped: no Chromium is installed to open the report with");
@@ -49,7 +58,8 @@ impl Browser {
         let mut process = Command::new("sh")
             .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 0</dev/null 1>/dev/null"#])
             .arg(program)
-            .args(["--headless", "--remote-debugging-pipe", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"])
+            .args(["--headless", "--remote-debugging-pipe", "--no-sandbox", "--disable-dev-shm-usage"])
+            .args(flags)
             .args(["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"])
             .arg(format!("--user-data-dir={}", profile.path().display()))
             .arg("about:blank")
@@ -121,6 +131,11 @@ impl Browser {
             }
             _ => {}
         }
+    }
+
+    /// Runs a script before those of each page that is opened.
+    pub fn before_pages(&mut self, script: &str) {
+        self.call("Page.addScriptToEvaluateOnNewDocument", json!({ "source": script }));
     }
 
     /// Opens a file and waits until it has drawn.
@@ -230,6 +245,12 @@ impl Browser {
     pub fn wheel(&mut self, (x, y): (f64, f64), by: f64) {
         let event = json!({ "type": "mouseWheel", "x": x, "y": y, "deltaX": 0, "deltaY": by });
         self.call("Input.dispatchMouseEvent", event);
+    }
+
+    /// Presses a key and holds it, or lets it go.
+    pub fn hold(&mut self, key: &str, is_down: bool) {
+        let kind = if is_down { "rawKeyDown" } else { "keyUp" };
+        self.call("Input.dispatchKeyEvent", json!({ "type": kind, "key": key }));
     }
 
     /// Presses a key.

@@ -98,6 +98,10 @@ mod stream;
 mod studio;
 #[cfg(feature = "world")]
 mod subjects;
+#[cfg(all(feature = "teach", unix))]
+mod teach_live;
+#[cfg(all(feature = "teach", unix))]
+mod teach_page;
 mod tidy;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod views;

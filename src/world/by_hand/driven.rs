@@ -105,6 +105,8 @@ pub(super) struct DrivenHand {
     /// What was asked for last, and how many steps ago.
     input: Option<HandInput>,
     age: u64,
+    /// How long messages take to come, in steps: a late one counts for some more, so that targets do not leap when the next one is in time.
+    interval: u64,
     /// Steps over which the targets go to what is tracked now, and whether they are there.
     spread: u64,
     caught: bool,
@@ -144,6 +146,7 @@ impl DrivenHand {
             opening,
             input: None,
             age: WATCHDOG_STEPS,
+            interval: 1,
             spread: 1,
             caught: false,
             palm,
@@ -160,7 +163,8 @@ impl DrivenHand {
         if self.is_silent() {
             self.caught = false;
         }
-        self.spread = self.age.clamp(1, MOST_SPREAD);
+        self.interval = self.age.max(self.interval * 9 / 10).clamp(1, MOST_SPREAD);
+        self.spread = self.interval;
         self.age = 0;
         self.input = Some(input);
         true
@@ -180,6 +184,7 @@ impl DrivenHand {
     }
 
     /// Where the palm is led.
+    #[cfg(feature = "internals")]
     pub(super) const fn palm(&self) -> &Isometry3<f64> {
         &self.palm
     }

@@ -8,14 +8,17 @@ pub use driven::{HandInput, MOST_FORCE_N, WATCHDOG_STEPS};
 
 use super::operator::{ForceNoise, Measured};
 use super::recorder::Recorder;
-use super::simulation::{Fingertips, HandState, HandTarget, Observation, World};
+use super::simulation::{Fingertips, HandState, HandTarget, Observation, STEP_S, World};
 use super::teach::SETTLING;
 use crate::base::error::InputError;
+#[cfg(feature = "internals")]
 use crate::base::hands::Side;
 use crate::base::recording::Recording;
 use crate::base::scene::{Role, Scene};
 use driven::DrivenHand;
-use nalgebra::{Isometry3, Vector3};
+#[cfg(feature = "internals")]
+use nalgebra::Isometry3;
+use nalgebra::Vector3;
 
 /// A recording ends after so many steps.
 pub const MOST_STEPS: usize = 300_000;
@@ -91,11 +94,13 @@ impl ByHand {
     }
 
     /// The scene.
+    #[cfg(feature = "internals")]
     pub const fn scene(&self) -> &Scene {
         &self.scene
     }
 
     /// The hands, in the order of the scene.
+    #[cfg(feature = "internals")]
     pub fn sides(&self) -> impl Iterator<Item = Side> {
         self.scene.hands.keys().copied()
     }
@@ -106,6 +111,7 @@ impl ByHand {
     }
 
     /// Where the palm of a hand has been led, reference frame.
+    #[cfg(feature = "internals")]
     pub fn palm(&self, hand: usize) -> Option<&Isometry3<f64>> {
         self.state.hands.get(hand).map(DrivenHand::palm)
     }
@@ -121,14 +127,20 @@ impl ByHand {
         self.state.hands.get(hand).is_none_or(DrivenHand::is_silent)
     }
 
-    /// The forces to display on the fingertips of a hand, N, reference frame: what bodies do to them, at most [`MOST_FORCE_N`]; none when the hand is silent.
-    pub fn displayed(&self, hand: usize) -> Vec<Vector3<f64>> {
-        let is_silent = self.is_silent(hand);
+    /// What bodies do to the fingertips of a hand, N, reference frame, each at most [`MOST_FORCE_N`].
+    pub fn felt(&self, hand: usize) -> Vec<Vector3<f64>> {
         let force = |tip: &super::TipState| {
             let force: Vector3<f64> = -tip.touches.iter().map(|touch| touch.force).sum::<Vector3<f64>>();
-            if is_silent { Vector3::zeros() } else { force * (MOST_FORCE_N / force.norm()).min(1.0) }
+            force * (MOST_FORCE_N / force.norm()).min(1.0)
         };
         self.observation().hands.get(hand).map_or_else(Vec::new, |hand| hand.tips.iter().map(force).collect())
+    }
+
+    /// The forces to display on the fingertips of a hand by a device, N, reference frame: what they feel, and none when the hand is silent.
+    #[cfg(feature = "internals")]
+    pub fn displayed(&self, hand: usize) -> Vec<Vector3<f64>> {
+        let felt = self.felt(hand);
+        if self.is_silent(hand) { vec![Vector3::zeros(); felt.len()] } else { felt }
     }
 
     /// Advances by a step, and records it.
@@ -184,11 +196,11 @@ impl ByHand {
         self.forget();
     }
 
-    /// Ends the recording: as [`teach`](super::teach) makes it. `None` where nothing was recorded.
-    pub fn stop(&mut self) -> Option<Recording> {
+    /// Ends the recording. `None` where nothing was recorded.
+    pub fn stop(&mut self) -> Option<Taken> {
         let recorder = self.recorder.take()?;
         self.forget();
-        (recorder.len() > 0).then(|| recorder.finish(&self.scene, Vec::new(), [None, None]))
+        (recorder.len() > 0).then(|| Taken { recorder, scene: self.scene.clone() })
     }
 
     /// Goes back to the moment before an object was touched last, in the recording too; hands stay where they were then until they are asked anew.
@@ -234,6 +246,24 @@ impl ByHand {
     pub fn row(&self, row: usize) -> Option<Vec<f64>> {
         let (time, values) = self.recorder.as_ref()?.row(row)?;
         Some(std::iter::once(time).chain(values).collect())
+    }
+}
+
+/// What was recorded. The ground truth in the recording takes a while, so that it is not made where the world is stepped.
+pub struct Taken {
+    recorder: Recorder,
+    scene: Scene,
+}
+
+impl Taken {
+    /// How long it is, s.
+    pub fn seconds(&self) -> f64 {
+        self.recorder.len() as f64 * STEP_S
+    }
+
+    /// The recording, as [`teach`](super::teach) makes it.
+    pub fn recording(self) -> Recording {
+        self.recorder.finish(&self.scene, Vec::new(), [None, None])
     }
 }
 

@@ -65,7 +65,7 @@ fn by_device(every: usize) -> Recording {
     ] {
         track(&mut work, every, seconds, from, to);
     }
-    work.stop().unwrap()
+    work.stop().unwrap().recording()
 }
 
 /// Leads the palm to a place as a pointer does that jumps there, and gives it time.
@@ -98,7 +98,7 @@ fn by_pointer(aside: f64) -> Recording {
     let at = work.palm(0).unwrap().translation.vector;
     lead(&mut work, 0.8, at, false);
     lead(&mut work, 1.0, at + up * 0.12, false);
-    work.stop().unwrap()
+    work.stop().unwrap().recording()
 }
 
 /// What `analyze` finds in a recording that is written as `teach` writes it.
@@ -178,7 +178,7 @@ fn undo_goes_back_to_before_the_last_touch_and_reset_to_the_beginning() {
     work.undo();
     assert_eq!(work.recorded(), kept);
     assert_eq!(once_more(&mut work), first);
-    let recording = work.stop().unwrap();
+    let recording = work.stop().unwrap().recording();
     assert!(recording.time.windows(2).all(|pair| (pair[1] - pair[0] - 0.001).abs() < 1e-9));
     work.start();
     work.reset();

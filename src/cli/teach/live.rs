@@ -1,0 +1,165 @@
+//! `teachtree teach SCENE --live`: a person moves the hands, on a page of this machine.
+
+use super::{Args, stem};
+use crate::base::error::InputError;
+use crate::cli::retarget::{open_robot, touch_forces};
+use crate::cli::simulate::{format_clearance, format_outcomes};
+use crate::cli::source::{in_scene, is_yaml};
+use crate::cli::{Failure, browser, on_interrupt, output};
+use crate::command;
+use crate::report;
+use crate::robot::simulation::{Performance, simulate};
+use crate::robot::{self, Robot};
+use crate::serve::Server;
+use crate::session::{Log, RulesOptions};
+use crate::stream::atomic_write;
+use crate::teaching::{self, Options, Performed, Punctuality, Shown, Teaching};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Who performs what was taught.
+const ROBOT: &str = "both_hands";
+/// How long the end waits for a recording that is being written, in tenths of a second.
+const LAST_WAIT: usize = 600;
+
+/// Options of `teach --live`.
+#[derive(clap::Args)]
+pub struct LiveArgs {
+    /// Teach by hand: open a page of this machine on which you move the hands (docs/teaching.md)
+    #[arg(long, conflicts_with_all = ["operator", "seed", "seeds", "variation"])]
+    pub live: bool,
+    /// With --live: the port of the page; any that is free when left out
+    #[arg(long, value_name = "PORT")]
+    port: Option<u16>,
+    /// With --live: only print the address, do not open a browser
+    #[arg(long)]
+    no_open: bool,
+    /// With --live: rule files that label what is recorded; the shipped ones when left out
+    #[arg(long = "rules", value_name = "FILE")]
+    rules: Vec<PathBuf>,
+    /// With --live: the address under which a proxy on this machine shows the page to others with TLS, such as https://teach.example.org
+    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
+    behind: Option<String>,
+}
+
+impl LiveArgs {
+    /// Refuses options of `--live` where it is not given: clap does not where an operator conflicts with it.
+    ///
+    /// # Errors
+    /// When there are some.
+    pub fn check(&self) -> Result<(), InputError> {
+        let given = [
+            ("--port", self.port.is_some()),
+            ("--no-open", self.no_open),
+            ("--rules", !self.rules.is_empty()),
+            ("--behind", self.behind.is_some()),
+        ];
+        match given.into_iter().find(|(_, is_given)| *is_given && !self.live) {
+            Some((name, _)) => Err(InputError::new(name, "is an option of --live, which was not given")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The origin of a proxy.
+fn origin(text: &str) -> Result<String, String> {
+    let host = text.strip_prefix("https://").map(|host| host.trim_end_matches('/'));
+    let is_host = |host: &&str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
+    let host = host.filter(is_host).ok_or("expected https:// and a host, such as https://teach.example.org")?;
+    Ok(format!("https://{host}"))
+}
+
+/// Runs `teach --live`.
+pub fn run(args: &Args) -> Result<(), Failure> {
+    let scene = super::open_scene(&args.scene)?;
+    let mut inputs: Vec<PathBuf> = is_yaml(&args.scene).then(|| PathBuf::from(&args.scene)).into_iter().collect();
+    inputs.extend(args.live.rules.clone());
+    let (robot, parts) = open_robot(args.robot.as_deref().unwrap_or(ROBOT))?;
+    inputs.extend(parts);
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.csv", stem(&args.scene))));
+    output::may_record(&out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let rules = args.live.rules.iter().fold(RulesOptions::default(), |options, file| options.file(file));
+    let options = Options {
+        name: scene.name.clone(),
+        scene,
+        out,
+        inputs,
+        rules: rules.clone(),
+        perform: Box::new(move |file, progress| perform(file, &rules, &robot, progress)),
+    };
+    let (teaching, ended) = teaching::begin(options).map_err(|error| in_scene(&args.scene, error))?;
+    let server = Server::new(args.live.port.unwrap_or(0))?.behind(args.live.behind.clone());
+    output::print(&format!("{}\nteach on this page; Ctrl-C ends it\n", server.address()))?;
+    on_interrupt({
+        let teaching = Arc::clone(&teaching);
+        move || {
+            teaching.stop();
+            let punctuality = ended.recv().unwrap_or_default();
+            let waits = (0..LAST_WAIT).take_while(|_| teaching.is_writing());
+            waits.for_each(|_| std::thread::sleep(Duration::from_millis(100)));
+            // Nobody may read it any more.
+            let _ = output::print(&last_words(&teaching, &punctuality));
+            let _nothing_is_written = atomic_write::give_up();
+            std::process::exit(0);
+        }
+    });
+    if !args.live.no_open {
+        browser::open(&server.address());
+    }
+    server.run(&Arc::new(Shown(teaching)));
+    Ok(())
+}
+
+/// What was recorded, and how punctual the servo was.
+fn last_words(teaching: &Teaching, punctuality: &Punctuality) -> String {
+    let mut text = String::new();
+    for file in teaching.files() {
+        text.push_str(&format!("written: {}\n", file.display()));
+    }
+    text.push_str(&format!(
+        "servo: {} steps of 1 ms, {:.2} % within 1 ms of their time; 99.9 % within {:.2} ms, the latest {:.1} ms late\n",
+        punctuality.steps,
+        punctuality.share() * 100.0,
+        punctuality.within_us(0.999) as f64 / 1e3,
+        punctuality.latest_us as f64 / 1e3
+    ));
+    if punctuality.given_up_ms > 0 {
+        text.push_str(&format!("the machine was {} ms behind, which were given up\n", punctuality.given_up_ms));
+    }
+    text
+}
+
+/// Lets the robot perform a recording: as `retarget` and `simulate` do it.
+fn perform(
+    file: &Path,
+    rules: &RulesOptions,
+    robot: &Robot,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Performed, String> {
+    let in_words = |error: &dyn std::fmt::Display| error.to_string();
+    let log = Log::open(file).map_err(|error| in_words(&error))?;
+    let rules = rules.clone().for_log(&log).map_err(|error| in_words(&error))?;
+    let analysis = rules.analyze(&log).map_err(|error| in_words(&error))?;
+    let opened = log.opened().map_err(|error| in_words(&error))?;
+    let trusted = opened.trusted().map_err(|error: InputError| in_words(&error))?;
+    let scene = &opened.recording.scene;
+    let mut commands = command::commands(&trusted, analysis.found(), touch_forces(&rules), &log.name())
+        .map_err(|error| in_words(&error))?;
+    if commands.tasks.is_empty() {
+        return Err("no task was found with an object that fingers touch: there is nothing to perform".into());
+    }
+    robot::map(&mut commands, robot, scene).map_err(|error| in_words(&error))?;
+    let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).find_map(|grasp| grasp.infeasible.as_ref());
+    if let Some(why) = infeasible {
+        return Err(format!("the robot's hand cannot take the grasp: {why}"));
+    }
+    let performed = simulate(&commands, robot, scene, progress).map_err(|error| in_words(&error))?;
+    let Performance { recording, outcomes, nearest, trace } = performed;
+    Ok(Performed {
+        text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref()),
+        done: outcomes.iter().all(|outcome| outcome.done),
+        page: report::robot::page(&commands, &trace, &outcomes),
+        recording,
+    })
+}

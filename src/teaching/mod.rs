@@ -1,0 +1,28 @@
+//! Teaching by hand: a page on this machine in which a person moves hands in the virtual environment, and an interface for haptic devices.
+//!
+//! `servo` steps the world at 1 kHz of real time in a thread of its own, and is the only place of the program that reads a clock. `socket` takes what hands
+//! are asked for and sends what is felt and seen, in the messages of `protocol`; `labels` runs the rules on what is being recorded; `writing` writes recordings
+//! and lets the robot perform them; `routes` has the files of the page.
+//!
+//! Invariants: the servo waits for nobody, and nothing that comes from a socket makes memory grow: a later message replaces an earlier one.
+
+mod begin;
+mod heed;
+mod labels;
+mod options;
+mod protocol;
+mod punctuality;
+mod routes;
+mod servo;
+mod shared;
+mod socket;
+mod takes;
+mod tracks;
+mod writing;
+
+pub use begin::begin;
+pub use options::Options;
+pub use punctuality::Punctuality;
+pub use routes::Shown;
+pub use shared::Teaching;
+pub use takes::Performed;

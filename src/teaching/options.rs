@@ -1,0 +1,23 @@
+//! What `teach --live` is told.
+
+use super::takes::Performed;
+use crate::base::scene::Scene;
+use crate::session::RulesOptions;
+use std::path::{Path, PathBuf};
+
+/// What is taught, and how.
+pub struct Options {
+    /// The scene.
+    pub scene: Scene,
+    /// Its name, to show.
+    pub name: String,
+    /// Where recordings are written: the first one here, the others with a number.
+    pub out: PathBuf,
+    /// Files that are not written over.
+    pub inputs: Vec<PathBuf>,
+    /// The rules that label what is recorded.
+    pub rules: RulesOptions,
+    /// Lets the robot perform a recording; a sentence where it cannot. The part that is done is reported now and then.
+    #[allow(clippy::type_complexity, reason = "it is named nowhere else")]
+    pub perform: Box<dyn Fn(&Path, &mut dyn FnMut(f64)) -> Result<Performed, String> + Send + Sync>,
+}

@@ -1,0 +1,31 @@
+// The WebSocket: the newest state comes in, what hands are asked for goes out. It connects anew when it breaks.
+
+const listeners = {};
+let socket;
+
+/** Calls a function with each message of a type; `gone` and `here` tell of the connection. */
+export function on(type, listener) {
+  (listeners[type] ||= []).push(listener);
+}
+const tell = (type, message) => (listeners[type] || []).forEach((listener) => listener(message));
+
+export function connect() {
+  const address = new URL("live", location.href);
+  address.protocol = address.protocol.replace("http", "ws");
+  address.hash = address.search = "";
+  socket = new WebSocket(address);
+  socket.onopen = () => tell("here");
+  socket.onmessage = (event) => {
+    const message = JSON.parse(event.data);
+    tell(message.type, message);
+  };
+  socket.onclose = () => {
+    tell("gone");
+    setTimeout(connect, 1000);
+  };
+}
+
+/** Sends a message; nothing waits where the connection is slow. */
+export function send(message) {
+  if (socket?.readyState === WebSocket.OPEN && socket.bufferedAmount < 1 << 16) socket.send(JSON.stringify(message));
+}

@@ -1,0 +1,55 @@
+//! How punctual the servo is.
+
+use std::time::Duration;
+
+/// A step is punctual when it is late by less.
+const PUNCTUAL: Duration = Duration::from_millis(1);
+/// Lateness is counted in bins of so many µs, up to the last one.
+const BIN_US: u64 = 10;
+const BINS: usize = 2000;
+
+/// How punctual the servo was.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Punctuality {
+    /// How many steps were made.
+    pub steps: u64,
+    /// How many of them began within 1 ms of their time.
+    pub punctual: u64,
+    /// How much time was given up, ms.
+    pub given_up_ms: u64,
+    /// The latest step, µs.
+    pub latest_us: u64,
+    /// How many steps were late by how many bins.
+    late: Vec<u64>,
+}
+
+impl Punctuality {
+    /// Counts a step that is late by so much.
+    pub(super) fn count(&mut self, late: Duration) {
+        let late_us = u64::try_from(late.as_micros()).unwrap_or(u64::MAX);
+        self.steps += 1;
+        self.punctual += u64::from(late < PUNCTUAL);
+        self.latest_us = self.latest_us.max(late_us);
+        self.late.resize(BINS, 0);
+        let bin = usize::try_from(late_us / BIN_US).unwrap_or(BINS).min(BINS - 1);
+        if let Some(count) = self.late.get_mut(bin) {
+            *count += 1;
+        }
+    }
+
+    /// The share of steps within 1 ms of their time; 1 before the first one.
+    pub fn share(&self) -> f64 {
+        if self.steps == 0 { 1.0 } else { self.punctual as f64 / self.steps as f64 }
+    }
+
+    /// By how much this share of the steps was late at most, µs.
+    pub fn within_us(&self, share: f64) -> u64 {
+        let wanted = (share * self.steps as f64).ceil() as u64;
+        let mut count = 0;
+        let bin = self.late.iter().position(|late| {
+            count += late;
+            count >= wanted
+        });
+        (bin.unwrap_or(0) as u64 + 1) * BIN_US
+    }
+}
