@@ -117,3 +117,34 @@ fn a_gripper_carries_from_when_nothing_bears_the_object() {
     let start = carried["start_s"].as_f64().unwrap();
     assert!((start - 4.02).abs() <= 0.05, "{start}");
 }
+
+/// One finger pushes a box from 3 s to 5 s, rests beside it until 6 s, and leaves: nothing but poses is known.
+#[test]
+fn a_push_is_found_by_poses_alone_and_ends_when_the_object_rests() {
+    let mut text = String::from("t,x,z,bx\n");
+    for row in 0..500_u32 {
+        let t = f64::from(row) / 50.0;
+        let between = |from: f64, to: f64| ((t - from) / (to - from)).clamp(0.0, 1.0);
+        let pushed = 200.0 * between(3.0, 5.0);
+        let (x, z) = (50.0 * between(2.0, 3.0) + pushed, 20.0 + 200.0 * (1.0 - between(0.5, 1.5) + between(6.0, 7.0)));
+        let _ = writeln!(text, "{t:.2},{x:.3},{z:.3},{:.3}", 90.0 + pushed);
+    }
+    let found = analysis(
+        &text,
+        "
+hand_file: hand_vision.rules
+time: t [s]
+channels:
+  right.index.position: ['x [mm]', '= 0 mm', 'z [mm]']
+  box.position: ['bx [mm]', '= 0 mm', '= 20 mm']
+scene:
+  bodies: {box: {role: object, parts: [{box: [60 mm, 60 mm, 40 mm]}]}}
+  hands: {right: {fingers: [index]}}
+",
+    );
+    assert_eq!(names(&found), ["Move", "Approach", "Push", "Release", "Move"]);
+    let push = &found["tracks"][0]["relabeled"][2];
+    let [start, end] = ["start_s", "end_s"].map(|key| push[key].as_f64().unwrap());
+    assert!((start - 3.0).abs() <= 0.15 && (end - 5.0).abs() <= 0.35, "{start} to {end}");
+    assert_eq!(found["tracks"][0]["tasks"][0]["task"], "push");
+}
