@@ -125,8 +125,8 @@ pub use base::hands::Side;
 pub use cli::{main as command_line, run as command_line_of};
 pub use report::Style;
 pub use session::{
-    Analysis, Calibration, Choice, ClosedSegment, Column, Diagnostic, Error, Explanation, Explanations, FrameTable,
-    FrameValues, Labels, Live, LiveEvent, Log, LogOptions, Observability, OnSegment, Position, Question, Rules,
-    RulesOptions, Scene, Score, Segment, Task, Track, TrackObservability, Undetectable, recordings,
+    Analysis, Calibration, Choice, ClosedSegment, Column, Composite, Diagnostic, Error, Explanation, Explanations,
+    FrameTable, FrameValues, Labels, Live, LiveEvent, Log, LogOptions, Observability, OnSegment, Position, Question,
+    Rules, RulesOptions, Scene, Score, Segment, Task, Track, TrackObservability, Undetectable, recordings,
 };
 pub use stream::issue::{Issue, IssueKind};

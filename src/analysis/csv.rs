@@ -1,11 +1,11 @@
-//! The analysis as a table, one row for each raw segment, task and relabeled segment.
+//! The analysis as a table, one row for each raw segment, task, task that is made of tasks, and relabeled segment.
 //!
-//! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
-//! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none), `was` (raw primitives, blanks
+//! Columns (docs/formats.md): `log`, `track`, `kind` (`raw`, `task`, `composite`, `relabeled`), `name`, `object`, `partner`, `start_s`, `end_s`,
+//! `start_row`, `end_row`, `task` (the number of the task in its track, from 1; empty for what is in none; of a `composite` those of its tasks, blanks between), `was` (raw primitives, blanks
 //! between), `by` (rules, `; ` between), `secondary` (blanks between), `open` (`start`, `end`, or both), `zero_stamp_s`, `digest`, `version`; where it was asked for also `confidence`,
 //! `earliest_s`, `latest_s`, `margin`.
 
-use super::json::{Meta, VERSION, open};
+use super::json::{Meta, VERSION, cut_ends, open};
 use super::number::number;
 use super::{Analysis, Confidence, Segment, Subject, Track};
 use crate::base::error::InputError;
@@ -107,6 +107,28 @@ fn rows(track: &Track) -> Vec<Row> {
         ];
         let share = task.confidence.map(number).unwrap_or_default();
         rows.push((row, [share, String::new(), String::new(), String::new()]));
+    }
+    for composite in &track.composites {
+        let numbers: Vec<String> = composite.tasks.clone().map(|at| (at + 1).to_string()).collect();
+        let time_s = (composite.start_s, composite.end_s);
+        let [object, partner, start_s, end_s, start_row, end_row] = span(&Subject::default(), time_s, &composite.rows);
+        let row = [
+            track.who.to_string(),
+            "composite".into(),
+            composite.task.clone(),
+            object,
+            partner,
+            start_s,
+            end_s,
+            start_row,
+            end_row,
+            numbers.join(" "),
+            String::new(),
+            String::new(),
+            String::new(),
+            cut_ends(composite.open_start, composite.open_end).join(" "),
+        ];
+        rows.push((row, Default::default()));
     }
     for relabeled in &track.relabeled {
         let task = track.tasks.iter().position(|task| task.frames.contains(&relabeled.frames.start));

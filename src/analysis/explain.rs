@@ -15,7 +15,7 @@ pub use fact::{Fact, Wait, quantities};
 pub use moment::{Moment, moment};
 pub use reason::{Reason, slots, text};
 pub use rows::{Row, of_channel, of_expr};
-pub use task::{Asked, TaskReason, Tried};
+pub use task::{Asked, PartOf, TaskReason, Tried};
 pub use value::{frame_at, value};
 pub use why_not::{Obstacle, WhyNot};
 

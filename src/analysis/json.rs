@@ -5,19 +5,21 @@
 //!  "log":{"name","path","frames","rows","rate_hz","start_s","duration_s","zero_stamp_s"},"rules":{"files":[],"digest","params":{}},
 //!  "tracks":[{"track","segments":[{"primitive",SPAN}],
 //!             "relabeled":[{"primitive",SPAN,"was":[],"by"}],
-//!             "tasks":[{"task",SPAN,"secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}]}],
+//!             "tasks":[{"task",SPAN,"secondary":[],"segments":[{"primitive",SPAN,"was":[],"by"}]}],
+//!             "composites":[{"task","tasks":[],"parts":[],"start_s","end_s","start_row","end_row"}]}],
 //!  "issues":[{"kind","start_s","end_s","channel","message"}]}
 //! ```
 //!
 //! SPAN is `"object","partner","start_s","end_s","start_row","end_row"`; object and partner are null where there is none.
 //! A track is `left`, `right` or `both`; `segments` is what the trees gave, `relabeled` the same time after relabeling, of which
 //! `tasks[].segments` are parts. `was` is empty and `by` is "" where no rule changed anything; several rules are joined by `; `.
+//! `composites` are the tasks that are made of tasks, where there are any: `parts` are the names of these, `tasks` their numbers in the track, from 1.
 //! A task cut by an end of the recording or a gap has `"complete": false` and `"open": ["start"|"end"]`, others have neither.
 //! With `analyze --confidence`, segments after relabeling have `"confidence","earliest_s","latest_s","margin"` too, and tasks `"confidence"`.
 //! `params` holds the overridden ones; `log.binding` is there when a binding was used.
 
 use super::number::number;
-use super::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, Who};
+use super::{Analysis, CompositeSpan, Confidence, Segment, Subject, TaskSpan, Track, Who};
 use crate::stream::issue::Issue;
 use serde_json::{Map, Value, json};
 use std::ops::Range;
@@ -105,17 +107,40 @@ pub fn printed(document: &Value) -> String {
 
 /// Which ends of a task were cut off: `start`, `end`.
 pub(super) fn open(task: &TaskSpan) -> Vec<&'static str> {
-    let ends = [("start", task.open_start), ("end", task.open_end)];
-    ends.into_iter().filter(|(_, open)| *open).map(|(end, _)| end).collect()
+    cut_ends(task.open_start, task.open_end)
+}
+
+pub(super) fn cut_ends(start: bool, end: bool) -> Vec<&'static str> {
+    [("start", start), ("end", end)].into_iter().filter(|(_, open)| *open).map(|(end, _)| end).collect()
 }
 
 fn track(track: &Track) -> Value {
-    json!({
+    let mut value = json!({
         "track": track.who.to_string(),
         "segments": track.segments.iter().map(|segment| Value::Object(raw(segment))).collect::<Vec<_>>(),
         "relabeled": track.relabeled.iter().map(relabeled).collect::<Vec<_>>(),
         "tasks": track.tasks.iter().map(task).collect::<Vec<_>>(),
-    })
+    });
+    if !track.composites.is_empty() {
+        value["composites"] = track.composites.iter().map(composite).collect();
+    }
+    value
+}
+
+fn composite(found: &CompositeSpan) -> Value {
+    let mut value = Map::new();
+    value.insert("task".into(), json!(found.task));
+    value.insert("tasks".into(), json!(found.tasks.clone().map(|at| at + 1).collect::<Vec<_>>()));
+    value.insert("parts".into(), json!(found.parts));
+    value.insert("start_s".into(), json!(found.start_s));
+    value.insert("end_s".into(), json!(found.end_s));
+    value.insert("start_row".into(), json!(found.rows.start));
+    value.insert("end_row".into(), json!(found.rows.end));
+    if found.open_start || found.open_end {
+        value.insert("complete".into(), json!(false));
+        value.insert("open".into(), json!(cut_ends(found.open_start, found.open_end)));
+    }
+    Value::Object(value)
 }
 
 /// What segments and tasks have in common, behind the key of the name.
@@ -177,6 +202,15 @@ pub fn live_segment(sequence: u64, who: Who, segment: &Segment, is_final: bool) 
 /// A task of a live log, on one line.
 pub fn live_task(sequence: u64, who: Who, span: &TaskSpan, is_final: bool) -> String {
     live("task", sequence, Some(who), is_final, task(span))
+}
+
+/// A task that is made of tasks, of a live log, on one line. Its tasks are not numbered.
+pub fn live_composite(sequence: u64, who: Who, found: &CompositeSpan) -> String {
+    let mut value = composite(found);
+    if let Value::Object(fields) = &mut value {
+        fields.shift_remove("tasks");
+    }
+    live("composite", sequence, Some(who), true, value)
 }
 
 /// An issue of a live log, on one line.

@@ -9,6 +9,7 @@
 //! can be shown as they close; relabeling needs a whole stretch, because its rules look at what comes after.
 
 pub mod audit;
+pub mod composites;
 pub mod confidence;
 pub mod coverage;
 pub mod csv;
@@ -31,6 +32,7 @@ mod stretch;
 mod subject;
 mod tasks;
 
+pub use composites::CompositeSpan;
 pub use confidence::Confidence;
 pub use fixpoint::MAX_ROUNDS;
 pub use measures::{channels, reads_later};
@@ -99,6 +101,8 @@ pub struct Track {
     pub relabeled: Vec<Segment>,
     /// The tasks, in order of time; none for both hands, whose coordination is part of each hand's task.
     pub tasks: Vec<TaskSpan>,
+    /// The tasks that are made of these.
+    pub composites: Vec<CompositeSpan>,
 }
 
 /// A stretch of time with one primitive.
@@ -215,7 +219,10 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
             let segment = |piece: &LabeledSpan| show.segment(Who::Hand(*side), piece, raw, &stretch.frames());
             track.segments.extend(raw.iter().map(segment));
             track.relabeled.extend(relabeled.iter().map(segment));
+            let before = track.tasks.len();
             track.tasks.extend(tasks.iter().map(|task| show.task(*side, task, raw, &stretch.frames())));
+            let new = track.tasks.get(before..).unwrap_or_default();
+            track.composites.extend(composites::of_stretch(rules, new, before));
         }
         let segment = |piece: &LabeledSpan| show.segment(Who::Both, piece, &stretch.raw_both, &stretch.frames());
         both.segments.extend(stretch.raw_both.iter().map(segment));
@@ -232,6 +239,6 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
 
 impl Track {
     fn new(who: Who) -> Self {
-        Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new() }
+        Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new(), composites: Vec::new() }
     }
 }

@@ -119,6 +119,10 @@ codes! {
     TREE_NEEDED = "E412";
     /// files come before each other in a circle
     CIRCULAR_ORDER = "E413";
+    /// a task that is made of tasks stands where one of primitives is needed
+    COMPOSITE = "E414";
+    /// a run of a task has the same task beside it
+    SAME_PARTS = "E415";
 
     /// brackets, signs or operators are nested too deeply
     TOO_DEEP = "E701";

@@ -322,6 +322,10 @@ fn walk_item<'a>(item: &'a Item, meet: &mut dyn FnMut(Met<'a>)) {
             task.keys.iter().for_each(|key| walk_key(key, meet));
             task.before.iter().for_each(|before| meet(Met::Named(Kind::Task, "", before)));
         }
+        ItemKind::Composite(composite) => {
+            declare(Kind::Task, &composite.name, item.span);
+            composite.parts.iter().for_each(|(task, _)| meet(Met::Named(Kind::Task, "", task)));
+        }
         ItemKind::ExtendTask(extension) => {
             meet(Met::Named(Kind::Task, "", &extension.name));
             extension.keys.iter().for_each(|key| walk_key(key, meet));

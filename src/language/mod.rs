@@ -4,6 +4,7 @@
 //! `types`, `tree`, `tasks`, `relabels` and `lints`. Each pass returns what it made and what it found, and goes on after a mistake.
 
 pub mod codes;
+mod composites;
 pub mod format;
 pub mod formula;
 pub mod index;

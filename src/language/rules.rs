@@ -66,6 +66,8 @@ pub struct Rules {
     pub trees: Vec<Tree>,
     /// Tasks by priority: the first that matches names the task.
     pub tasks: Vec<Task>,
+    /// Tasks that are made of tasks, by priority.
+    pub composites: Vec<Composite>,
     /// Relabeling rules in order.
     pub relabels: Vec<Relabel>,
 }
@@ -281,6 +283,26 @@ pub struct Task {
     pub joined: bool,
     /// Where it is declared.
     pub span: Span,
+}
+
+/// A task that is made of tasks of one hand, one after the other.
+#[derive(Clone, Debug)]
+pub struct Composite {
+    /// The name.
+    pub name: String,
+    /// The tasks, in order; at least one.
+    pub parts: Vec<Part>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A task within a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// The task.
+    pub task: TaskId,
+    /// Whether it may come several times in a row.
+    pub many: bool,
 }
 
 /// A key primitive of a task with what it must have reached.

@@ -125,8 +125,10 @@ pub enum ItemKind {
     Tree(Tree),
     /// `extend tree.branch … { … }`
     Extend(Extend),
-    /// `task name = …`
+    /// `task name = A .. B with …`
     Task(Task),
+    /// `task name = task, task`
+    Composite(Composite),
     /// `extend task name with …`
     ExtendTask(ExtendTask),
     /// `relabel { … }`
@@ -319,6 +321,15 @@ pub struct Task {
     pub joined: bool,
     /// The task that it comes before.
     pub before: Option<Name>,
+}
+
+/// A task that is made of tasks.
+#[derive(Clone, Debug)]
+pub struct Composite {
+    /// Its name.
+    pub name: Name,
+    /// The tasks in their order, each with whether it may come several times in a row.
+    pub parts: Vec<(Name, bool)>,
 }
 
 /// `extend task name with …`

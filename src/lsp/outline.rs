@@ -61,6 +61,7 @@ impl Outline<'_> {
                 one(&name, "", SymbolKind::Class, extend.place.span, self.choices(&extend.choices))
             }
             ItemKind::Task(task) => one(&task.name.text, "task", SymbolKind::Event, task.name.span, Vec::new()),
+            ItemKind::Composite(task) => one(&task.name.text, "task", SymbolKind::Event, task.name.span, Vec::new()),
             ItemKind::ExtendTask(task) => {
                 one(&format!("extend task {}", task.name.text), "", SymbolKind::Event, task.name.span, Vec::new())
             }

@@ -1,7 +1,7 @@
 //! Explanations for terminals.
 
 use crate::analysis::Subject;
-use crate::analysis::explain::{Became, Explanation, Obstacle, Reason, Step, TaskReason, WhyNot};
+use crate::analysis::explain::{Became, Explanation, Obstacle, PartOf, Reason, Step, TaskReason, WhyNot};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -145,6 +145,10 @@ fn write_became(text: &mut String, word: &str, became: &Became) {
 fn write_task(text: &mut String, task: &TaskReason) {
     let subject = suffix(&task.object, &task.partner);
     let _ = writeln!(text, "  task: {}{subject} {:.3} – {:.3} s", task.task, task.start_s, task.end_s);
+    if let Some(PartOf { task, part, parts, start_s, end_s }) = &task.part_of {
+        let (of, parts) = (parts.len(), parts.join(", "));
+        let _ = writeln!(text, "    part {part} of {of} of {task} {start_s:.3} – {end_s:.3} s: {parts}");
+    }
     for tried in &task.tried {
         let taken = if tried.matches { "yes" } else { "no " };
         let asked = tried.asked.iter().map(|asked| format!("{} ({})", asked.what, asked.found));

@@ -1,9 +1,9 @@
 //! The figure of one track: lanes above, signals below, boundaries through all of them.
 
 use super::palette::{self, Color};
-use super::remarks;
 use super::signals::{Panel, Signals, of_both};
 use super::svg::{BAR, Bar, LEFT, TimeAxis, ValueAxis, WIDTH, curve, escape, length};
+use super::{parts, remarks};
 use crate::analysis::number::decimals;
 use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
 use crate::stream::frames::Frames;
@@ -127,6 +127,18 @@ impl Drawing<'_> {
             .collect();
         if !bars.is_empty() {
             self.lane("tasks", &bars);
+        }
+        let bars: Vec<Bar> = (track.composites.iter().zip(palette::TASKS.into_iter().cycle().skip(1)))
+            .map(|(found, color)| Bar {
+                x: self.time.x(found.start_s)..self.time.x(found.end_s),
+                name: &found.task,
+                color,
+                title: format!("{}, {}", found.task, parts(found)),
+                open: (found.open_start, found.open_end),
+            })
+            .collect();
+        if !bars.is_empty() {
+            self.lane("composite", &bars);
         }
     }
 

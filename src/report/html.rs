@@ -5,11 +5,11 @@
 
 use super::figure::figure;
 use super::svg::{escape, scrolled};
-use super::{page, palette, remarks};
+use super::{page, palette, parts, remarks};
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
-use crate::analysis::{Analysis, Confidence, Segment, Subject, Track, Who};
+use crate::analysis::{Analysis, CompositeSpan, Confidence, Segment, Subject, Track, Who};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::stream::frames::Frames;
@@ -80,6 +80,7 @@ fn tasks(analysis: &Analysis) -> String {
                 escape(&remarks(task))
             )
         })
+        .chain(analysis.tracks.iter().flat_map(|track| track.composites.iter().map(move |it| composite(track, it))))
         .collect();
     let sure = share_title(analysis.tracks.iter().flat_map(|track| &track.tasks).any(|task| task.confidence.is_some()));
     if rows.is_empty() {
@@ -89,6 +90,19 @@ fn tasks(analysis: &Analysis) -> String {
         "<h2>Tasks</h2>\n{}<table>\n<tr><th>task</th><th>hand</th><th>object</th><th>partner</th><th>start s</th><th>end s</th><th>segments</th>{sure}<th></th></tr>\n{}</table></div>\n",
         scrolled("Tasks"),
         rows.concat()
+    )
+}
+
+/// The row of a task that is made of tasks.
+fn composite(track: &Track, found: &CompositeSpan) -> String {
+    let names = escape(&found.parts.join(", "));
+    let (sure, cut) = (track.tasks.iter().any(|task| task.confidence.is_some()), escape(&parts(found)));
+    format!(
+        "<tr><td><strong>{}</strong></td><td>{}</td><td></td><td></td>{}<td>{names}</td>{}<td>{cut}</td></tr>\n",
+        escape(&found.task),
+        track.who,
+        time_cells(found.start_s, found.end_s),
+        if sure { "<td></td>" } else { "" },
     )
 }
 

@@ -23,7 +23,7 @@ pub use html::html;
 pub use signals::{CHANNELS, channels};
 pub use text::{Style, text};
 
-use crate::analysis::TaskSpan;
+use crate::analysis::{CompositeSpan, TaskSpan};
 
 /// A step of 1, 2 or 5 times a power of ten, at least as long as asked; 1 when asked for what is not a positive number.
 fn round_step(at_least: f64) -> f64 {
@@ -32,6 +32,17 @@ fn round_step(at_least: f64) -> f64 {
     }
     let power = 10.0_f64.powf(at_least.log10().floor());
     [1.0, 2.0, 5.0].into_iter().map(|factor| factor * power).find(|step| *step >= at_least).unwrap_or(10.0 * power)
+}
+
+/// What is to be said of a task that is made of tasks beside its name and time.
+pub(crate) fn parts(composite: &CompositeSpan) -> String {
+    let cut = match (composite.open_start, composite.open_end) {
+        (true, true) => "; cut off at both ends",
+        (true, false) => "; cut off at the start",
+        (false, true) => "; cut off at the end",
+        (false, false) => "",
+    };
+    format!("made of {}{cut}", composite.parts.join(", "))
 }
 
 /// What is to be said of a task beside its name and time.

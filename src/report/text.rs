@@ -5,7 +5,7 @@
 //! and bars; without Unicode everything is ASCII. No line of the timeline is longer than the width.
 
 use super::palette::{self, Color, INK};
-use super::{remarks, round_step};
+use super::{parts, remarks, round_step};
 use crate::analysis::json::{Meta, VERSION};
 use crate::analysis::number::{decimals, number};
 use crate::analysis::{Analysis, Confidence, Segment, Subject, TaskSpan, Track, Who};
@@ -85,7 +85,8 @@ fn names(analysis: &Analysis) -> usize {
         let all = track.relabeled.iter().filter(|_| track.tasks.is_empty());
         let segments = all.chain(track.tasks.iter().flat_map(|task| &task.segments));
         let tasks = track.tasks.iter().map(|task| width(&task.task, &task.subject).saturating_sub(SWATCH));
-        segments.map(|segment| width(&segment.primitive, &segment.subject)).chain(tasks)
+        let composites = track.composites.iter().map(|it| it.task.chars().count().saturating_sub(SWATCH));
+        segments.map(|segment| width(&segment.primitive, &segment.subject)).chain(tasks).chain(composites)
     });
     listed.fold(NAME, usize::max)
 }
@@ -120,6 +121,12 @@ impl Page<'_> {
                 .map(|(task, color)| Bar { start_s: task.start_s, end_s: task.end_s, name: &task.task, color })
                 .collect();
             lines.push(format!("{:GUTTER$}{}", "tasks", self.lane(&tasks)));
+        }
+        if !track.composites.is_empty() {
+            let bars: Vec<Bar> = (track.composites.iter().zip(palette::TASKS.into_iter().cycle().skip(1)))
+                .map(|(it, color)| Bar { start_s: it.start_s, end_s: it.end_s, name: &it.task, color })
+                .collect();
+            lines.push(format!("{:GUTTER$}{}", "composite", self.lane(&bars)));
         }
         lines
     }
@@ -220,6 +227,11 @@ impl Page<'_> {
 
     fn list(&self, track: &Track) -> Vec<String> {
         let mut lines = vec![self.bold(&track.who.to_string())];
+        for composite in &track.composites {
+            let name = self.bold(&format!("{:1$}", composite.task, self.names + SWATCH));
+            let times = self.times(composite.start_s, composite.end_s);
+            lines.push(format!("  {name}{times}   {}", parts(composite)));
+        }
         for task in &track.tasks {
             lines.extend(self.task(task));
         }

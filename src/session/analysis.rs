@@ -11,7 +11,9 @@ use super::score::{Labels, Score};
 use super::streaming;
 use super::table::FrameTable;
 use crate::analysis::json::Meta;
-use crate::analysis::{self, Analysis as Found, Confidence, Segment as Stretch, TaskSpan, Track as Lane, Who, explain};
+use crate::analysis::{
+    self, Analysis as Found, CompositeSpan, Confidence, Segment as Stretch, TaskSpan, Track as Lane, Who, explain,
+};
 use crate::base::error::ErrorKind;
 #[cfg(feature = "cli")]
 use crate::base::meaning::Meaning;
@@ -273,6 +275,12 @@ impl<'a> Track<'a> {
         self.inner.tasks.iter().map(move |span| Task { who, span })
     }
 
+    /// The tasks that are made of tasks, in order of time.
+    pub fn composites(self) -> impl Iterator<Item = Composite<'a>> {
+        let who = self.who();
+        self.inner.composites.iter().map(move |span| Composite { who, span })
+    }
+
     /// The segments after relabeling, in order of time. Those of a hand leave out no frame, except in gaps of the log.
     pub fn segments(self) -> impl Iterator<Item = Segment<'a>> {
         let who = self.who();
@@ -283,6 +291,49 @@ impl<'a> Track<'a> {
     pub fn raw_segments(self) -> impl Iterator<Item = Segment<'a>> {
         let who = self.who();
         self.inner.segments.iter().map(move |inner| Segment { who, inner })
+    }
+}
+
+/// A task that is made of tasks: some tasks of a hand, one after the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Composite<'a> {
+    who: Who,
+    span: &'a CompositeSpan,
+}
+
+impl<'a> Composite<'a> {
+    pub(crate) const fn of(who: Who, span: &'a CompositeSpan) -> Self {
+        Self { who, span }
+    }
+
+    /// Its name in the rules.
+    pub fn name(self) -> &'a str {
+        &self.span.task
+    }
+
+    /// Whose it is.
+    pub fn track(self) -> Who {
+        self.who
+    }
+
+    /// The names of its tasks, in order of time; `unknown` ones between them are among them.
+    pub fn parts(self) -> &'a [String] {
+        &self.span.parts
+    }
+
+    /// Its tasks, by their positions in [`Track::tasks`].
+    pub fn tasks(self) -> Range<usize> {
+        self.span.tasks.clone()
+    }
+
+    /// When it starts, s.
+    pub fn start_s(self) -> f64 {
+        self.span.start_s
+    }
+
+    /// When it ends, s.
+    pub fn end_s(self) -> f64 {
+        self.span.end_s
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) mod signals;
 mod streaming;
 mod table;
 
-pub use analysis::{Analysis, Segment, Task, Track};
+pub use analysis::{Analysis, Composite, Segment, Task, Track};
 pub use error::{Diagnostic, Error, Position};
 pub use explain::{Choice, Explanation, Explanations, Question};
 pub use files::paths as recordings;

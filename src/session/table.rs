@@ -106,7 +106,7 @@ impl FrameTable {
 
 /// The columns of texts of a track.
 fn labels(table: &mut Recording, track: &Track, frames: usize) {
-    let Track { who, segments: raw, relabeled: segments, tasks } = track;
+    let Track { who, segments: raw, relabeled: segments, tasks, .. } = track;
     let mut add = |name: &str, spans: &[(&Range<usize>, Option<&String>)]| {
         let mut texts = vec![String::new(); frames];
         for (span, text) in spans.iter().filter_map(|(span, text)| Some((*span, (*text)?))) {

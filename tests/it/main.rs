@@ -20,6 +20,8 @@ mod cli;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod command;
 #[cfg(all(feature = "world", feature = "cli"))]
+mod composites;
+#[cfg(all(feature = "world", feature = "cli"))]
 mod confidence;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod diagram;

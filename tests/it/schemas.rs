@@ -62,12 +62,17 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     run(&["retarget", "two.csv", "--robot", "both_hands", "-o", "mapped.json"]);
     std::fs::write(folder.path().join("wrong.rules"), "param a = 1 m\nparam a = 2 q\nsignal b = c\n").unwrap();
 
+    let tour = "use \"contact.rules\"\ntask tour = push_and_trace+\n";
+    std::fs::write(folder.path().join("tour.rules"), tour).unwrap();
+
     let mut documents = vec![
         run(&["analyze", "two.csv", "--format", "json"]),
         run(&["analyze", "cut.csv", "--format", "json"]),
         run(&["analyze", "cut.csv", "--confidence", "--format", "json"]),
         run(&["explain", "one.csv", "--at", "2s..6s", "--why-not", "Follow", "--format", "json"]),
         run(&["explain", "two.csv", "--at", "6s..8s", "--format", "json"]),
+        run(&["analyze", "cut.csv", "--rules", "tour.rules", "--format", "json"]),
+        run(&["explain", "one.csv", "--rules", "tour.rules", "--at", "5s", "--format", "json"]),
         run(&["inspect", "two.csv", "--format", "json"]),
         run(&["score", "one.csv", "two.csv", "--format", "json"]),
         run(&["fit", "one.csv", "cut.csv", "--params", "press_on", "--anyway", "--format", "json"]),
@@ -85,7 +90,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     run(&["analyze", "two.csv", "--trace", "trace.json", "--signals", "near,squeeze"]);
     documents.push(std::fs::read_to_string(folder.path().join("trace.json")).unwrap());
     documents.push(run(&["audit", "cut.csv", "one.csv", "two.csv", "--format", "json"]));
-    let live = run(&["live", "cut.csv", "--format", "json"]);
+    let live = run(&["live", "cut.csv", "--rules", "tour.rules", "--format", "json"]);
+    assert!(live.contains("\"event\": \"composite\""), "{live}");
     documents.extend(live.lines().map(str::to_string));
     let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";
     let binding = "demos/robosuite/baxter_peg_in_hole.binding.yaml";

@@ -25,8 +25,26 @@ pub struct TaskReason {
     pub start_s: f64,
     /// When it ends, s.
     pub end_s: f64,
+    /// The task of tasks that it is a part of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub part_of: Option<PartOf>,
     /// The tasks by priority, down to the one that names it and those that match besides.
     pub tried: Vec<Tried>,
+}
+
+/// Where a task stands in one that is made of tasks.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PartOf {
+    /// The name of that task.
+    pub task: String,
+    /// Which of its tasks it is, from 1.
+    pub part: usize,
+    /// The names of its tasks, in order.
+    pub parts: Vec<String>,
+    /// When that task starts, s.
+    pub start_s: f64,
+    /// When it ends, s.
+    pub end_s: f64,
 }
 
 /// A task of the rules, held against the span.
@@ -72,8 +90,20 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
     let start = pieces.first().map_or(0, |piece| piece.frames.start);
     let end = pieces.last().map_or(0, |piece| piece.frames.end);
     let name = named.task.and_then(|id| rules.tasks.get(id.index())).map_or(UNKNOWN, |task| task.name.as_str());
-    let spans = analysis.track(Who::Hand(side)).map_or(&[][..], |track| &track.tasks);
-    let span = spans.iter().find(|span| span.frames.contains(&frame));
+    let track = analysis.track(Who::Hand(side));
+    let spans = track.map_or(&[][..], |track| &track.tasks);
+    let at = spans.iter().position(|span| span.frames.contains(&frame));
+    let span = at.and_then(|at| spans.get(at));
+    let part_of = at.zip(track).and_then(|(at, track)| {
+        let found = track.composites.iter().find(|found| found.tasks.contains(&at))?;
+        Some(PartOf {
+            task: found.task.clone(),
+            part: at + 1 - found.tasks.start,
+            parts: found.parts.clone(),
+            start_s: found.start_s,
+            end_s: found.end_s,
+        })
+    });
     let Subject { object, partner } = span.map(|span| span.subject.clone()).unwrap_or_default();
     Some(TaskReason {
         task: name.to_string(),
@@ -81,6 +111,7 @@ pub(super) fn of(analyzed: &Analyzed, leaves: &Leaves, side: Side, frame: usize)
         partner,
         start_s: frames.time.get(start).copied().unwrap_or_default(),
         end_s: end.checked_sub(1).map_or(0.0, |last| frames.end_of(last)),
+        part_of,
         tried: tried.collect(),
     })
 }

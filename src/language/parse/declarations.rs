@@ -27,7 +27,7 @@ impl Builder<'_, '_, '_> {
                 let primitives = declared.map(|declared| self.primitive(declared));
                 primitives.collect::<Option<_>>().map(ItemKind::Primitives)
             }
-            Rule::task => self.task(pair).map(ItemKind::Task),
+            Rule::task => self.task_item(pair),
             Rule::extend_task => self.extend_task(pair).map(ItemKind::ExtendTask),
             _ => None,
         }

@@ -203,11 +203,12 @@ fn meant(rule: Rule, head: &str, before: &str, place: &str) -> Option<Expected> 
         | Rule::rewrite
         | Rule::relabel => Expected::Primitive,
         Rule::unit | Rule::unknown_unit => Expected::Unit,
+        Rule::parts | Rule::part => Expected::Task,
         Rule::anchor_name => Expected::Choice(place.to_string()),
         Rule::name => match (before, head) {
             ("[", _) => Expected::Finger,
             (".", _) => Expected::Component,
-            ("before", "task") | ("task", "extend") | ("relabel", _) => Expected::Task,
+            ("before" | "=" | ",", "task") | ("task", "extend") | ("relabel", _) => Expected::Task,
             _ => return None,
         },
         _ => return None,

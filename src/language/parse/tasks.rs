@@ -6,12 +6,24 @@ use super::grammar::Rule;
 use crate::base::diagnostic::Diagnostic;
 use crate::language::codes;
 use crate::language::rules::Repeat;
-use crate::language::syntax::{Demand, ExtendTask, Key, Labels, Name, Relabel, RelabelKind, Task};
+use crate::language::syntax::{Composite, Demand, ExtendTask, ItemKind, Key, Labels, Name, Relabel, RelabelKind, Task};
 use std::ops::Range;
 
 impl Builder<'_, '_, '_> {
-    /// `task name = A .. B with K`
-    pub fn task(&mut self, pair: P<'_>) -> Option<Task> {
+    /// `task name = A .. B with K`, `task name = task, task`
+    pub fn task_item(&mut self, pair: P<'_>) -> Option<ItemKind> {
+        let Some(parts) = pair.clone().into_inner().find(|part| part.as_rule() == Rule::parts) else {
+            return self.task(pair).map(ItemKind::Task);
+        };
+        let part = |part: P<'_>| {
+            let many = part.clone().into_inner().any(|sign| sign.as_rule() == Rule::plus);
+            Some((self.word(part)?, many))
+        };
+        let parts = parts.into_inner().filter(|part| part.as_rule() == Rule::part).map(part).collect::<Option<_>>()?;
+        Some(ItemKind::Composite(Composite { name: self.word(pair)?, parts }))
+    }
+
+    fn task(&mut self, pair: P<'_>) -> Option<Task> {
         let mut name = None;
         let mut ends = Vec::new();
         let (mut keys, mut all_keys) = (Vec::new(), false);

@@ -139,6 +139,8 @@ const fn described(rule: Rule) -> &'static str {
         Rule::tree_head => "`tree`",
         Rule::use_file => "`use`",
         Rule::before_file => "`before`",
+        Rule::parts | Rule::part => "a task",
+        Rule::each_side => "a primitive with `(side)`",
         Rule::with_keys => "`with`",
         Rule::without_keys => "`without`",
         Rule::kind_of => "`is`",

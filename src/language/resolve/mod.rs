@@ -49,6 +49,7 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
         signal_picks: Vec::new(),
         exact_signals: BTreeSet::new(),
         kinds: BTreeMap::new(),
+        composites: BTreeMap::new(),
         file_order: BTreeSet::new(),
         named: input.named.clone(),
     };
@@ -63,7 +64,9 @@ pub fn resolve(input: &Input<'_>) -> (Rules, Vec<Diagnostic>) {
     resolver.latches(&declared);
     resolver.file_orders(&declared.orders);
     resolver.trees(&declared.trees, &declared.extends);
+    resolver.composite_names(&declared.composites);
     resolver.tasks(&declared.tasks, &declared.task_extensions);
+    resolver.composites(&declared.composites);
     resolver.relabels(&declared.relabels);
     resolver.keep_channels_for_analysis();
     if input.sound {
@@ -88,6 +91,8 @@ pub struct Resolver {
     pub exact_signals: BTreeSet<SignalId>,
     /// The kinds of each primitive that has any, directly.
     pub kinds: BTreeMap<PrimitiveId, Vec<PrimitiveId>>,
+    /// The tasks that are made of tasks, with their places.
+    pub composites: BTreeMap<String, Span>,
     /// Pairs of files: the extensions of the first come before those of the second.
     pub file_order: BTreeSet<(u32, u32)>,
     /// The files that were named, not used.
@@ -104,6 +109,13 @@ impl Resolver {
     pub fn unknown(&mut self, kind: &str, word: &str, place: Span, known: impl FnOnce(&Self) -> Vec<String>) {
         let head = word.split('.').find(|part| *part != "left" && *part != "right").unwrap_or(word);
         if self.names.incomplete || self.names.broken.contains(word) || self.names.broken.contains(head) {
+            return;
+        }
+        if let Some(declared) = self.composites.get(word).filter(|_| kind == "task") {
+            let finding = Diagnostic::error(codes::COMPOSITE, format!("`{word}` is made of tasks"))
+                .at(place, "a task of primitives belongs here")
+                .at(*declared, "declared here");
+            self.report(finding.help("name one of its tasks"));
             return;
         }
         let finding = Diagnostic::error(codes::UNKNOWN_NAME, format!("there is no {kind} `{word}`"))

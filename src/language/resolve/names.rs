@@ -24,6 +24,7 @@ pub struct Declared<'a> {
     pub trees: Vec<&'a syntax::Tree>,
     pub extends: Vec<&'a syntax::Extend>,
     pub tasks: Vec<(&'a syntax::Task, Span)>,
+    pub composites: Vec<(&'a syntax::Composite, Span)>,
     pub task_extensions: Vec<&'a syntax::ExtendTask>,
     pub relabels: Vec<&'a syntax::RelabelBlock>,
     /// Files whose extensions come before those of others.
@@ -54,6 +55,7 @@ impl<'a> Declared<'a> {
             ItemKind::Tree(tree) => self.trees.push(tree),
             ItemKind::Extend(extend) => self.extends.push(extend),
             ItemKind::Task(task) => self.tasks.push((task, item.span)),
+            ItemKind::Composite(composite) => self.composites.push((composite, item.span)),
             ItemKind::ExtendTask(extension) => self.task_extensions.push(extension),
             ItemKind::Relabel(block) => self.relabels.push(block),
         }

@@ -11,7 +11,7 @@ mod quantities;
 mod replay;
 
 use super::palette::{self, TASKS};
-use super::remarks;
+use super::{parts, remarks};
 use crate::analysis::explain::Analyzed;
 use crate::analysis::json::Meta;
 use crate::analysis::{Analysis, Segment, Track};
@@ -133,11 +133,23 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
             "tried": tried,
         })
     });
+    let composites = track.composites.iter().zip(TASKS.iter().cycle().skip(1)).map(|(found, color)| {
+        json!({
+            "task": found.task,
+            "first": found.tasks.start,
+            "start": rounded(found.start_s),
+            "end": rounded(found.end_s),
+            "open": [found.open_start, found.open_end],
+            "remarks": parts(found),
+            "color": color.hex(),
+        })
+    });
     json!({
         "who": track.who.to_string(),
         "raw": track.segments.iter().map(segment).collect::<Vec<_>>(),
         "relabeled": track.relabeled.iter().map(segment).collect::<Vec<_>>(),
         "tasks": tasks.collect::<Vec<_>>(),
+        "composites": composites.collect::<Vec<_>>(),
         "changes": changes,
     })
 }

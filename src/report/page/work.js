@@ -87,7 +87,7 @@ function fitting(name, room) {
 
 // ---- lanes
 
-const LANES = ["raw", "relabeled", "tasks"];
+const LANES = ["raw", "relabeled", "tasks", "composites"];
 
 function drawLanes() {
   const width = plotWidth(lanes), scaleTicks = ticks(state.from, state.to, Math.max(3, width / 90));
@@ -108,11 +108,11 @@ function drawLanes() {
   data.tracks.forEach((track, number) => {
     y += 4;
     for (const lane of LANES) {
-      const items = track[lane];
-      if (!items.length && lane === "tasks") continue;
-      const label = lane === "raw" ? `<tspan class="who">${escaped(track.who)}</tspan> ${lane}` : lane;
+      const items = track[lane] ?? [];
+      if (!items.length && (lane === "tasks" || lane === "composites")) continue;
+      const label = lane === "raw" ? `<tspan class="who">${escaped(track.who)}</tspan> ${lane}` : lane === "composites" ? "composite" : lane;
       labels += `<text class="name" x="${GUTTER - 8}" y="${y + 14}">${label}</text>`;
-      items.forEach((item, at) => { inside += lane === "tasks" ? task(item, number, at, y) : segment(track, lane, item, number, at, y); });
+      items.forEach((item, at) => { inside += lane === "tasks" ? task(item, number, at, y) : lane === "composites" ? composite(item, number, y) : segment(track, lane, item, number, at, y); });
       rows.push({ y, number, lane });
       y += BAR + GAP;
     }
@@ -148,9 +148,17 @@ function drawLanes() {
     return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${at}`, is("task", number, "tasks", at) ? " picked" : "", title);
   }
 
+  // A task that is made of tasks: its first one is picked.
+  function composite(one, number, top) {
+    if (!seen(one.start, one.end)) return "";
+    const name = `${one.open[0] ? "… " : ""}${one.task}${one.open[1] ? " …" : ""}`;
+    const title = `${one.task}\n${seconds(one.start)} – ${seconds(one.end)}\n${one.remarks}`;
+    return bar(one.start, one.end, top, one.color, name, `task ${number} tasks ${one.first}`, "", title);
+  }
+
   // Boundaries lie over the bars, as wide as fits between them, so that each can be hit.
   for (const { y: top, number, lane } of rows) {
-    if (lane === "tasks") continue;
+    if (lane === "tasks" || lane === "composites") continue;
     const items = data.tracks[number][lane];
     items.forEach(([name, start, , , , , sure], at) => {
       if (at === 0 && start <= data.start + 1e-9 || start < state.from || start > state.to) return;

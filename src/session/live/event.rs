@@ -1,8 +1,8 @@
 //! What a live log reports.
 
 use crate::analysis::json;
-use crate::analysis::{Segment as Stretch, TaskSpan, Who};
-use crate::session::{Segment, Task};
+use crate::analysis::{CompositeSpan, Segment as Stretch, TaskSpan, Who};
+use crate::session::{Composite, Segment, Task};
 use crate::stream::issue::Issue;
 use std::fmt;
 
@@ -14,6 +14,7 @@ const NANOS: i64 = 1_000_000_000;
 /// - `label`: the primitive of a track at the newest frame, if the log ended there.
 /// - `segment`: a segment that has closed, as the trees returned it; `is_final`: after relabeling, as in the analysis of the whole log.
 /// - `task`: a task that has closed; `is_final`: as in the analysis of the whole log.
+/// - `composite`: a task that is made of tasks, as in the analysis of the whole log.
 /// - `issue`: what is wrong with the log.
 /// - `clock`: from when on times count, of a log whose messages have the time of day.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +28,7 @@ pub enum Inner {
     Label { who: Who, primitive: Option<String>, time_s: f64 },
     Segment { who: Who, segment: Stretch, is_final: bool },
     Task { who: Who, task: TaskSpan, is_final: bool },
+    Composite { who: Who, found: CompositeSpan },
     Issue(Issue),
     Clock { origin_ns: i64 },
 }
@@ -41,12 +43,13 @@ impl LiveEvent {
         self.sequence
     }
 
-    /// What it is about: `label`, `segment`, `task`, `issue`, `clock`.
+    /// What it is about: `label`, `segment`, `task`, `composite`, `issue`, `clock`.
     pub const fn name(&self) -> &'static str {
         match &self.inner {
             Inner::Label { .. } => "label",
             Inner::Segment { .. } => "segment",
             Inner::Task { .. } => "task",
+            Inner::Composite { .. } => "composite",
             Inner::Issue(_) => "issue",
             Inner::Clock { .. } => "clock",
         }
@@ -57,7 +60,7 @@ impl LiveEvent {
         match &self.inner {
             Inner::Label { .. } => false,
             Inner::Segment { is_final, .. } | Inner::Task { is_final, .. } => *is_final,
-            Inner::Issue(_) | Inner::Clock { .. } => true,
+            Inner::Composite { .. } | Inner::Issue(_) | Inner::Clock { .. } => true,
         }
     }
 
@@ -85,6 +88,14 @@ impl LiveEvent {
         }
     }
 
+    /// The task that is made of tasks. Its frames, rows and the numbers of its tasks are not counted.
+    pub fn composite(&self) -> Option<Composite<'_>> {
+        match &self.inner {
+            Inner::Composite { who, found } => Some(Composite::of(*who, found)),
+            _ => None,
+        }
+    }
+
     /// The issue.
     pub const fn issue(&self) -> Option<&Issue> {
         match &self.inner {
@@ -108,6 +119,7 @@ impl LiveEvent {
             Inner::Label { who, primitive, time_s } => json::live_label(sequence, *who, primitive.as_deref(), *time_s),
             Inner::Segment { who, segment, .. } => json::live_segment(sequence, *who, segment, is_final),
             Inner::Task { who, task, .. } => json::live_task(sequence, *who, task, is_final),
+            Inner::Composite { who, found } => json::live_composite(sequence, *who, found),
             Inner::Issue(issue) => json::live_issue(sequence, issue),
             Inner::Clock { origin_ns } => json::live_clock(sequence, *origin_ns),
         }
@@ -123,6 +135,14 @@ impl fmt::Display for LiveEvent {
             }
             Inner::Segment { who, segment, .. } => write!(f, "{}", Segment::of(*who, segment)),
             Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),
+            Inner::Composite { who, found } => write!(
+                f,
+                "{who} {}, {:.3} – {:.3} s, {}",
+                found.task,
+                found.start_s,
+                found.end_s,
+                crate::report::parts(found)
+            ),
             Inner::Issue(Issue { kind, channel, message, .. }) if channel.is_empty() => write!(f, "{kind}: {message}"),
             Inner::Issue(Issue { kind, channel, message, .. }) => write!(f, "{kind} {channel}: {message}"),
             Inner::Clock { origin_ns } => {

@@ -5,6 +5,7 @@
 
 use super::event::Inner;
 use super::history::History;
+use crate::analysis::composites::Composites;
 use crate::analysis::{Analysis, Segment, TaskSpan, Track, Who};
 use crate::base::hands::Side;
 use crate::language::rules::{Label, Labels, RelabelKind, Rules};
@@ -23,6 +24,9 @@ pub struct Rest {
     /// `None` where tasks begin or end with different primitives, or rules rewrite the first one.
     ends: Option<Ends>,
     tracks: BTreeMap<Who, Reported>,
+    /// The tasks of a hand from which tasks may be made that go on.
+    composites: BTreeMap<Who, Composites>,
+    made_of: Composites,
 }
 
 /// What was reported of a track, up to which frame of the log.
@@ -38,12 +42,14 @@ struct Reported {
 impl Rest {
     /// What rules rest in.
     pub fn new(rules: &Rules) -> Self {
-        Self { ends: Ends::of(rules), tracks: BTreeMap::new() }
+        let made_of = Composites::new(rules);
+        Self { ends: Ends::of(rules), tracks: BTreeMap::new(), composites: BTreeMap::new(), made_of }
     }
 
     /// A new stretch begins.
     pub fn restart(&mut self) {
         self.tracks.clear();
+        self.composites.clear();
     }
 
     /// What is new in the analysis of a history, which is cut where nothing before is needed any more. With `ends` no frame follows.
@@ -76,6 +82,12 @@ impl Rest {
         for track in &found.tracks {
             let until = rests.get(&track.who).copied().unwrap_or(resting.start);
             self.finals(track, first, until, &mut news);
+            if ends && let Some(composites) = self.composites.get_mut(&track.who) {
+                let end = first + len;
+                news.extend(
+                    composites.finish().into_iter().map(|found| (end, Inner::Composite { who: track.who, found })),
+                );
+            }
         }
         if let Some(cut) = self.cut_in(&resting, found, history) {
             for track in &found.tracks {
@@ -117,7 +129,11 @@ impl Rest {
         }
         for task in track.tasks.iter().filter(|task| is_new(&task.frames)) {
             let task = reported.whole_task(task);
-            news.push((first + task.frames.end, Inner::Task { who: track.who, task, is_final: true }));
+            let end = first + task.frames.end;
+            let composites = self.composites.entry(track.who).or_insert_with(|| self.made_of.clone());
+            let found = composites.push(&task);
+            news.push((end, Inner::Task { who: track.who, task, is_final: true }));
+            news.extend(found.into_iter().map(|found| (end, Inner::Composite { who: track.who, found })));
         }
         reported.last = reported.last.max(first + until);
     }

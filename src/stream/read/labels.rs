@@ -34,6 +34,8 @@ const NAME: [&str; 4] = ["label", "primitive", "surgeme", "name"];
 const LOG: &str = "log";
 /// The kind of rows that label nothing: segments before relabeling.
 const RAW: &str = "raw";
+/// The kind of rows of tasks that are made of tasks, which are listed themselves.
+const COMPOSITE: &str = "composite";
 /// Columns in seconds.
 const SECONDS: [&str; 2] = ["start_s", "end_s"];
 /// Columns in rows of the log, the first row being 0 and the end not included.
@@ -218,7 +220,7 @@ impl Columns {
         });
         let kind = match self.kind.map(|column| (column, cell(column))) {
             None | Some((_, "primitive" | "relabeled")) => Kind::Primitive,
-            Some((_, RAW)) => return Ok(None),
+            Some((_, RAW | COMPOSITE)) => return Ok(None),
             Some((_, "task")) => Kind::Task,
             Some((column, other)) => {
                 return Err((column, format!("found `{}`, expected primitive, relabeled, raw or task", shown(other))));

@@ -72,7 +72,7 @@ static PRIMITIVES: LazyLock<Primitives> = LazyLock::new(|| {
 
 fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
     let end_s = segments.last().map_or(0.0, |last| last.end_s);
-    let track = Track { who: RIGHT, relabeled: segments.clone(), segments, tasks };
+    let track = Track { who: RIGHT, relabeled: segments.clone(), segments, tasks, composites: Vec::new() };
     let frames = (end_s * RATE_HZ).round() as usize;
     Analysis {
         frames,

@@ -235,7 +235,13 @@ fn coordination_is_scored_where_the_hands_are() {
     use teachtree::analysis::{Track, Who};
     let mut analysis = result("Move 4 - 1 Move 5");
     let both = segments(0.0, "- 1 Pass 2");
-    analysis.tracks.push(Track { who: Who::Both, relabeled: both.clone(), segments: both, tasks: Vec::new() });
+    analysis.tracks.push(Track {
+        who: Who::Both,
+        relabeled: both.clone(),
+        segments: both,
+        tasks: Vec::new(),
+        composites: Vec::new(),
+    });
     let primitives: Vec<Span> = spans("separate 1.5 Pass 2 separate 6.5");
     let truth = Truth { tracks: vec![TrackTruth { who: Who::Both, primitives, tasks: None }] };
     let tally = rows(&truth, &analysis).remove(0).tally;
