@@ -4,10 +4,13 @@ use crate::gold::{self, Gold, Start};
 use crate::kind::{Kind, Set};
 use crate::peer;
 use crate::variants::Warp;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_chacha::ChaCha8Rng;
 use std::path::{Path, PathBuf};
 use teachtree::analysis::score::{self, Known, NameMap, Share, Span, Stage, Tally, TrackTruth, Truth};
 use teachtree::analysis::{self, Analysis, Segment, Track, UNKNOWN, Who, json::Meta};
 use teachtree::base::diagnostic::{Severity, render};
+use teachtree::base::units::Dimension;
 use teachtree::engine::evaluator::evaluate;
 use teachtree::graph::lower;
 use teachtree::language::{self, Request, Rules};
@@ -52,8 +55,16 @@ const SEVEN: &str = "S1=Approach,S2=Grasp,S3=Lift,S4=Transfer,S5=Exchange,S6=Bri
 const FIVE: &str = "S1=Approach,S2=Grasp,S3=Lift,S4=Lift,S5=Exchange,S6=Place,S7=Place";
 const WIPING: &str = "1=Approach|Move|Release,2=Trace|Slide|Press,3=Approach|Move|Release";
 
+/// Which rules: shipped ones, or those of a folder before them; with the shipped values, or with others.
+#[derive(Clone, Copy, Default)]
+pub struct Choice<'a> {
+    pub folder: Option<&'a Path>,
+    /// The number of a draw of values, each between 0.7 and 1.3 times what it is.
+    pub draw: Option<u64>,
+}
+
 /// Analyses a recording and holds it against what is true of it.
-pub fn found(kind: Kind, path: &Path, root: &Path, rules: Option<&Path>) -> Result<Found, String> {
+pub fn found(kind: Kind, path: &Path, root: &Path, rules: Choice) -> Result<Found, String> {
     let original = opened(path, &root.join("demos").join(format!("{}.binding.yaml", kind.binding())))?;
     found_in(kind, &Original { path, opened: &original }, &original, Warp::NONE, root, rules)
 }
@@ -76,7 +87,7 @@ pub fn found_in(
     opened: &Opened,
     warp: Warp,
     root: &Path,
-    rules: Option<&Path>,
+    rules: Choice,
 ) -> Result<Found, String> {
     let path = original.path;
     let truth = &original.opened.recording;
@@ -99,7 +110,7 @@ pub fn found_in(
     };
     let two = opened.hands().len() > 1;
     let usual = if two { "bimanual.rules" } else { "contact.rules" };
-    let (analysis, known) = analyze(opened, shipped(rules, usual))?;
+    let (analysis, known) = analyze(opened, shipped(rules, usual), rules.draw)?;
     let mut found = Found { printed: printed(&analysis), tasks: tasks(&analysis), ..Found::default() };
     match kind.set() {
         Set::OneArm => {
@@ -122,9 +133,12 @@ pub fn found_in(
             let classes = labeled(SEVEN)?;
             desk_passes(&analysis, &attempts_joined(exchanges), &classes, &mut found);
             let surgemes = root.join("examples/desk_surgemes.rules");
-            let surgemes =
-                rules.map(|folder| folder.join("desk_surgemes.rules")).filter(|own| own.is_file()).unwrap_or(surgemes);
-            let (seven, _) = analyze(opened, surgemes)?;
+            let surgemes = rules
+                .folder
+                .map(|folder| folder.join("desk_surgemes.rules"))
+                .filter(|own| own.is_file())
+                .unwrap_or(surgemes);
+            let (seven, _) = analyze(opened, surgemes, rules.draw)?;
             let truth = track(Who::Both, classes);
             found.labels.push(("7 classes", tally(&truth, &seven)?));
             let five = track(Who::Both, labeled(FIVE)?);
@@ -163,39 +177,58 @@ pub fn found_in(
     Ok(found)
 }
 
-fn shipped(rules: Option<&Path>, name: &str) -> PathBuf {
-    rules.map(|folder| folder.join(name)).filter(|own| own.is_file()).unwrap_or_else(|| PathBuf::from(name))
+fn shipped(rules: Choice, name: &str) -> PathBuf {
+    rules.folder.map(|folder| folder.join(name)).filter(|own| own.is_file()).unwrap_or_else(|| PathBuf::from(name))
 }
 
 /// The shipped rules for a log, and what they read of it.
 pub fn rules_and_frames(opened: &Opened) -> Result<(Rules, Frames), String> {
-    loaded(opened, PathBuf::from(if opened.hands().len() > 1 { "bimanual.rules" } else { "contact.rules" }))
+    loaded(opened, PathBuf::from(if opened.hands().len() > 1 { "bimanual.rules" } else { "contact.rules" }), None)
 }
 
 /// Runs rules over a log, as `teachtree analyze` does.
-fn analyze(opened: &Opened, file: PathBuf) -> Result<(Analysis, Known), String> {
-    let (rules, frames) = loaded(opened, file)?;
+fn analyze(opened: &Opened, file: PathBuf, draw: Option<u64>) -> Result<(Analysis, Known), String> {
+    let (rules, frames) = loaded(opened, file, draw)?;
     analysis::check_rate(&rules, frames.layout.rate_hz).map_err(|error| error.to_string())?;
     let leaves = evaluate(&lower(&rules), &frames).map_err(|error| error.to_string())?;
     Ok((analysis::analyze(&rules, &frames, &leaves), Known::new(&rules)))
 }
 
-fn loaded(opened: &Opened, file: PathBuf) -> Result<(Rules, Frames), String> {
+fn loaded(opened: &Opened, file: PathBuf, draw: Option<u64>) -> Result<(Rules, Frames), String> {
     // Rules of one's own bring the hand file that lies beside them.
     let beside = |name: &String| file.parent().map(|folder| folder.join(name)).filter(|own| own.is_file());
     let hand_file = opened.hand_file.clone().map(|name| beside(&name).map_or(name, |own| own.display().to_string()));
-    let request = Request {
+    let mut request = Request {
         files: vec![file],
         hand_file,
         overrides: opened.params.clone(),
         needs_tree: true,
         ..Request::default()
     };
+    if let (Some(draw), Some(rules)) = (draw, language::load(&request).rules) {
+        request.overrides = varied(&rules, draw, opened);
+    }
     let loaded = language::load(&request);
     let errors: Vec<_> = loaded.diagnostics.into_iter().filter(|found| found.severity == Severity::Error).collect();
     let rules = loaded.rules.filter(|_| errors.is_empty()).ok_or_else(|| render(&errors, &loaded.sources, false))?;
     let frames = opened.frames(&report::channels(&rules)).map_err(|error| error.to_string())?;
     Ok((rules, frames))
+}
+
+/// The params of rules, each between 0.7 and 1.3 times its value and within its range: the same for a param in every recording. No duration is shorter
+/// than a sample.
+fn varied(rules: &Rules, draw: u64, opened: &Opened) -> Vec<(String, String)> {
+    let time = &opened.recording.time;
+    let step = time.last().zip(time.first()).map_or(0.0, |(last, first)| last - first) / time.len().max(2) as f64;
+    let value = |param: &language::rules::Param| {
+        let of_name =
+            param.name.bytes().fold(draw, |sum, byte| sum.wrapping_mul(1_000_003).wrapping_add(u64::from(byte)));
+        let wanted = param.value * ChaCha8Rng::seed_from_u64(of_name).random_range(0.7..=1.3);
+        let value = param.range.map_or(wanted, |(low, high)| wanted.clamp(low, high));
+        let value = if param.dimension == Dimension::TIME { value.max(param.value.min(1.1 * step)) } else { value };
+        (param.name.clone(), format!("{value} {}", param.dimension.si_unit()))
+    };
+    rules.params.iter().map(value).collect()
 }
 
 pub fn label_file(log: &Path) -> PathBuf {

@@ -8,11 +8,12 @@ mod gold;
 mod kind;
 mod peer;
 mod robustness;
+mod spread;
 mod tables;
 mod variants;
 
 use clap::Parser;
-use found::Found;
+use found::{Choice, Found};
 use kind::Kind;
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
@@ -35,6 +36,9 @@ struct Args {
     /// How much worse it gets when the recordings are changed as another laboratory would have made them, instead
     #[arg(long)]
     variants: bool,
+    /// How the figures spread over so many draws of all values of the rules, each within 30 %, and over the recordings, instead
+    #[arg(long, value_name = "DRAWS")]
+    spread: Option<u64>,
     /// Only the variants whose name contains this
     #[arg(long, value_name = "TEXT", requires = "variants")]
     variant: Option<String>,
@@ -70,15 +74,20 @@ fn run(args: &Args) -> Result<(), String> {
         println!("{}", confidence::table(&[("real recordings", &real), ("simulated operators", &simulated)]));
         return Ok(());
     }
+    let rules = Choice { folder: args.rules.as_deref(), draw: None };
+    if let Some(draws) = args.spread {
+        println!("{}", spread::table(&logs, root, rules, draws)?);
+        return Ok(());
+    }
     if args.variants {
         let wanted = args.variant.as_deref().unwrap_or_default();
-        println!("{}", robustness::table(&logs, root, args.rules.as_deref(), wanted, args.each));
+        println!("{}", robustness::table(&logs, root, rules, wanted, args.each));
         return Ok(());
     }
     let results: Vec<(Kind, PathBuf, Result<Found, String>)> = logs
         .into_par_iter()
         .map(|(kind, path)| {
-            let found = found::found(kind, &path, root, args.rules.as_deref());
+            let found = found::found(kind, &path, root, rules);
             (kind, path, found)
         })
         .collect();

@@ -58,7 +58,13 @@ pub fn labeled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl F
             }),
         }
     }
-    let of = |who: Who| Track { who, segments: segments.clone(), relabeled: segments.clone(), tasks: Vec::new() };
+    let of = |who: Who| Track {
+        who,
+        segments: segments.clone(),
+        relabeled: segments.clone(),
+        tasks: Vec::new(),
+        composites: Vec::new(),
+    };
     // What was analyzed is reported by the track of a hand.
     let tracks = match who {
         Who::Both => vec![of(Who::Hand(teachtree::base::hands::Side::Right)), of(Who::Both)],

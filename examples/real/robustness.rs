@@ -1,6 +1,6 @@
 //! What changes when recordings are changed as another laboratory would have made them: a table in Markdown.
 
-use crate::found::{Found, Original, found_in, opened};
+use crate::found::{Choice, Found, Original, found_in, opened};
 use crate::kind::Kind;
 use crate::tables;
 use crate::variants::{Lab, VARIANTS, Variant};
@@ -46,7 +46,7 @@ impl Sum {
 }
 
 /// A row for each variant, over all recordings that can be changed so.
-pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Option<&Path>, wanted: &str, each: bool) -> String {
+pub fn table(logs: &[(Kind, PathBuf)], root: &Path, rules: Choice, wanted: &str, each: bool) -> String {
     let mut text = String::from(
         "| variant | recordings | boundaries within 0.15 s | segments that no task explains | Pass, false | contact covered | HIRO, stuck sensors | \
          frames / F1@50 of labels | tasks unchanged |\n|---|---|---|---|---|---|---|---|---|\n",
@@ -90,7 +90,7 @@ fn of_recording(
     kind: Kind,
     path: &Path,
     root: &Path,
-    rules: Option<&Path>,
+    rules: Choice,
     (_, change): &Variant,
 ) -> Result<Compared, String> {
     let Some(mut lab) = Lab::read(kind, path, root)? else { return Ok(None) };
