@@ -148,3 +148,30 @@ scene:
     assert!((start - 3.0).abs() <= 0.15 && (end - 5.0).abs() <= 0.35, "{start} to {end}");
     assert_eq!(found["tracks"][0]["tasks"][0]["task"], "push");
 }
+
+/// A tool touches with 2 N, which is less than the 5 N from which on the rules see a contact.
+#[test]
+fn a_contact_that_is_weaker_than_the_rules_ask_for_is_proposed_as_a_level() {
+    let mut text = String::from("t,x,f\n");
+    for row in 0..1000_u32 {
+        let t = f64::from(row) / 100.0;
+        let force = if (3.0..7.0).contains(&t) { 2.0 } else { 0.0 } + 0.1 * scatter(row, 1);
+        let _ = writeln!(text, "{t:.2},{:.4},{force:.4}", 0.02 * t);
+    }
+    let binding = "
+hand_file: hand_wrist.rules
+time: t [s]
+channels:
+  right.palm.position: [x, '= 0 m', '= 0 m']
+  right.palm.force: ['= 0 N', '= 0 N', f]
+  tool.position: [x, '= 0 m', '= 0 m']
+scene: {bodies: {tool: {role: object, radius: 50 mm, fixed_to: right}}}
+";
+    let found = analysis(&text, binding);
+    assert_eq!(names(&found), ["Move"]);
+    let said = issues(&found, "no_contact_level");
+    let (_, proposed) = said[0].split_once("bind `").unwrap();
+    let line = proposed.trim_end_matches('`');
+    let found = analysis(&text, &binding.replace("  tool.position", &format!("  {line}\n  tool.position")));
+    assert!(names(&found).contains(&"Trace"), "{line}: {:?}", names(&found));
+}

@@ -100,6 +100,8 @@ pub fn read(
 const POSITION: &str = "fingers.position";
 /// The channel of the force from which a finger is in contact, behind the finger's name.
 const LEVEL: &str = ".level";
+/// A contact below this share of the least force that the rules take for one is not mentioned.
+const SMALL: f64 = 0.2;
 
 /// The least force of a finger in contact: learned from the log, else the value of the rules. A level is believed where the contact usually is more than what
 /// the rules say: a log without contact has two groups of forces too, if it rests and moves.
@@ -111,6 +113,18 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
             let message = format!(
                 "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
                 Shown(otherwise)
+            );
+            issues.push(measured.over_all(IssueKind::NO_CONTACT_LEVEL, &force, message));
+            otherwise
+        }
+        // A log without contact has two groups too, of resting and of moving: which of both it is nobody but the user knows.
+        Some(Learned::Level(level)) if level.usual > SMALL * otherwise => {
+            let message = format!(
+                "the readings fall into two groups, but those of the second, {:.2} N, are below the {} N from which on the rules see a contact; where they \
+                 are one, bind `{finger}.level: = {:.2} N`",
+                level.usual,
+                Shown(otherwise),
+                level.begins
             );
             issues.push(measured.over_all(IssueKind::NO_CONTACT_LEVEL, &force, message));
             otherwise
