@@ -1,4 +1,4 @@
-// Starts `teachtree lsp` and hands it the open rule files; all that is known is known there.
+// Starts `teachtree lsp` and hands it the open files; all that is known is known there.
 "use strict";
 
 const { workspace } = require("vscode");
@@ -16,6 +16,7 @@ exports.activate = async () => {
       documentSelector: [
         { language: "teachtree", scheme: "file" },
         { language: "teachtree", scheme: "untitled" },
+        { language: "yaml", scheme: "file", pattern: "**/*.{scene,operator,binding,robot}.yaml" },
       ],
       initializationOptions: { log, at, binding, scene, hand },
       // Settings go over when they change, and so does what happens to rule files on disk.

@@ -101,6 +101,19 @@ impl InputError {
         self
     }
 
+    /// The parts of the place `file:line:column`, lines and columns from 1; a place of another form is the file.
+    pub fn file_line_column(&self) -> (&str, Option<usize>, Option<usize>) {
+        let cut =
+            |text| str::rsplit_once(text, ':').and_then(|(head, number)| Some((head, number.parse::<usize>().ok()?)));
+        match cut(&self.place) {
+            Some((head, last)) => match cut(head) {
+                Some((file, line)) => (file, Some(line), Some(last)),
+                None => (head, Some(last), None),
+            },
+            None => (&self.place, None, None),
+        }
+    }
+
     /// The same with advice.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {

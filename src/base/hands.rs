@@ -5,6 +5,7 @@ use std::fmt;
 
 /// A hand: left or right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Side {
     /// The left hand.
@@ -100,6 +101,7 @@ impl Serialize for Who {
 ///
 /// A gripper is a hand with `Thumb` and `Index`; a wrist force sensor is a hand with one finger.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Finger {
     /// The thumb.

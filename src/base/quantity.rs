@@ -178,3 +178,19 @@ impl<const M: i8, const K: i8, const S: i8, const R: i8> serde::Serialize for Qu
         }
     }
 }
+
+#[cfg(feature = "schemas")]
+impl<const M: i8, const K: i8, const S: i8, const R: i8> schemars::JsonSchema for Quantity<M, K, S, R> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        Self::DIMENSION.to_string().into()
+    }
+
+    /// A text with a unit.
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({ "type": "string", "pattern": "^ *[-+]?[0-9.]", "title": Self::DIMENSION.to_string() })
+    }
+}

@@ -2,7 +2,7 @@
 
 use super::fmt::all_rules;
 use super::rules::name_and_value;
-use super::{Failure, output};
+use super::{Failure, inputs, output};
 use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
@@ -13,15 +13,16 @@ use crate::language::{self, Loaded, Request, Rules, codes};
 use crate::stream::frames::{HandLayout, Layout};
 use serde_json::{Value, json};
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `check`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
+    after_help = "Examples:\n  teachtree check                          the shipped rules\n  teachtree check tap.rules                your own file and all that it uses\n  teachtree check tap.rules --hand hand_flags.rules\n  teachtree check rules/                   every rule file of a folder\n  teachtree check cell.scene.yaml lab.binding.yaml\n  teachtree check --explain E401          the page of a code\n  teachtree check tap.rules --format github    annotations for a workflow of GitHub"
 )]
 pub struct Args {
-    /// Rule files, read together; folders, whose rule files are checked one by one; the shipped `contact.rules` when left out
+    /// Rule files, read together; folders, whose rule files are checked one by one; scenes, operator scripts, bindings and robot files (YAML); the
+    /// shipped `contact.rules` when left out
     files: Vec<PathBuf>,
     /// The hand file that implements the abstract signals
     #[arg(long, value_name = "FILE")]
@@ -55,7 +56,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut failures = Vec::new();
     let mut findings = Vec::new();
-    for files in sets(&args.files)? {
+    let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) =
+        args.files.iter().cloned().partition(|file| inputs::is_yaml(file));
+    for file in &others {
+        match other(file) {
+            Ok(fine) if args.format == Format::Text => output::print(&fine)?,
+            Ok(_) => {}
+            Err(error) if args.format == Format::Text => failures.push(error.into()),
+            Err(error) => {
+                findings.push(of_other(&error, args.format));
+                failures.push(Failure::No);
+            }
+        }
+    }
+    let sets = if rules.is_empty() && !others.is_empty() { vec![] } else { sets(&rules)? };
+    for files in sets {
         let (hand_file, overrides) = (args.hand.clone(), args.set.clone());
         let loaded = language::load(&Request { files, hand_file, overrides, ..Request::default() });
         if args.format == Format::Text {
@@ -82,6 +97,41 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         Format::Github => output::print(&findings.iter().filter_map(Value::as_str).collect::<String>())?,
     }
     Failure::all(failures)
+}
+
+/// Checks a YAML file; returns what it is.
+fn other(file: &Path) -> Result<String, InputError> {
+    let (place, text) = (file.display().to_string(), inputs::text(file)?);
+    let Some(kind) = inputs::kind(file, &text) else {
+        let message = "found none of the keys of a scene, an operator script, a binding or a robot file";
+        return Err(InputError::new(place, message)
+            .help("name it `NAME.scene.yaml`, `NAME.operator.yaml`, `NAME.binding.yaml` or `NAME.robot.yaml`"));
+    };
+    inputs::read(kind, file, &text)?;
+    Ok(format!("{place}: {}, without errors\n", kind.name()))
+}
+
+/// What is wrong with a YAML file as a finding: at its line, to the end of it.
+fn of_other(error: &InputError, format: Format) -> Value {
+    let (file, line, column) = error.file_line_column();
+    let (line, column) = (line.unwrap_or(1), column.unwrap_or(1));
+    let at =
+        json!({ "file": file, "start": { "line": line, "column": column }, "end": { "line": line, "column": column } });
+    let finding = json!({
+        "code": "input",
+        "severity": "error",
+        "message": error.message,
+        "labels": [{ "at": at, "text": "" }],
+        "notes": [],
+        "help": error.help.iter().collect::<Vec<_>>(),
+        "fix": null,
+    });
+    if format != Format::Github {
+        return finding;
+    }
+    let text: Vec<&str> = std::iter::once(&error.message).chain(&error.help).map(String::as_str).collect();
+    format!("::error file={},line={line},col={column},title=input::{}\n", property(file), escaped(&text.join("\n")))
+        .into()
 }
 
 /// The rule sets to check: the files that are named are one, each file of a folder is one by itself.
@@ -157,10 +207,18 @@ fn json(found: &Diagnostic, sources: &Sources) -> Value {
     })
 }
 
+/// A text in a workflow command.
+fn escaped(text: &str) -> String {
+    text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A")
+}
+
+/// The value of a property of a workflow command.
+fn property(text: &str) -> String {
+    escaped(text).replace(':', "%3A").replace(',', "%2C")
+}
+
 /// A finding as a workflow command: `::error file=…,line=…,col=…,title=E101::message`.
 fn annotation(found: &Diagnostic, sources: &Sources) -> String {
-    let escaped = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
-    let property = |text: &str| escaped(text).replace(':', "%3A").replace(',', "%2C");
     let kind = if found.severity == Severity::Error { "error" } else { "warning" };
     let place = found.labels.first().map_or(String::new(), |label| {
         let ((line, column), (end_line, end_column)) = sources.lines_and_columns(label.span);

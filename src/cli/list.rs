@@ -38,6 +38,14 @@ bindings![
     "robosuite" / "wipe",
 ];
 
+/// Name and text of the schemas of YAML files.
+const SCHEMAS: &[(&str, &str)] = &[
+    ("binding.schema.json", include_str!("../../schemas/binding.schema.json")),
+    ("operator.schema.json", include_str!("../../schemas/operator.schema.json")),
+    ("robot.schema.json", include_str!("../../schemas/robot.schema.json")),
+    ("scene.schema.json", include_str!("../../schemas/scene.schema.json")),
+];
+
 /// Options of `list`.
 #[derive(clap::Args)]
 #[command(
@@ -72,10 +80,12 @@ enum Kind {
     Robots,
     /// Bindings of recordings that other people made
     Bindings,
+    /// JSON Schemas of YAML files, for editors
+    Schemas,
 }
 
 impl Kind {
-    const ALL: [Self; 5] = [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings];
+    const ALL: [Self; 6] = [Self::Rules, Self::Scenes, Self::Operators, Self::Robots, Self::Bindings, Self::Schemas];
 
     const fn name(self) -> &'static str {
         match self {
@@ -84,6 +94,7 @@ impl Kind {
             Self::Operators => "operators",
             Self::Robots => "robots",
             Self::Bindings => "bindings",
+            Self::Schemas => "schemas",
         }
     }
 
@@ -94,6 +105,7 @@ impl Kind {
         match self {
             Self::Rules => named(SHIPPED),
             Self::Bindings => named(BINDINGS),
+            Self::Schemas => named(SCHEMAS),
             #[cfg(feature = "world")]
             Self::Scenes => {
                 crate::world::shipped::texts().map(|(name, scene, _)| (format!("{name}.yaml"), scene)).collect()
@@ -115,6 +127,10 @@ impl Kind {
 fn about(text: &str) -> String {
     let mut lines = text.lines().skip_while(|line| line.trim().is_empty());
     let Some(first) = lines.next() else { return String::new() };
+    if first == "{" {
+        let title = text.lines().find_map(|line| line.strip_prefix("  \"description\": \"")).unwrap_or_default();
+        return title.trim_end_matches("\",").to_string();
+    }
     let Some(start) = ["///", "//", "#"].into_iter().find(|start| first.starts_with(start)) else {
         let value = |line: &str| ["about:", "name:"].iter().find_map(|key| line.strip_prefix(key)).map(str::to_string);
         let found = std::iter::once(first).chain(lines).find_map(value).unwrap_or_default();

@@ -47,7 +47,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scene: scene.clone(),
         hand: hand.clone(),
     };
-    match serve(std::io::stdin(), std::io::stdout().lock(), settings) {
+    match serve(std::io::stdin(), std::io::stdout().lock(), settings, super::inputs::wrong) {
         Ok(true) => Ok(()),
         // The editor went without a word.
         Ok(false) => Err(Failure::No),

@@ -19,6 +19,7 @@ mod fit;
 mod fmt;
 mod graph;
 mod help;
+mod inputs;
 mod inspect;
 mod list;
 mod live;

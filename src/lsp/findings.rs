@@ -1,16 +1,21 @@
 //! Diagnostics as editors show them: each where it is, with its code, what is said about it, and what to do.
 
 use super::library::Library;
-use super::uri;
 use super::workspace::{Whole, Workspace};
+use super::{Wrong, uri};
 use crate::base::diagnostic::{Diagnostic as Finding, Severity, Span};
-use lsp_types::{CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Uri};
+use crate::base::error::InputError;
+use lsp_types::{CodeDescription, Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Position, Range, Uri};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// The diagnostics of all that is open, by file; an open file without any has an empty list. One that several files bring up is reported once.
-pub fn all(workspace: &mut Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
+pub fn all(workspace: &mut Workspace, wrong: Wrong) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
     let mut by_file: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
+    for (path, document) in &workspace.others {
+        let found = wrong(path, &document.text);
+        by_file.insert(path.clone(), found.iter().map(|error| of_other(error, &document.text)).collect());
+    }
     by_file.extend(workspace.open.keys().map(|path| (path.clone(), Vec::new())));
     for whole in workspace.wholes() {
         for finding in &whole.survey.diagnostics {
@@ -22,6 +27,28 @@ pub fn all(workspace: &mut Workspace) -> BTreeMap<PathBuf, Vec<Diagnostic>> {
         }
     }
     by_file
+}
+
+/// What is wrong with a file that is no rules: from its place to the end of the line.
+fn of_other(error: &InputError, text: &str) -> Diagnostic {
+    let (_, line, column) = error.file_line_column();
+    let line = line.unwrap_or(1).saturating_sub(1);
+    let shown = text.lines().nth(line).unwrap_or_default();
+    let units = |text: &str| u32::try_from(text.encode_utf16().count()).unwrap_or(u32::MAX);
+    let before: String = shown.chars().take(column.unwrap_or(1).saturating_sub(1)).collect();
+    let at = |character| Position { line: u32::try_from(line).unwrap_or(u32::MAX), character };
+    let mut message = error.message.clone();
+    if let Some(help) = &error.help {
+        message.push_str("\nhelp: ");
+        message.push_str(help);
+    }
+    Diagnostic {
+        range: Range { start: at(units(&before)), end: at(units(shown)) },
+        severity: Some(DiagnosticSeverity::Error),
+        source: Some("teachtree".into()),
+        message: message.into(),
+        ..Diagnostic::default()
+    }
 }
 
 /// A finding as an editor shows it, and in which file.

@@ -26,7 +26,12 @@ mod workspace;
 pub use server::serve;
 pub use settings::Settings;
 
+use crate::base::error::InputError;
 use lsp_server::ErrorCode;
+use std::path::Path;
+
+/// What is wrong with the text of a YAML file at a path: a scene, an operator script, a binding or a robot file. Nothing for other files.
+pub type Wrong = fn(&Path, &str) -> Option<InputError>;
 
 /// Why a request has no answer.
 #[derive(Debug)]

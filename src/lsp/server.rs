@@ -4,7 +4,9 @@ use super::recording::Recording;
 use super::settings::Settings;
 use super::wire::{self, Incoming};
 use super::workspace::{Document, Spot, Workspace};
-use super::{Answer, Refused, actions, complete, findings, hover, library::Library, navigate, outline, rename, uri};
+use super::{
+    Answer, Refused, Wrong, actions, complete, findings, hover, library::Library, navigate, outline, rename, uri,
+};
 use crate::session::Log;
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
@@ -17,7 +19,7 @@ use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufReader, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Where the connection stands.
@@ -32,7 +34,12 @@ enum Phase {
 ///
 /// # Errors
 /// When nothing can be written any more.
-pub fn serve(input: impl Read + Send + 'static, output: impl Write, settings: Settings) -> io::Result<bool> {
+pub fn serve(
+    input: impl Read + Send + 'static,
+    output: impl Write,
+    settings: Settings,
+    wrong: Wrong,
+) -> io::Result<bool> {
     let (sender, receiver) = channel();
     // Reading beside the work lets what is no longer wanted be dropped, and diagnostics wait until a burst of changes is over.
     std::thread::spawn(move || {
@@ -49,6 +56,7 @@ pub fn serve(input: impl Read + Send + 'static, output: impl Write, settings: Se
         workspace: Workspace::default(),
         recording: Recording::default(),
         settings,
+        wrong,
         published: BTreeMap::new(),
         stale: false,
     };
@@ -61,6 +69,7 @@ struct Server<W> {
     workspace: Workspace,
     recording: Recording,
     settings: Settings,
+    wrong: Wrong,
     /// The files that have diagnostics in the editor, with their URIs.
     published: BTreeMap<PathBuf, Uri>,
     /// Whether diagnostics may have changed.
@@ -166,6 +175,11 @@ impl<W: Write> Server<W> {
 
     /// Answers a request about rule files. Of its parameters only what is needed is read.
     fn asked(&mut self, method: &str, params: Value) -> Answer<Value> {
+        // Of other files only what is wrong with them is told.
+        let uri = params.pointer("/textDocument/uri").and_then(Value::as_str);
+        if uri.is_some_and(|uri| is_yaml(&uri::path_of(uri))) {
+            return Ok(Value::Null);
+        }
         match method {
             "textDocument/hover" => {
                 let at = read(params)?;
@@ -319,7 +333,9 @@ impl<W: Write> Server<W> {
                 }
             }),
             "textDocument/didClose" => read(params).map(|params: DidCloseTextDocumentParams| {
-                self.workspace.open.remove(&uri::path_of(params.text_document.uri.as_ref()));
+                let path = uri::path_of(params.text_document.uri.as_ref());
+                self.workspace.open.remove(&path);
+                self.workspace.others.remove(&path);
                 self.changed();
             }),
             // Something on disk may be another one now.
@@ -340,7 +356,9 @@ impl<W: Write> Server<W> {
     }
 
     fn put(&mut self, uri: Uri, version: i32, text: String) {
-        self.workspace.open.insert(uri::path_of(uri.as_ref()), Document { uri, version, text });
+        let path = uri::path_of(uri.as_ref());
+        let files = if is_yaml(&path) { &mut self.workspace.others } else { &mut self.workspace.open };
+        files.insert(path, Document { uri, version, text });
         self.changed();
     }
 
@@ -354,7 +372,7 @@ impl<W: Write> Server<W> {
         if !std::mem::take(&mut self.stale) {
             return Ok(());
         }
-        let all = catch_unwind(AssertUnwindSafe(|| findings::all(&mut self.workspace)));
+        let all = catch_unwind(AssertUnwindSafe(|| findings::all(&mut self.workspace, self.wrong)));
         let Ok(all) = all else { return self.warn("looking at the files failed: this is a bug") };
         let gone: Vec<Uri> =
             self.published.iter().filter(|(path, _)| !all.contains_key(*path)).map(|(_, uri)| uri.clone()).collect();
@@ -364,7 +382,8 @@ impl<W: Write> Server<W> {
         }
         for (path, diagnostics) in all {
             let uri = self.workspace.uri(&path);
-            let version = self.workspace.open.get(&path).map(|document| document.version);
+            let Workspace { open, others, .. } = &self.workspace;
+            let version = open.get(&path).or_else(|| others.get(&path)).map(|document| document.version);
             let mut params = json!({ "uri": uri, "diagnostics": diagnostics });
             if let (Some(version), Some(params)) = (version, params.as_object_mut()) {
                 params.insert("version".into(), version.into());
@@ -398,6 +417,10 @@ impl<W: Write> Server<W> {
         write!(self.output, "Content-Length: {}\r\n\r\n{text}", text.len())?;
         self.output.flush()
     }
+}
+
+fn is_yaml(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
 }
 
 fn read<P: DeserializeOwned>(params: Value) -> Answer<P> {

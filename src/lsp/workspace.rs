@@ -53,6 +53,8 @@ pub struct Spot {
 pub struct Workspace {
     /// The open files, by path.
     pub open: BTreeMap<PathBuf, Document>,
+    /// The open files that are no rules, by path.
+    pub others: BTreeMap<PathBuf, Document>,
     /// The folders that the editor shows.
     pub folders: Vec<PathBuf>,
     /// What comes with the program.
@@ -165,7 +167,8 @@ impl Workspace {
 
     /// The URI of a file: as its editor calls it, when it is open.
     pub fn uri(&self, path: &Path) -> Uri {
-        self.open.get(path).map_or_else(|| Uri::from(uri::uri_of(path)), |document| document.uri.clone())
+        let open = self.open.get(path).or_else(|| self.others.get(path));
+        open.map_or_else(|| Uri::from(uri::uri_of(path)), |document| document.uri.clone())
     }
 
     /// The wholes to search for what stands in a file: those that are open, and those of closed files that use it. A file is used only from

@@ -22,6 +22,8 @@ pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
 #[cfg(feature = "internals")]
 pub use model::file::read;
+#[cfg(feature = "schemas")]
+pub use model::file::schema;
 pub use model::file::{MAX_BYTES, open};
 pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;

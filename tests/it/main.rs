@@ -44,6 +44,8 @@ mod graph;
 mod gripper;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod hostile;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod input_schemas;
 #[cfg(feature = "cli")]
 mod inspect;
 #[cfg(all(feature = "cli", feature = "mcap"))]

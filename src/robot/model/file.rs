@@ -35,82 +35,126 @@ const MAX_FORCE_N: f64 = 200.0;
 /// Assemblies stand at most this deep in each other.
 const MAX_DEPTH: usize = 4;
 
+/// A robot: links and joints, or a URDF file with its fingertips, or such files put together.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct RobotFile {
+    /// A name to show.
     name: String,
+    /// The link that stands still; the only one that is no child when left out.
     #[serde(default)]
     root: Option<String>,
+    /// The links by name.
     #[serde(default)]
     links: IndexMap<String, LinkFile>,
+    /// The joints by name.
     #[serde(default)]
     joints: IndexMap<String, JointFile>,
     /// A URDF file beside this one, in place of links and joints.
     #[serde(default)]
     urdf: Option<String>,
+    /// Its hand.
     #[serde(default)]
     hand: Option<HandFile>,
+    /// Robots that it is put together of, by name.
     #[serde(default)]
     parts: IndexMap<String, PartFile>,
 }
 
+/// A rigid link.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct LinkFile {
+    /// Its mass.
     mass: Mass,
+    /// Its solid shapes, frame of the link.
     #[serde(default)]
     parts: Vec<SolidFile>,
+    /// Where the numbers come from.
     source: String,
 }
 
 /// A capsule from the origin along x: length, radius. Or a box of these edges.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct SolidFile {
+    /// From the origin along x: length and radius.
     #[serde(default)]
     capsule: Option<[Length; 2]>,
+    /// Edges.
     #[serde(default, rename = "box")]
     cuboid: Option<[Length; 3]>,
+    /// Where it is, frame of the link.
     #[serde(default)]
     at: [Length; 3],
+    /// How it is turned there, quaternion w x y z.
     #[serde(default = "no_turn")]
     turned: [f64; 4],
 }
 
+/// A hand of the robot.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HandFile {
+    /// Left or right.
     side: Side,
+    /// The link of the palm.
     palm: String,
+    /// The fingertips by finger.
     fingers: IndexMap<Finger, FingerFile>,
 }
 
+/// A fingertip.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct FingerFile {
+    /// The link that it is on.
     link: String,
+    /// The middle of the fingertip, frame of the link.
     tip: [Length; 3],
+    /// Its radius.
     radius: Length,
+    /// The direction out of its pad, frame of the link.
     pad: [f64; 3],
+    /// The largest force that it presses with.
     force: Force,
+    /// Where the numbers come from.
     source: String,
 }
 
+/// A robot that is part of this one.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct PartFile {
+    /// A shipped robot, or a file.
     robot: String,
+    /// The link that it stands on, `part.link`; the ground when left out.
     #[serde(default)]
     on: Option<String>,
+    /// Where its root is there.
     #[serde(default)]
     at: [Length; 3],
+    /// How its root is turned there, quaternion w x y z.
     #[serde(default = "no_turn")]
     turned: [f64; 4],
+    /// Where the numbers come from.
     source: String,
 }
 
 const fn no_turn() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
+}
+
+/// The schema of robot files.
+#[cfg(feature = "schemas")]
+pub fn schema() -> schemars::Schema {
+    schemars::schema_for!(RobotFile)
 }
 
 /// The robot of this name: a shipped one, or a file whose text `text_of` gives.

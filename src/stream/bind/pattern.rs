@@ -422,3 +422,38 @@ impl<'de> Deserialize<'de> for Columns {
         deserializer.deserialize_any(Visitor)
     }
 }
+
+#[cfg(feature = "schemas")]
+impl schemars::JsonSchema for Pattern {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Column".into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        schemars::json_schema!({
+            "description": "A column by its title, such as `force_x [mN]`, `-az`, `grip > 0.5`, `touch?` or `palm = 0 mm`; by its number in a table without header.",
+            "anyOf": [{ "type": "string" }, { "type": "integer", "minimum": 0 }]
+        })
+    }
+}
+
+#[cfg(feature = "schemas")]
+impl schemars::JsonSchema for Columns {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Columns".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let column = generator.subschema_for::<Pattern>();
+        let position = generator.subschema_for::<[Length; 3]>();
+        let list = |count: usize| schemars::json_schema!({ "type": "array", "items": column, "minItems": count, "maxItems": count });
+        schemars::json_schema!({
+            "description": "A column such as `R_f1_p<xyz> [mm]`; a list of 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 columns (a rotation matrix, row by row); the mean of columns; a point that is fixed to a hand or a body.",
+            "anyOf": [
+                column, list(3), list(4), list(9),
+                { "type": "object", "properties": { "mean": { "type": "array", "items": column, "minItems": 2 } }, "required": ["mean"], "additionalProperties": false },
+                { "type": "object", "properties": { "at": position, "of": { "type": "string" } }, "required": ["at", "of"], "additionalProperties": false }
+            ]
+        })
+    }
+}

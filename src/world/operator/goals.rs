@@ -56,6 +56,7 @@ pub enum Goal {
 
 /// Brings the opened fingers to a grip by a minimum-jerk motion.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Reach {
     /// The grip.
@@ -73,6 +74,7 @@ pub struct Reach {
 
 /// Closes the fingers of the grip until each feels its share of a force, and keeps the squeeze from then on.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Close {
     /// Force of the thumb; the fingers on the other side share as much. Without a thumb, the force of each finger.
@@ -84,6 +86,7 @@ pub struct Close {
 
 /// Moves the hand along a straight line.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Carry {
     /// The direction; its length does not matter.
@@ -103,6 +106,7 @@ pub struct Carry {
 
 /// What ends a [`Carry`].
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Until {
     /// The object of the grip touches this body.
@@ -114,6 +118,7 @@ pub struct Until {
 
 /// Holds the object against a body while it moves along it: by the force that the fingers feel while it touches, by seeking it again when not.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Along {
     /// The body.
@@ -129,6 +134,7 @@ pub struct Along {
 
 /// Brings the object of the grip to a place by a minimum-jerk motion through the air.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Bring {
     /// Where the object's origin comes to be, reference frame.
@@ -140,6 +146,7 @@ pub struct Bring {
 
 /// Puts the object of the grip into a socket: down along its axis, searching on the rim for the hole, giving way to what is felt from the side.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Insert {
     /// The socket.
@@ -153,6 +160,7 @@ pub struct Insert {
 
 /// Pulls the object of the grip out of a socket.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Withdraw {
     /// The socket.
@@ -166,6 +174,7 @@ pub struct Withdraw {
 
 /// Turns the hand with the object of the grip about an axis through the object's origin.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Turn {
     /// How far, counter-clockwise as seen against the axis.
@@ -183,6 +192,7 @@ const fn upward() -> [f64; 3] {
 
 /// Moves the object of the grip until it meets something, and presses it against that.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Press {
     /// The direction.
@@ -198,6 +208,7 @@ pub struct Press {
 
 /// Takes the fingers off the object.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Open {
     /// How far off the surface.
@@ -210,6 +221,7 @@ pub struct Open {
 
 /// Loosens the grip.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Slip {
     /// The object is caught when it has slipped this far.
@@ -219,6 +231,7 @@ pub struct Slip {
 /// Moves along with the other hand, which leads, and takes over a part of what is to be carried or pushed: until the other hand begins a phase, or
 /// for a time.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Together {
     /// The share of the object's weight that this hand comes to carry, 0 to 1.
@@ -240,8 +253,9 @@ pub struct Together {
 
 /// A step as it is written: `{phase: lift, carry: {…}}`, exactly one goal; or `{repeat: {times: 3, steps: […]}}`.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
-struct StepText {
+pub(super) struct StepText {
     phase: Option<String>,
     reach: Option<Reach>,
     close: Option<Close>,
@@ -260,6 +274,7 @@ struct StepText {
 }
 
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct Repeat {
     times: usize,
@@ -268,6 +283,8 @@ struct Repeat {
 
 /// The steps of a script, repetitions written out.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[cfg_attr(feature = "schemas", schemars(with = "Vec<StepText>"))]
 #[serde(try_from = "Vec<StepText>")]
 struct Steps(Vec<Step>);
 

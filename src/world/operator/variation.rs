@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer};
 
 /// How much operators vary: `variation: human` in a script, or numbers of its own.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Variation {
     /// Speeds are multiplied by 1/(1 + pace) to 1 + pace.
@@ -41,6 +42,7 @@ pub struct Variation {
 
 /// Tremor: in each direction a wave of its own frequency.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct Tremor {
     /// Amplitude in each direction.
@@ -53,6 +55,7 @@ pub struct Tremor {
 
 /// Noise of force sensors, per component.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub struct ForceNoise {
     /// Standard deviation, independent from sample to sample.
@@ -155,4 +158,23 @@ pub(super) fn read<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Variati
         }
     }
     deserializer.deserialize_any(HumanOrNumbers)
+}
+
+/// `human`, or how much operators vary.
+#[cfg(feature = "schemas")]
+#[derive(schemars::JsonSchema)]
+#[schemars(untagged)]
+#[allow(dead_code, reason = "it is only described")]
+pub(super) enum Written {
+    Name(Human),
+    Numbers(Variation),
+}
+
+/// The word `human`.
+#[cfg(feature = "schemas")]
+#[derive(schemars::JsonSchema)]
+#[schemars(rename_all = "snake_case")]
+#[allow(dead_code, reason = "it is only described")]
+pub(super) enum Human {
+    Human,
 }

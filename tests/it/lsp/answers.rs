@@ -337,3 +337,23 @@ fn fixes_mend() {
     assert_eq!(editor.ask("textDocument/codeAction", params)["result"], json!([]));
     editor.end();
 }
+
+/// Scenes, operator scripts, bindings and robot files are read as the commands read them; nothing else is offered for them.
+#[test]
+fn yaml_files_have_their_error_at_its_place() {
+    let mut editor = Editor::new(&[]);
+    let text = "bodies:\n  cube: {role: objekt, mass: 50 g}\n";
+    editor.open("cell.scene.yaml", text);
+    let found = editor.findings("cell.scene.yaml");
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert_eq!(editor.text("cell.scene.yaml", &found[0]["range"]), "objekt, mass: 50 g}");
+    assert!(found[0]["message"].as_str().unwrap().contains("expected"), "{found:?}");
+    let at = editor.at("textDocument/hover", "cell.scene.yaml", "objekt", json!({}));
+    assert!(at["result"].is_null(), "{at}");
+    editor.change("cell.scene.yaml", &text.replace("objekt", "object"));
+    assert!(editor.findings("cell.scene.yaml").is_empty());
+    editor.open("lab.binding.yaml", "channels:\n  right.thumb.force: [a, b]\n");
+    assert_eq!(editor.findings("lab.binding.yaml").len(), 1);
+    editor.open("notes.yaml", "a: [\n");
+    assert!(editor.findings("notes.yaml").is_empty());
+}

@@ -16,48 +16,72 @@ type Inertia = Quantity<2, 1, 0, 0>;
 type AngularAcceleration = Quantity<0, 0, -2, 1>;
 type TurningDamping = Quantity<2, 1, -1, -1>;
 
+/// A joint between two links.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(super) struct JointFile {
+    /// The link that it is on.
     pub(super) parent: String,
+    /// The link that it moves.
     pub(super) child: String,
+    /// Where the child stands, frame of the parent.
     #[serde(default)]
     pub(super) at: [Length; 3],
+    /// How the child is turned there, parent_from_child, quaternion w x y z.
     #[serde(default = "no_turn")]
     pub(super) turned: [f64; 4],
+    /// The axis, frame of the child; a joint without one is fixed.
     #[serde(default)]
     axis: Option<[f64; 3]>,
+    /// The least and the largest angle of a joint that turns.
     #[serde(default)]
     range: Option<[Angle; 2]>,
+    /// The least and the largest way of a joint that slides.
     #[serde(default)]
     travel: Option<[Length; 2]>,
+    /// The largest torque of a joint that turns.
     #[serde(default)]
     torque: Option<Torque>,
+    /// The largest force of a joint that slides.
     #[serde(default)]
     force: Option<Force>,
+    /// The highest speed of a joint that turns.
     #[serde(default)]
     speed: Option<AngularSpeed>,
+    /// The highest speed of a joint that slides.
     #[serde(default)]
     slide_speed: Option<Speed>,
+    /// The highest acceleration of a joint that turns.
     #[serde(default)]
     acceleration: Option<AngularAcceleration>,
+    /// The highest acceleration of a joint that slides.
     #[serde(default)]
     slide_acceleration: Option<Acceleration>,
+    /// Inertia of the rotor, at the joint.
     #[serde(default)]
     armature: Inertia,
+    /// Viscous friction.
     #[serde(default)]
     damping: TurningDamping,
+    /// Dry friction.
     #[serde(default)]
     friction: Torque,
+    /// The joint that it follows, in place of limits of its own.
     #[serde(default)]
     coupled: Option<CoupledFile>,
+    /// Where the numbers come from.
     source: String,
 }
 
+/// A joint that another one follows.
 #[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 struct CoupledFile {
+    /// The joint that is followed.
     to: String,
+    /// The angle over that of the joint.
     ratio: f64,
 }
 
