@@ -444,15 +444,19 @@ impl schemars::JsonSchema for Columns {
     }
 
     fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        use serde_json::{Value, json};
         let column = generator.subschema_for::<Pattern>();
-        let position = generator.subschema_for::<[Length; 3]>();
+        let (length, position) = (generator.subschema_for::<Length>(), generator.subschema_for::<[Length; 3]>());
+        let keys = |keys: Value, needed: &[&str]| json!({ "type": "object", "properties": keys, "required": needed, "additionalProperties": false });
         let list = |count: usize| schemars::json_schema!({ "type": "array", "items": column, "minItems": count, "maxItems": count });
         schemars::json_schema!({
-            "description": "A column such as `R_f1_p<xyz> [mm]`; a list of 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 columns (a rotation matrix, row by row); the mean of columns; a point that is fixed to a hand or a body.",
+            "description": "A column such as `R_f1_p<xyz> [mm]`; a list of 3 (x y z; roll pitch yaw), 4 (w x y z) or 9 columns (a rotation matrix, row by row); the mean of columns; a point that is fixed to a hand or a body, or to a link of a robot; the gap between two fingertips.",
             "anyOf": [
                 column, list(3), list(4), list(9),
-                { "type": "object", "properties": { "mean": { "type": "array", "items": column, "minItems": 2 } }, "required": ["mean"], "additionalProperties": false },
-                { "type": "object", "properties": { "at": position, "of": { "type": "string" } }, "required": ["at", "of"], "additionalProperties": false }
+                keys(json!({ "mean": { "type": "array", "items": column, "minItems": 2 } }), &["mean"]),
+                keys(json!({ "at": position, "of": { "type": "string" } }), &["at", "of"]),
+                keys(json!({ "link": { "type": "string" }, "at": position }), &["link"]),
+                keys(json!({ "between": { "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 2 }, "less": length, "below": length }), &["between"])
             ]
         })
     }
