@@ -18,6 +18,7 @@ use crate::stream::read::text;
 use indexmap::IndexMap;
 use nalgebra::{Isometry3, Point3};
 use serde::Deserialize;
+use std::f64::consts::TAU;
 use std::path::Path;
 
 /// The largest URDF file, in bytes.
@@ -232,7 +233,7 @@ fn beyond(recording: &Recording, tree: &KinematicTree, robot: &str, dof: usize, 
     let range = joint.range[0] - beyond..=joint.range[1] + beyond;
     let measured: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     let out = measured.iter().filter(|value| !range.contains(value)).count();
-    let counts_turns = turns && joint.range[1] - joint.range[0] > 6.28;
+    let counts_turns = turns && joint.range[1] - joint.range[0] > 0.999 * TAU;
     let largest = measured.iter().map(|value| value.abs()).fold(0.0, f64::max);
     if measured.len() < FEWEST || (out as f64) < SHARE * measured.len() as f64 || (counts_turns && largest < 50.0) {
         return None;

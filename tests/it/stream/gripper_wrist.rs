@@ -67,7 +67,7 @@ fn at_the_wrist(recording: &str, objects: &[&str], weight: f64) -> String {
         if read("t") - held_s < 0.3 {
             force[2] -= weight;
             let touches = |of: &&str| [1, 2].iter().any(|it| read(&format!("C_R_f{it}_{of}")) > 0.5);
-            held_s = if objects.iter().any(|of| touches(of)) { read("t") } else { held_s };
+            held_s = if objects.iter().any(touches) { read("t") } else { held_s };
         }
         let [x, y, z] = ["R_hand_px", "R_hand_py", "R_hand_pz"].map(read);
         let [fx, fy, fz] = force;
