@@ -9,6 +9,7 @@ pub mod csv;
 mod drops;
 mod episodes;
 mod form;
+mod gripping;
 mod insertion;
 mod leaning;
 mod reading;
@@ -27,18 +28,23 @@ pub use touching::TouchForces;
 use crate::analysis::json::printed;
 use crate::analysis::{Analysis, TaskSpan, Who};
 use crate::base::error::InputError;
-use crate::base::hands::Side;
+use crate::base::hands::{Finger, Side};
+use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
+use crate::base::quantity::Quantity;
 use crate::base::recording::Recording;
-use crate::base::scene::Role;
+use crate::base::scene::{Hand, Role};
 use drops::{without_brushes, without_drops};
 use episodes::episodes;
+use indexmap::IndexMap;
 use nalgebra::Isometry3;
 use series::Series;
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
+/// The radius of a fingertip of which nothing is known, m: that of scenes.
+const TIP_RADIUS_M: f64 = 0.010;
 /// Friction of a fingertip on an object (the paper, section 3.1): forces stay in the cone of it.
 pub const FRICTION: f64 = 1.0;
 
@@ -54,13 +60,19 @@ pub fn commands(
     log: &str,
 ) -> Result<Commands, InputError> {
     let scene = &recording.scene;
-    if scene.hands.is_empty() || scene.bodies.is_empty() {
-        return Err(InputError::new(log, "has no scene with bodies and hands, expected one to command a robot"));
+    if scene.bodies.is_empty() {
+        return Err(InputError::new(log, "has no scene with bodies, expected one to command a robot")
+            .help("give a scene with `--scene`, or declare the bodies in the binding"));
+    }
+    let hands = hands(recording);
+    if hands.is_empty() {
+        let message = "has no scene with hands and no position of a fingertip, expected one to command a robot";
+        return Err(InputError::new(log, message));
     }
     let mut tasks = Vec::new();
     for track in &analysis.tracks {
         let Who::Hand(side) = track.who else { continue };
-        let Some(hand) = scene.hands.get(&side) else { continue };
+        let Some(hand) = hands.get(&side) else { continue };
         for span in &track.tasks {
             carried_out(span, log)?;
             // The object that is touched for the longest time is what the task is about.
@@ -88,6 +100,22 @@ pub fn commands(
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
 }
 
+/// The hands of the scene; where it says nothing of them, those whose fingertips are recorded.
+fn hands(recording: &Recording) -> IndexMap<Side, Hand> {
+    if !recording.scene.hands.is_empty() {
+        return recording.scene.hands.clone();
+    }
+    let hand = |side: Side| {
+        let is_recorded = |finger: &Finger| {
+            let position = LogChannel::Finger(side, *finger, FingerPart::Position);
+            *finger != Finger::Palm && recording.columns.contains_key(&format!("{position}.x"))
+        };
+        let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(is_recorded).collect();
+        (!fingers.is_empty()).then_some((side, Hand { fingers, tip_radius: Quantity(TIP_RADIUS_M) }))
+    };
+    Side::BOTH.into_iter().filter_map(hand).collect()
+}
+
 /// Refuses a task in which a primitive does not say what a hand does: no robot can know.
 fn carried_out(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     let Some(unsaid) = span.segments.iter().find(|segment| segment.does.is_none()) else { return Ok(()) };
@@ -104,6 +132,7 @@ fn carried_out(span: &TaskSpan, log: &str) -> Result<(), InputError> {
 fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut series: Series, waits: bool) -> Task {
     let (episodes, left_out) = episodes(span, &series, waits);
     let body = recording.scene.bodies.get(object);
+    body.iter().for_each(|body| gripping::with_forces(&mut series, recording, body, &episodes));
     let into = insertion::along_the_axis(&mut series, recording, object, &episodes);
     leaning::against_the_wall(&mut series, recording, object, &episodes);
     // With another hand at work, what is let go may be in that one.

@@ -25,6 +25,12 @@ const TURN_M: f64 = 0.05;
 const TAKES_PART: f64 = 0.3;
 /// A body touches the object with more than this, N.
 const ON_N: f64 = 0.01;
+/// Faces are opposite when the cosine between their normals is below the negative of this.
+const OPPOSITE: f64 = 0.99;
+/// How far the pads of jaws reach to each side of their middle, m.
+const PAD_M: f64 = 0.015;
+/// A face goes on where the surface is no farther than this, m.
+const FLAT_M: f64 = 0.0005;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
 
@@ -54,12 +60,14 @@ pub(super) struct Series {
     /// Where it is to be, before smoothing.
     pub(super) wanted: Vec<Isometry3<f64>>,
     pub(super) fingers: Vec<FingerSeries>,
+    /// Whether two jaws hold with pads that lie flat on the object: where on them it is held is not known, only between them.
+    pub(super) flat_pads: bool,
     tip_radius: f64,
 }
 
 /// One finger.
 pub(super) struct FingerSeries {
-    finger: Finger,
+    pub(super) finger: Finger,
     /// Centre of the tip, frame of the object, m.
     tip: Vec<Vector3<f64>>,
     /// The same in the reference frame.
@@ -88,6 +96,7 @@ impl Series {
                 recording.time.partition_point(|t| *t < time - 1e-9).min(last)
             })
             .collect();
+        let name = object;
         let object = poses(recording, object, &rows)?;
         let mut fingers = Vec::new();
         for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
@@ -95,7 +104,7 @@ impl Series {
             let Some(tips) = vectors(recording, &tip(FingerPart::Position), &rows) else { continue };
             let forces = vectors(recording, &tip(FingerPart::Force), &rows);
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
-            let touches = touching(recording, side, finger, &rows, touch);
+            let touches = touching(recording, (side, finger), name, &rows, touch);
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
             let on_object = |((force, object), on): ((&Vector3<f64>, &Isometry3<f64>), &bool)| {
@@ -112,7 +121,15 @@ impl Series {
             });
         }
         let wanted = object.clone();
-        (!fingers.is_empty()).then_some(Self { start_s, rows, object, wanted, fingers, tip_radius: hand.tip_radius.0 })
+        (!fingers.is_empty()).then_some(Self {
+            start_s,
+            rows,
+            object,
+            wanted,
+            fingers,
+            flat_pads: false,
+            tip_radius: hand.tip_radius.0,
+        })
     }
 
     /// How many samples there are.
@@ -135,6 +152,18 @@ impl Series {
             normal.try_normalize(1e-6).filter(|_| touches(force)).unwrap_or_else(Vector3::zeros)
         };
         Some(forces.iter().zip(&normals).map(unit).collect())
+    }
+
+    /// Lets a finger press with this force, N, into the surface of the object where it touches it, while it does.
+    pub(super) fn press(&mut self, finger: usize, body: &Body, force: f64, samples: &[usize]) {
+        let finger = &mut self.fingers[finger];
+        let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
+        let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len().max(1) as f64;
+        let Some(normal) = face_normal(body, &mean.into()) else { return };
+        for at in touched {
+            finger.force[at] = -normal * force;
+            finger.wanted_force[at] = finger.force[at];
+        }
     }
 
     /// For how many samples a fingertip touches and is at the object.
@@ -164,6 +193,9 @@ impl Series {
             let Some(normal) = face_normal(body, &mean.into()) else { continue };
             let point = mean - normal * surface_distance(body, &mean.into());
             contacts.push(Contact { finger: finger.finger, point: rounded(point), normal: rounded(normal) });
+        }
+        if self.flat_pads {
+            opposite(body, &mut contacts);
         }
         GraspSpec { contacts, mapped: None, infeasible: None }
     }
@@ -259,6 +291,28 @@ impl Series {
             }
             quality.force_deviation = quality.force_deviation.max(deviation(&raw, &out[start..end]));
             start = end;
+        }
+    }
+}
+
+/// Brings two contacts on opposite faces to one line across them: in the middle between where they were along the faces, and as near to the middle of the
+/// object as pads are long, since pads do not let it turn about the line between them and balls do.
+fn opposite(body: &Body, contacts: &mut [Contact]) {
+    let [one, two] = contacts else { return };
+    let normal = Vector3::from(one.normal);
+    if normal.dot(&Vector3::from(two.normal)) > -OPPOSITE {
+        return;
+    }
+    let (first, second) = (Vector3::from(one.point), Vector3::from(two.point));
+    let half = (second - first) / 2.0;
+    let along = half - normal * half.dot(&normal);
+    let middle = (first + second) / 2.0;
+    let aside = middle - normal * middle.dot(&normal);
+    let nearer = aside * (PAD_M / aside.norm().max(PAD_M));
+    for (contact, point) in [(one, first + along - nearer), (two, second - along - nearer)] {
+        // Only where the face goes on as far as that.
+        if surface_distance(body, &point.into()).abs() < FLAT_M {
+            contact.point = rounded(point);
         }
     }
 }

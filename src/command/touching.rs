@@ -25,16 +25,18 @@ impl Default for TouchForces {
 /// Interruptions of up to this many samples are bridged.
 const BRIDGED: usize = 4;
 
-/// Whether a finger touches, at these rows.
+/// Whether a finger touches, at these rows: the object, where the recording says what is touched.
 pub(super) fn touching(
     recording: &Recording,
-    side: Side,
-    finger: Finger,
+    (side, finger): (Side, Finger),
+    object: &str,
     rows: &[usize],
     forces_n: TouchForces,
 ) -> Vec<bool> {
     let channel = |part| LogChannel::Finger(side, finger, part);
-    let mut touches: Vec<bool> = match recording.columns.get(&channel(FingerPart::Contact).to_string()) {
+    let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
+    let flags = of_object.or_else(|| recording.columns.get(&channel(FingerPart::Contact).to_string()));
+    let mut touches: Vec<bool> = match flags {
         Some(flags) => rows.iter().map(|&row| flags.values.get(row).is_some_and(|flag| *flag > 0.5)).collect(),
         None => {
             let mut on = false;

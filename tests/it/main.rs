@@ -106,6 +106,8 @@ mod subjects;
 mod teach_live;
 #[cfg(all(feature = "teach", unix))]
 mod teach_page;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod teleoperated;
 mod tidy;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod views;

@@ -1,0 +1,49 @@
+//! The force of a grasp that a log does not tell. The flags of a gripper say that its jaws touch; how hard they press is often not measured, or comes from a
+//! solver that reports nothing in most frames. A robot needs a force all the same: one that holds the object with a margin.
+
+use super::FRICTION;
+use super::series::{Episode, Series};
+use crate::base::hands::Finger;
+use crate::base::meaning::Meaning;
+use crate::base::recording::Recording;
+use crate::base::scene::Body;
+
+/// A touch with less than this is one without a force, N.
+const NOTHING_N: f64 = 0.05;
+/// A finger of which this share of the touch is without a force does not measure it.
+const UNMEASURED: f64 = 0.25;
+/// How many times what friction needs to carry the object, and the least that the thumb presses with, N.
+const MARGIN: f64 = 4.0;
+const LEAST_N: f64 = 2.0;
+
+/// Gives the fingers that hold an object, and of which no force is known, one that holds it: the thumb presses against all others together.
+pub(super) fn with_forces(series: &mut Series, recording: &Recording, body: &Body, episodes: &[Episode]) {
+    let held = |meaning: Meaning| !meaning.is_free() && !meaning.pushes();
+    let pieces = episodes.iter().flat_map(|episode| &episode.pieces).filter(|piece| held(piece.does));
+    let samples: Vec<usize> = pieces.flat_map(|piece| piece.samples.iter().copied()).collect();
+    let touching: Vec<(usize, Finger)> = (series.fingers.iter().enumerate())
+        .filter(|(_, finger)| samples.iter().any(|at| finger.touches[*at]))
+        .map(|(at, finger)| (at, finger.finger))
+        .collect();
+    let others = touching.iter().filter(|(_, finger)| *finger != Finger::Thumb).count();
+    // Only a grasp is held: a thumb and something opposite to it.
+    if others == 0 || others == touching.len() {
+        return;
+    }
+    let unmeasured = touching.iter().all(|(at, _)| {
+        let finger = &series.fingers[*at];
+        let touched: Vec<usize> = samples.iter().copied().filter(|at| finger.touches[*at]).collect();
+        let without = touched.iter().filter(|at| finger.force[**at].norm() < NOTHING_N).count();
+        without as f64 > UNMEASURED * touched.len() as f64
+    });
+    if !unmeasured {
+        return;
+    }
+    series.flat_pads = series.fingers.len() == 2;
+    let weight = body.mass.map_or(0.0, |mass| mass.0 * recording.scene.gravity().norm());
+    let needed = (MARGIN * weight / (2.0 * FRICTION)).max(LEAST_N);
+    for (at, finger) in touching {
+        let force = if finger == Finger::Thumb { needed } else { needed / others as f64 };
+        series.press(at, body, force, &samples);
+    }
+}

@@ -1,0 +1,34 @@
+//! Recordings of teleoperated grippers become programs of a simulated one: objects end where they were left.
+
+use crate::program::{all_said, teachtree_in};
+use std::path::Path;
+
+/// Recordings, the names of their bindings and scenes, and the objects.
+const TABLE: &[(&str, [&str; 2], &str)] = &[
+    ("SawyerLift_demo_1.csv", ["sawyer_lift", "sawyer_lift"], "`cube`"),
+    ("SawyerStack_demo_1.csv", ["sawyer_stack", "sawyer_stack"], "`cubeA`"),
+    ("stack_panda_demo_1.csv", ["panda_stack", "panda_stack"], "`cubeA`"),
+];
+
+/// Retargets a shipped recording to the shipped gripper and carries it out in its scene; returns what `simulate` says.
+fn carried_out(log: &str, names: [&str; 2]) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let [log, binding, scene] =
+        [log.to_string(), format!("{}.binding.yaml", names[0]), format!("{}.scene.yaml", names[1])]
+            .map(|name| demos.join(name).display().to_string());
+    let retarget =
+        ["retarget", &log, "--binding", &binding, "--scene", &scene, "--robot", "parallel_jaw", "-o", "commands.json"];
+    let retargeted = teachtree_in(folder.path(), &retarget);
+    assert!(retargeted.status.success(), "{}", all_said(&retargeted));
+    let simulate = ["simulate", "commands.json", "--robot", "parallel_jaw", "--scene", &scene, "-o", "robot.csv"];
+    all_said(&teachtree_in(folder.path(), &simulate))
+}
+
+#[test]
+fn objects_of_teleoperated_recordings_end_where_they_were_left() {
+    for (log, names, object) in TABLE {
+        let said = carried_out(log, *names);
+        assert!(said.starts_with("done") && said.contains(object), "{log}: {said}");
+    }
+}
