@@ -143,6 +143,13 @@ fn keys_move_turn_and_undo_and_the_other_hand_takes_over() {
     browser.wait("page.hands.hand.at[2] < 0.2");
     browser.hold("f", false);
     arrived(&mut browser);
+    // A gamepad, as the browser would show one: its stick moves the hand, its first button closes the fingers.
+    let x = numbers(&mut browser, "page.hands.hand.at")[0];
+    browser.eval("window.pad = { connected: true, axes: [-1, 0, 0, 0], buttons: [{ pressed: false }] }; navigator.getGamepads = () => [window.pad];");
+    browser.wait(&format!("page.hands.hand.at[0] < {}", x - 0.03));
+    browser.eval("window.pad = { connected: true, axes: [0, 0, 0, 0], buttons: [{ pressed: true }] }");
+    browser.wait("page.hands.hand.closes && document.querySelector('#close').getAttribute('aria-pressed') === 'true'");
+    browser.eval("navigator.getGamepads = () => []");
     let epoch = browser.eval("page.state.epoch").as_u64().unwrap();
     browser.key("Backspace");
     browser.wait(&format!("page.state.epoch > {epoch} && page.hands.epoch === page.state.epoch"));

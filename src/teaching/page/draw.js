@@ -209,7 +209,7 @@ export class Stage {
     const { right, up, behind, eye } = this.axes();
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     this.clear();
-    this.paintView(product(lens(TALL, width / height, 0.02, 20), view(eye, right, up, behind)), [0, 0, width, height], state, more);
+    this.paintView(product(lens(TALL, width / height, 0.02, 20), view(eye, right, up, behind)), [0, 0, width, height], state, more, behind);
   }
 
   clear() {
@@ -218,8 +218,8 @@ export class Stage {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
   }
 
-  /** Draws what one eye sees, by its matrix, into a part of the picture. */
-  paintView(matrix, port, state, more) {
+  /** Draws what one eye sees, by its matrix, into a part of the picture; it looks against `behind`. */
+  paintView(matrix, port, state, more, behind) {
     const { gl, at } = this;
     gl.viewport(...port);
     gl.enable(gl.DEPTH_TEST);
@@ -240,7 +240,10 @@ export class Stage {
     this.guide(state, more);
     // Walls are glass: what is behind them is seen.
     gl.depthMask(false);
-    for (const [body, index] of walls) this.body(body, state.bodies[index] || body.pose, 0.3);
+    for (const [body, index] of walls) {
+      const pose = state.bodies[index] || body.pose, isBefore = dot(sub(pose.slice(0, 3), scale(add(this.low, this.high), 0.5)), behind) > 0;
+      this.body(body, pose, isBefore ? 0.1 : 0.3);
+    }
     gl.depthMask(true);
   }
 

@@ -81,8 +81,8 @@ export function offerHeadset(button, stage, hands, page) {
         return [right, -back, up];
       };
       const at = toScene(position, origin);
-      const matrix = view(at, way([1, 0, 0]), way([0, 1, 0]), way([0, 0, 1]));
-      stage.paintView(product(eye.projectionMatrix, matrix), [x, y, width, height], state, page.picture(state));
+      const behind = way([0, 0, 1]), matrix = view(at, way([1, 0, 0]), way([0, 1, 0]), behind);
+      stage.paintView(product(eye.projectionMatrix, matrix), [x, y, width, height], state, page.picture(state), behind);
     }
   }
   return none;
