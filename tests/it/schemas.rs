@@ -75,7 +75,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
         run(&["analyze", "cut.csv", "--confidence", "--format", "json"]),
         run(&["explain", "one.csv", "--at", "2s..6s", "--why-not", "Follow", "--format", "json"]),
         run(&["explain", "two.csv", "--at", "6s..8s", "--format", "json"]),
-        run(&["analyze", "cut.csv", "--rules", "tour.rules", "--format", "json"]),
+        run(&["analyze", "one.csv", "--rules", "tour.rules", "--format", "json"]),
         run(&["explain", "one.csv", "--rules", "tour.rules", "--at", "5s", "--format", "json"]),
         run(&["inspect", "two.csv", "--format", "json"]),
         run(&["score", "one.csv", "two.csv", "--format", "json"]),
@@ -94,7 +94,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     run(&["analyze", "two.csv", "--trace", "trace.json", "--signals", "near,squeeze"]);
     documents.push(std::fs::read_to_string(folder.path().join("trace.json")).unwrap());
     documents.push(run(&["audit", "cut.csv", "one.csv", "two.csv", "--format", "json"]));
-    let live = run(&["live", "cut.csv", "--rules", "tour.rules", "--format", "json"]);
+    let live = run(&["live", "one.csv", "--rules", "tour.rules", "--format", "json"]);
     assert!(live.contains("\"event\": \"composite\""), "{live}");
     documents.extend(live.lines().map(str::to_string));
     let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";
