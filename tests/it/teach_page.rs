@@ -112,8 +112,8 @@ fn a_pick_and_place_is_taught_by_pointer_wheel_and_keys() {
     browser.click("#watch");
     browser.wait("!document.querySelector('#replay').hidden");
     browser.click("#end-replay");
-    browser.eval("fetch('robot.html').then((answer) => answer.text()).then((text) => { window.robot = text; })");
-    browser.wait("window.robot?.includes('<svg') && window.robot.includes('robot.css')");
+    browser.eval("fetch('robot.html').then((answer) => answer.text()).then((text) => { window.written = text; })");
+    browser.wait("window.written?.includes('<svg') && window.written.includes('robot.css')");
     browser.click("#reset");
     browser.wait(&format!("Math.abs(page.state.bodies[0][0] - {}) < 0.002", found[0]));
     for width in [400, 900, 1400] {

@@ -87,7 +87,9 @@ fn places_are_exact_in_shipped_files() {
                 seen += 1;
                 choice.condition.iter().for_each(|condition| check_places(condition, &sources));
                 match &choice.then {
-                    Then::Primitive(label) => assert!(sources.text(choice.span).ends_with(sources.text(label.span))),
+                    Then::Primitive(label) | Then::EachSide(label) => {
+                        assert!(sources.text(choice.span).ends_with(sources.text(label.span)))
+                    }
                     Then::Branch(below) => {
                         assert!(sources.text(choice.span).ends_with('{'));
                         choices.extend(below);

@@ -16,7 +16,7 @@ fn the_middle_of_several_markers_is_a_point() {
 
 #[test]
 fn a_mean_is_of_two_columns_or_more() {
-    for wrong in ["{mean: [a<xyz>]}", "{sum: [a<xyz>, b<xyz>]}", "{}", "{mean: [a<xyz>, b<xyz>], of: [c]}"] {
+    for wrong in ["{mean: [a<xyz>]}", "{sum: [a<xyz>, b<xyz>]}", "{}", "{mean: [a<xyz>, b<xyz>], of: c}"] {
         let text = format!("channels: {{cube.position: {wrong}}}\n");
         let error = super::BindingFile::parse(text, "binding.yaml".into()).unwrap_err().to_string();
         assert!(error.contains("expected `{mean: [left <xyz>, right <xyz>]}`"), "{wrong}: {error}");
