@@ -61,80 +61,46 @@ pub fn csv(analysis: &Analysis, meta: &Meta) -> Result<String, InputError> {
 type Row = ([String; COLUMNS.len() - CONSTANT], [String; CONFIDENCE.len()]);
 
 fn rows(track: &Track) -> Vec<Row> {
+    let who = track.who.to_string();
     let segment = |kind: &str, task: Option<usize>, segment: &Segment| -> Row {
         let sure = segment.confidence.map_or_else(Default::default, |it: Confidence| {
             [number(it.share), number(it.earliest_s), number(it.latest_s), it.margin.map(number).unwrap_or_default()]
         });
         let time_s = (segment.start_s, segment.end_s);
-        let [object, partner, start_s, end_s, start_row, end_row] = span(&segment.subject, time_s, &segment.rows);
-        let row = [
-            track.who.to_string(),
-            kind.into(),
-            segment.primitive.clone(),
-            object,
-            partner,
-            start_s,
-            end_s,
-            start_row,
-            end_row,
-            task.map(|task| task.to_string()).unwrap_or_default(),
-            segment.was.join(" "),
-            segment.by.join("; "),
-            String::new(),
-            String::new(),
-        ];
-        (row, sure)
+        let span = span(&segment.subject, time_s, &segment.rows);
+        let task = task.map(|task| task.to_string()).unwrap_or_default();
+        let none = String::new();
+        let behind = [task, segment.was.join(" "), segment.by.join("; "), none.clone(), none];
+        (row(&who, kind, &segment.primitive, span, behind), sure)
     };
     let mut rows: Vec<Row> = track.segments.iter().map(|raw| segment("raw", None, raw)).collect();
     for (task, number_of_task) in track.tasks.iter().zip(1..) {
-        let time_s = (task.start_s, task.end_s);
-        let [object, partner, start_s, end_s, start_row, end_row] = span(&task.subject, time_s, &task.rows);
-        let row = [
-            track.who.to_string(),
-            "task".into(),
-            task.task.clone(),
-            object,
-            partner,
-            start_s,
-            end_s,
-            start_row,
-            end_row,
-            number_of_task.to_string(),
-            String::new(),
-            String::new(),
-            task.secondary.join(" "),
-            open(task).join(" "),
-        ];
+        let span = span(&task.subject, (task.start_s, task.end_s), &task.rows);
+        let none = String::new();
+        let behind =
+            [number_of_task.to_string(), none.clone(), none.clone(), task.secondary.join(" "), open(task).join(" ")];
         let share = task.confidence.map(number).unwrap_or_default();
-        rows.push((row, [share, String::new(), String::new(), String::new()]));
+        rows.push((row(&who, "task", &task.task, span, behind), [share, none.clone(), none.clone(), none]));
     }
     for composite in &track.composites {
-        let numbers: Vec<String> = composite.tasks.clone().map(|at| (at + 1).to_string()).collect();
-        let time_s = (composite.start_s, composite.end_s);
-        let [object, partner, start_s, end_s, start_row, end_row] = span(&Subject::default(), time_s, &composite.rows);
-        let row = [
-            track.who.to_string(),
-            "composite".into(),
-            composite.task.clone(),
-            object,
-            partner,
-            start_s,
-            end_s,
-            start_row,
-            end_row,
-            numbers.join(" "),
-            String::new(),
-            String::new(),
-            String::new(),
-            cut_ends(composite.open_start, composite.open_end).join(" "),
-        ];
-        rows.push((row, Default::default()));
+        let tasks: Vec<String> = composite.tasks.clone().map(|at| (at + 1).to_string()).collect();
+        let span = span(&Subject::default(), (composite.start_s, composite.end_s), &composite.rows);
+        let none = String::new();
+        let open = cut_ends(composite.open_start, composite.open_end).join(" ");
+        let behind = [tasks.join(" "), none.clone(), none.clone(), none, open];
+        rows.push((row(&who, "composite", &composite.task, span, behind), Default::default()));
     }
     for relabeled in &track.relabeled {
         let task = track.tasks.iter().position(|task| task.frames.contains(&relabeled.frames.start));
         rows.push(segment("relabeled", task.map(|task| task + 1), relabeled));
     }
     rows
+}
+
+/// The cells of a row: track, kind and name, the span, and those from `task` to `open`.
+fn row<const N: usize>(who: &str, kind: &str, name: &str, span: [String; 6], behind: [String; 5]) -> [String; N] {
+    let mut cells = [who, kind, name].map(str::to_string).into_iter().chain(span).chain(behind);
+    std::array::from_fn(|_| cells.next().unwrap_or_default())
 }
 
 /// What segments and tasks have in common.

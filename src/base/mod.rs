@@ -6,6 +6,8 @@
 pub mod channels;
 pub mod diagnostic;
 pub mod digest;
+#[cfg(any(feature = "net", feature = "teach"))]
+pub mod duplex;
 pub mod easing;
 pub mod error;
 pub mod geometry;

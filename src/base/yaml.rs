@@ -8,6 +8,12 @@ use super::shown::Shown;
 use serde::de::{DeserializeOwned, DeserializeSeed, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use serde::{Deserializer, Serialize};
 use std::fmt;
+use std::path::Path;
+
+/// Whether a file is YAML by its name.
+pub fn is_yaml(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
+}
 
 /// Size limit of a YAML text, bytes.
 pub const MAX_BYTES: usize = 1 << 20;

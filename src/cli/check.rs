@@ -6,6 +6,7 @@ use super::{Failure, inputs, output};
 use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
+use crate::base::yaml::is_yaml;
 use crate::engine::compiled::instantiate::instantiate;
 use crate::engine::width::Width;
 use crate::graph::lower;
@@ -56,8 +57,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let mut failures = Vec::new();
     let mut findings = Vec::new();
-    let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) =
-        args.files.iter().cloned().partition(|file| inputs::is_yaml(file));
+    let (others, rules): (Vec<PathBuf>, Vec<PathBuf>) = args.files.iter().cloned().partition(|file| is_yaml(file));
     for file in &others {
         match other(file) {
             Ok(fine) if args.format == Format::Text => output::print(&fine)?,

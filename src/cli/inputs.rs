@@ -38,11 +38,6 @@ impl Kind {
     }
 }
 
-/// Whether the name of a file is that of a YAML file.
-pub fn is_yaml(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
-}
-
 /// The kind of a file by its ending, else by its keys.
 pub fn kind(path: &Path, text: &str) -> Option<Kind> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();

@@ -47,7 +47,7 @@ impl SourceArgs {
 
 /// Whether a name is a path to a YAML file rather than the name of something shipped.
 pub fn is_yaml(name: &str) -> bool {
-    Path::new(name).extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
+    yaml::is_yaml(Path::new(name))
 }
 
 /// An error about a scene of this name, or in this file, at its line there: where no file is known its place is keys, `bodies.cube.mass`.

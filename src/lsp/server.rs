@@ -7,6 +7,7 @@ use super::workspace::{Document, Spot, Workspace};
 use super::{
     Answer, Refused, Wrong, actions, complete, findings, hover, library::Library, navigate, outline, rename, uri,
 };
+use crate::base::yaml::is_yaml;
 use crate::session::Log;
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{
@@ -19,7 +20,7 @@ use serde_json::{Value, json};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, BufReader, Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Where the connection stands.
@@ -417,10 +418,6 @@ impl<W: Write> Server<W> {
         write!(self.output, "Content-Length: {}\r\n\r\n{text}", text.len())?;
         self.output.flush()
     }
-}
-
-fn is_yaml(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending == "yaml" || ending == "yml")
 }
 
 fn read<P: DeserializeOwned>(params: Value) -> Answer<P> {

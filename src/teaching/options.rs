@@ -1,4 +1,4 @@
-//! What `teach --live` is told.
+//! The options of `teach --live`.
 
 use super::takes::Performed;
 use crate::base::scene::Scene;

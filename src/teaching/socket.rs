@@ -3,9 +3,9 @@
 use super::heed::heed;
 use super::protocol::{Message, error, pose_json, vector};
 use super::shared::{HandNow, Newest, Teaching, lock};
+use crate::base::duplex::Duplex;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
-use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -39,12 +39,8 @@ struct Connection {
 /// Speaks until the other side goes.
 pub(super) fn serve(stream: TcpStream, read: Vec<u8>, teaching: &Arc<Teaching>) {
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
-    let (Ok(()), Ok(()), Ok(reader)) =
-        (stream.set_read_timeout(None), stream.set_write_timeout(Some(PATIENCE)), stream.try_clone())
-    else {
-        return;
-    };
-    let both = Shared { reader: Arc::new(reader), writer: Arc::new(Mutex::new(stream)) };
+    let set = stream.set_read_timeout(None).and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
+    let Ok(both) = set.and_then(|()| Duplex::new(stream)) else { return };
     let mut reading = WebSocket::from_partially_read(both.clone(), read, Role::Server, Some(config));
     let mut writing = WebSocket::from_raw_socket(both.clone(), Role::Server, None);
     let connection = Arc::new(Connection::default());
@@ -66,7 +62,7 @@ pub(super) fn serve(stream: TcpStream, read: Vec<u8>, teaching: &Arc<Teaching>) 
     };
     // The other side may be gone at any time.
     let _ = write(&mut writing, &connection, teaching);
-    let _ = both.reader.shutdown(Shutdown::Both);
+    let _ = both.stream().shutdown(Shutdown::Both);
     let _ = reader.join();
 }
 
@@ -78,7 +74,7 @@ fn take(text: &str, connection: &Connection, teaching: &Arc<Teaching>) -> Result
     heed(teaching, message)
 }
 
-fn write(socket: &mut WebSocket<Shared>, connection: &Connection, teaching: &Teaching) -> tungstenite::Result<()> {
+fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Teaching) -> tungstenite::Result<()> {
     let mut state_at = 0;
     let mut labels_at = 0;
     let mut forces_at = 0;
@@ -150,28 +146,4 @@ fn forces(newest: &Newest) -> Value {
     let force = |hand: &HandNow, force: &Vector3<f64>| vector(if hand.is_silent { &none } else { force });
     let hands = newest.hands.iter().map(|hand| hand.forces.iter().map(|it| force(hand, it)).collect::<Vec<_>>());
     json!({ "type": "forces", "time": time_s(newest), "epoch": newest.epoch, "hands": hands.collect::<Vec<_>>() })
-}
-
-/// A connection that one thread reads and another one writes: what is written at once stays together.
-#[derive(Clone)]
-struct Shared {
-    reader: Arc<TcpStream>,
-    writer: Arc<Mutex<TcpStream>>,
-}
-
-impl Read for Shared {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        (&*self.reader).read(buffer)
-    }
-}
-
-impl Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_all(bytes)?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }

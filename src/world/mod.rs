@@ -27,6 +27,7 @@ pub use operator::{
     Along, Bring, Carry, Close, ForceNoise, Goal, Grip, Insert, Measured, Occasions, Open, Operator, Perturbation,
     Press, Reach, Script, Slip, Step, Together, Tremor, Turn, Until, Variation, Withdraw,
 };
+pub use recorder::recorded;
 pub use shipped::{operator, scene};
 pub use simulation::{
     BodyState, Coupling, Fingertips, HandState, HandTarget, MovedHand, MovedTip, Mover, Observation, Pushed, STEP_S,

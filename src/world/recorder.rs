@@ -14,6 +14,29 @@ use std::ops::Range;
 /// Streams of chance of the force sensors: one each, after those of the hands.
 const SENSOR_STREAM: u64 = 16;
 
+/// The channels of a recording of the virtual environment: fingertips and palms, objects, contacts; `flags` for the contacts of fingertips.
+pub fn recorded<'s>(scene: &'s Scene, seen: &Observation, flags: bool) -> Vec<LogChannel<'s>> {
+    let mut channels = Vec::new();
+    for (side, hand) in &scene.hands {
+        for finger in &hand.fingers {
+            channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
+            if flags {
+                channels.push(LogChannel::Finger(*side, *finger, FingerPart::Contact));
+            }
+        }
+        channels.extend(LogChannel::palm(*side));
+    }
+    let bodies: Vec<_> = scene.bodies.iter().collect();
+    for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
+        channels.extend(BodyPart::ALL.map(|part| LogChannel::Body(name, part)));
+    }
+    for contact in &seen.contacts {
+        let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
+        channels.extend(ContactPart::VECTORS.map(|part| LogChannel::Contact(name, other, part)));
+    }
+    channels
+}
+
 /// Gathers rows.
 pub(super) struct Recorder {
     /// Indices of the objects in the scene.
@@ -58,25 +81,8 @@ impl Recorder {
         force_noise: &ForceNoise,
         seed: u64,
     ) -> Self {
-        let mut channels = Vec::new();
-        for (side, hand) in &scene.hands {
-            for finger in &hand.fingers {
-                channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
-                if measured.contact_flags {
-                    channels.push(LogChannel::Finger(*side, *finger, FingerPart::Contact));
-                }
-            }
-            channels.extend(LogChannel::palm(*side));
-        }
         let bodies: Vec<_> = scene.bodies.iter().collect();
-        for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
-            channels.extend(BodyPart::ALL.map(|part| LogChannel::Body(name, part)));
-        }
-        for contact in &seen.contacts {
-            let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
-            channels.extend(ContactPart::VECTORS.map(|part| LogChannel::Contact(name, other, part)));
-        }
-        let names = columns(&channels);
+        let names = columns(&recorded(scene, seen, measured.contact_flags));
         let mut stream = SENSOR_STREAM;
         let noise = scene.hands.values().map(|hand| {
             let sensors = hand.fingers.iter().map(|_| {

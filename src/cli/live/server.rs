@@ -3,10 +3,10 @@
 use super::foxglove::PROTOCOLS;
 use super::hub::{From, Hub, Subscriptions};
 use super::protocol::{FromClient, advertise, data, server_info, status};
+use crate::base::duplex::Duplex;
 use crate::base::error::InputError;
 use crate::session::LiveEvent;
 use std::hash::{BuildHasher, Hasher, RandomState};
-use std::io::{Read, Write};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -104,7 +104,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let both = Shared { reader: Arc::new(stream.try_clone()?), writer: Arc::new(Mutex::new(stream)) };
+    let both = Duplex::new(stream)?;
     let mut from = None;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
     #[allow(clippy::result_large_err, reason = "the type is the library's")]
@@ -116,7 +116,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
         tungstenite::HandshakeError::Failure(error) => error,
         tungstenite::HandshakeError::Interrupted(_) => tungstenite::Error::ConnectionClosed,
     })?;
-    both.reader.set_read_timeout(None)?;
+    both.stream().set_read_timeout(None)?;
     let mut writing = WebSocket::from_raw_socket(both.clone(), Role::Server, None);
     writing.send(Message::text(server_info(&hub.session)))?;
     writing.send(Message::text(advertise(&hub.topics)))?;
@@ -135,7 +135,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
         })
     };
     let written = write(&mut writing, hub, &subscriptions, &is_gone);
-    let _ = both.reader.shutdown(Shutdown::Both);
+    let _ = both.stream().shutdown(Shutdown::Both);
     let _ = reader.join();
     written
 }
@@ -184,7 +184,7 @@ fn take(message: FromClient, hub: &Hub, subscriptions: &Mutex<Subscriptions>, fr
 
 /// Sends what a client has subscribed to until it goes, or nothing comes any more.
 fn write(
-    socket: &mut WebSocket<Shared>,
+    socket: &mut WebSocket<Duplex>,
     hub: &Hub,
     subscriptions: &Mutex<Subscriptions>,
     is_gone: &AtomicBool,
@@ -203,28 +203,4 @@ fn write(
         }
     }
     Ok(())
-}
-
-/// A connection that one thread reads and another one writes: what is written at once stays together.
-#[derive(Clone)]
-struct Shared {
-    reader: Arc<TcpStream>,
-    writer: Arc<Mutex<TcpStream>>,
-}
-
-impl Read for Shared {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        (&*self.reader).read(buffer)
-    }
-}
-
-impl Write for Shared {
-    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
-        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_all(bytes)?;
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }

@@ -1,11 +1,11 @@
 //! The robot's recording: the columns of the operator's, measured without noise.
 
-use crate::base::log_channel::{BodyPart, ContactPart, FingerPart, LogChannel, columns};
+use crate::base::log_channel::columns;
 use crate::base::recording::{Column, Recording};
 use crate::base::scene::{Role, Scene};
 use crate::base::units::Dimension;
 use crate::robot::simulation::observer::{Observer, Step};
-use crate::world::{Observation, STEP_S};
+use crate::world::{Observation, STEP_S, recorded};
 use nalgebra::{Isometry3, Vector3};
 
 /// One step in so many is recorded: 250 a second.
@@ -23,22 +23,8 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     pub(crate) fn new(scene: &Scene, seen: &Observation) -> Self {
-        let mut channels = Vec::new();
-        for (side, hand) in &scene.hands {
-            for finger in &hand.fingers {
-                channels.extend(FingerPart::TIP.map(|part| LogChannel::Finger(*side, *finger, part)));
-            }
-            channels.extend(LogChannel::palm(*side));
-        }
         let bodies: Vec<_> = scene.bodies.iter().collect();
-        for (name, _) in bodies.iter().filter(|(_, body)| body.role == Role::Object) {
-            channels.extend(BodyPart::ALL.map(|part| LogChannel::Body(name, part)));
-        }
-        for contact in &seen.contacts {
-            let (name, other) = (bodies[contact.body].0, bodies[contact.other].0);
-            channels.extend(ContactPart::VECTORS.map(|part| LogChannel::Contact(name, other, part)));
-        }
-        let names = columns(&channels);
+        let names = columns(&recorded(scene, seen, false));
         let objects = (0..bodies.len()).filter(|&body| bodies[body].1.role == Role::Object).collect();
         Self { columns: vec![Vec::new(); names.len()], names, objects, rows: 0 }
     }
