@@ -274,6 +274,17 @@ def test_the_name_of_a_job_does_not_depend_on_where_it_is_made(tmp_path: Path, m
     assert fleet.Job(rules="elsewhere/hold.rules").digest == here.digest
 
 
+def test_the_robots_of_a_binding_travel_with_a_job(tmp_path: Path) -> None:
+    """A changed robot has other results."""
+    binding = tmp_path / "b.yaml"
+    binding.write_text("channels: {right.palm.position: {link: arm.hand}}\nrobots:\n  arm: {urdf: arm.urdf, joints: {a: q}}\n")
+    (tmp_path / "arm.urdf").write_text("<robot/>")
+    one = fleet.Job(binding=binding)
+    assert sorted(one._files) == ["arm.urdf", "b.yaml"]
+    (tmp_path / "arm.urdf").write_text("<robot name='other'/>")
+    assert fleet.Job(binding=binding).digest != one.digest
+
+
 def test_two_jobs_are_compared(tmp_path: Path) -> None:
     folder, out = short(tmp_path / "set", 8, rows=200), str(tmp_path / "out")
     far = {"near_on": "150 mm", "near_off": "200 mm"}

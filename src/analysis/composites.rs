@@ -7,8 +7,8 @@ use super::{TaskSpan, UNKNOWN};
 use crate::language::rules::Rules;
 use std::ops::Range;
 
-/// The most tasks of a run (`task+`): a longer one is more than one.
-const MOST_IN_A_RUN: usize = 1000;
+/// The most tasks that are one, those without a name between them included: a longer run (`task+`) is more than one.
+const MOST_TASKS: usize = 1000;
 
 /// A task that is made of tasks, in a track.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -114,29 +114,29 @@ impl Composites {
 /// Whether tasks begin with these parts.
 fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> Fit {
     let mut at = 0;
+    let is_full = tasks.len() >= MOST_TASKS;
+    let tasks = tasks.get(..MOST_TASKS).unwrap_or(tasks);
     // Where the next task with a name is.
     let named = |from: usize| (from..tasks.len()).find(|at| tasks.get(*at).is_some_and(|task| task.task != UNKNOWN));
     let mut is_open = false;
     for (place, (name, many)) in parts.iter().enumerate() {
         let is_it = |at: usize| tasks.get(at).is_some_and(|task| task.task == *name);
         let next = if place == 0 { Some(0) } else { named(at) };
-        let Some(next) = next else { return Fit::Begun };
+        let Some(next) = next else { return if is_full { Fit::Not } else { Fit::Begun } };
         if !is_it(next) {
             return Fit::Not;
         }
         at = next + 1;
-        let mut count = 1;
         is_open = false;
-        while *many && count < MOST_IN_A_RUN {
+        while *many {
             match named(at) {
                 Some(next) if is_it(next) => at = next + 1,
                 Some(_) => break,
                 None => {
-                    is_open = true;
+                    is_open = !is_full;
                     break;
                 }
             }
-            count += 1;
         }
     }
     Fit::Found(at, is_open)

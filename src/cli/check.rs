@@ -246,6 +246,10 @@ fn counted(count: usize, one: &str, several: &str) -> String {
 fn cost(rules: &Rules) -> Result<String, Failure> {
     let graph = lower(rules);
     let mut out = String::new();
+    let of_tasks = match rules.composites.len() {
+        0 => String::new(),
+        count => format!(" and {count} made of tasks"),
+    };
     let _ = writeln!(
         out,
         "\n{}, {}, {}, {}, {}, {}; {}, {}",
@@ -253,7 +257,7 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
         counted(rules.signals.len(), "signal", "signals"),
         counted(rules.latches.len(), "latch", "latches"),
         counted(rules.trees.len(), "tree", "trees"),
-        counted(rules.tasks.len(), "task", "tasks"),
+        counted(rules.tasks.len(), "task", "tasks") + &of_tasks,
         counted(rules.relabels.len(), "relabeling rule", "relabeling rules"),
         counted(graph.values.len(), "shared value", "shared values"),
         counted(graph.trees.iter().map(|tree| tree.decision.tests.len()).sum(), "test", "tests"),

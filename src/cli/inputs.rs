@@ -1,13 +1,11 @@
 //! YAML files that people write, scenes, operators, bindings and robots: which kind a file is, and what is wrong with it.
 
 use crate::base::error::InputError;
+use crate::base::yaml;
 use crate::session::{Error, Scene};
 use crate::stream::bind::BindingFile;
 use crate::stream::read::text;
 use std::path::Path;
-
-/// The largest file that is read, bytes.
-const MAX_BYTES: u64 = 4 << 20;
 
 /// A kind of files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +71,10 @@ pub fn read(kind: Kind, path: &Path, text: &str) -> Result<(), InputError> {
         Kind::Operator => crate::world::Operator::read(text, &name).map(drop),
         #[cfg(feature = "world")]
         Kind::Robot => {
-            let text_of = |file: &str| if file == name { Ok(text.into()) } else { self::text(Path::new(file)) };
+            let text_of = |file: &str| match file == name {
+                true => Ok(text.into()),
+                false => text::read(Path::new(file), crate::robot::MAX_BYTES),
+            };
             crate::robot::open(&name, &text_of).map(drop)
         }
     }
@@ -84,7 +85,7 @@ pub fn read(kind: Kind, path: &Path, text: &str) -> Result<(), InputError> {
 /// # Errors
 /// When it cannot be read.
 pub fn text(path: &Path) -> Result<String, InputError> {
-    text::read(path, MAX_BYTES)
+    text::read(path, yaml::MAX_BYTES as u64)
 }
 
 /// What is wrong with a text that an editor shows; nothing where it is of no kind that is known here.

@@ -160,6 +160,8 @@ pub fn changed(one: &Rules, other: &Rules) -> Vec<String> {
     compare("signal", signals(one), signals(other));
     compare("latch", latches(one), latches(other));
     compare("settling of", settling(one), settling(other));
+    let made = |rules: &Rules| composites(rules).into_iter().collect();
+    compare("task", made(one), made(other));
     changed
 }
 
@@ -306,6 +308,21 @@ fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> V
             }
         }
     }
+    let mut last = None;
+    for (name, parts) in composites(base) {
+        match composites(extended).iter().position(|(other, _)| *other == name) {
+            None => acts.push(format!("the task `{name}` is gone")),
+            Some(at) => {
+                if last.is_some_and(|last| at < last) {
+                    acts.push(format!("the task `{name}` comes earlier than in the base"));
+                }
+                last = Some(at);
+                if composites(extended).get(at).is_some_and(|(_, theirs)| *theirs != parts) {
+                    acts.push(format!("the task `{name}` is made of other tasks"));
+                }
+            }
+        }
+    }
     for rule in &base.relabels {
         if !extended
             .relabels
@@ -321,11 +338,20 @@ fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> V
 /// Tasks and rules of the extension that may act where no new primitive occurs.
 fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
     let mut acts = lost_but(base, extended, is_new);
-    for task in extended.tasks.iter().filter(|task| !base.tasks.iter().any(|known| known.name == task.name)) {
+    let is_known = |task: &Task| base.tasks.iter().any(|known| known.name == task.name);
+    let needs_new = |task: &Task| {
         let new_keys = task.keys.iter().filter(|key| is_new(key.label.label)).count();
         let needs_new = if task.all_keys { new_keys > 0 } else { new_keys == task.keys.len() };
-        if !needs_new && !is_new(task.first.label) && !is_new(task.last.label) {
-            acts.push(format!("the task `{}` needs no new primitive", task.name));
+        needs_new || is_new(task.first.label) || is_new(task.last.label)
+    };
+    for task in extended.tasks.iter().filter(|task| !is_known(task) && !needs_new(task)) {
+        acts.push(format!("the task `{}` needs no new primitive", task.name));
+    }
+    for composite in &extended.composites {
+        let tasks = composite.parts.iter().filter_map(|part| extended.tasks.get(part.task.index()));
+        let is_old = base.composites.iter().any(|known| known.name == composite.name);
+        if !is_old && !tasks.into_iter().any(|task| !is_known(task) && needs_new(task)) {
+            acts.push(format!("the task `{}`, made of tasks, needs no new primitive", composite.name));
         }
     }
     let known = |rule: &Relabel| {
@@ -338,6 +364,16 @@ fn acts(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<S
         }
     }
     acts
+}
+
+/// The tasks that are made of tasks: their names, and what they are made of.
+fn composites(rules: &Rules) -> Vec<(String, String)> {
+    let part = |part: &crate::language::rules::Part| {
+        let name = rules.tasks.get(part.task.index()).map_or("", |task| task.name.as_str());
+        format!("{name}{}", if part.many { "+" } else { "" })
+    };
+    let made = |it: &crate::language::rules::Composite| it.parts.iter().map(part).collect::<Vec<_>>().join(", ");
+    rules.composites.iter().map(|it| (it.name.clone(), made(it))).collect()
 }
 
 fn task_of<'a>(rule: &Relabel, rules: &'a Rules) -> Option<&'a str> {

@@ -10,13 +10,13 @@ use crate::language::ops::{Known, Summary, of_function};
 use crate::language::rules::{Arithmetic, ChannelId, Comparison, Function, Hand, Label, TreeScope};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The labels that trees can reach: of a hand's tree where `scope` is `EachHand`, of the tree over both hands else. `has` says whether the hand
-/// has one of the fingers that a rule picks.
+/// The labels that trees can reach: of a hand's tree where `scope` is `EachHand`, of the tree over both hands else. `has` says whether a hand
+/// has one of the fingers that a rule picks of it.
 pub fn possible(
     graph: &Graph,
     scope: TreeScope,
     channel: impl Fn(ChannelId, Hand) -> Known,
-    has: impl Fn(FingerPick) -> bool,
+    has: impl Fn(FingerPick, Hand) -> bool,
 ) -> BTreeSet<Label> {
     let mut reached: BTreeSet<Label> = BTreeSet::new();
     loop {
@@ -108,7 +108,7 @@ struct Walk<'a, F, P> {
     values: BTreeMap<(ValueId, Hand), Known>,
 }
 
-impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> {
+impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick, Hand) -> bool> Walk<'_, F, P> {
     fn value(&mut self, id: ValueId) -> Known {
         let place = (id, self.this);
         if let Some(known) = self.values.get(&place) {
@@ -145,8 +145,8 @@ impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> 
             },
             Op::From { tree, labels, none } => self.from(tree.seen_from(self.this), labels, *none),
             // A finger that the hand lacks reads zero.
-            Op::Pick(pick @ FingerPick::One(_)) if !(self.has)(*pick) => Known::FALSE,
-            Op::Pick(pick) if !(self.has)(*pick) => Known::Empty,
+            Op::Pick(pick @ FingerPick::One(_)) if !self.has_fingers(*pick, &value.args) => Known::FALSE,
+            Op::Pick(pick) if !self.has_fingers(*pick, &value.args) => Known::Empty,
             Op::Pick(FingerPick::One(_)) => match first {
                 Known::Constant(value) if value != 0.0 => Known::Unknown,
                 other => other,
@@ -189,6 +189,12 @@ impl<F: Fn(ChannelId, Hand) -> Known, P: Fn(FingerPick) -> bool> Walk<'_, F, P> 
                 _ => value.ty.axis.is_some() && self.has_slots(&value.args),
             }
         })
+    }
+
+    /// Whether the hand whose fingers are picked has one of them.
+    fn has_fingers(&self, pick: FingerPick, args: &[ValueId]) -> bool {
+        let whose = args.first().and_then(|array| self.graph.value(*array).ty.axis).map_or(self.this, |(_, hand)| hand);
+        (self.has)(pick, whose.seen_from(self.this))
     }
 
     fn from(&self, tree: Hand, labels: &[Label], none: bool) -> Known {

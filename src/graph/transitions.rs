@@ -43,7 +43,7 @@ pub fn transitions(rules: &Rules) -> Vec<Transitions> {
     let graph = lower(rules);
     let of = |tree: &Tree| {
         // What no channel whatsoever lets be reached: constants of hand files are followed here.
-        let labels = super::possible(&graph, tree.scope, |_, _| Known::Unknown, |_| true);
+        let labels = super::possible(&graph, tree.scope, |_, _| Known::Unknown, |_, _| true);
         let can = labels.into_iter().map(|label| rules.label_name(label)).collect();
         Search::new(rules, tree, &can).run()
     };

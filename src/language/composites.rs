@@ -6,6 +6,9 @@ use super::rules::{Composite, Part, TaskId};
 use super::syntax;
 use crate::base::diagnostic::{Diagnostic, Span};
 
+/// Earlier ones that each is compared with.
+const MAX_COMPARED: usize = 1000;
+
 impl Resolver {
     /// Notes their names, before those are looked up.
     pub(super) fn composite_names(&mut self, composites: &[(&syntax::Composite, Span)]) {
@@ -65,14 +68,15 @@ impl Resolver {
         Some(Part { task: TaskId(at), many })
     }
 
-    /// Warns of one that begins like an earlier one ends: that takes its tasks.
+    /// Warns of one that begins with all tasks of an earlier one: that takes them. How many its last one may be does not matter.
     fn warn_of_taken(&mut self, name: &syntax::Name, parts: &[Part]) {
         let takes = |earlier: &&Composite| {
-            let same =
-                earlier.parts.iter().zip(parts).all(|(one, own)| one.task == own.task && (one.many || !own.many));
+            let last = earlier.parts.len().saturating_sub(1);
+            let mut pairs = earlier.parts.iter().zip(parts).enumerate();
+            let same = pairs.all(|(at, (one, own))| one.task == own.task && (at == last || one.many || !own.many));
             earlier.parts.len() <= parts.len() && same
         };
-        if let Some(earlier) = self.rules.composites.iter().find(takes) {
+        if let Some(earlier) = self.rules.composites.iter().take(MAX_COMPARED).find(takes) {
             let (taker, span) = (earlier.name.clone(), earlier.span);
             self.report(
                 Diagnostic::warning(codes::HIDDEN_TASK, format!("no tasks are ever left for `{}`", name.text))

@@ -14,7 +14,7 @@ pub fn all(workspace: &mut Workspace, wrong: Wrong) -> BTreeMap<PathBuf, Vec<Dia
     let mut by_file: BTreeMap<PathBuf, Vec<Diagnostic>> = BTreeMap::new();
     for (path, document) in &workspace.others {
         let found = wrong(path, &document.text);
-        by_file.insert(path.clone(), found.iter().map(|error| of_other(error, &document.text)).collect());
+        by_file.insert(path.clone(), found.iter().map(|error| of_other(error, path, &document.text)).collect());
     }
     by_file.extend(workspace.open.keys().map(|path| (path.clone(), Vec::new())));
     for whole in workspace.wholes() {
@@ -30,14 +30,17 @@ pub fn all(workspace: &mut Workspace, wrong: Wrong) -> BTreeMap<PathBuf, Vec<Dia
 }
 
 /// What is wrong with a file that is no rules: from its place to the end of the line.
-fn of_other(error: &InputError, text: &str) -> Diagnostic {
-    let (_, line, column) = error.file_line_column();
+fn of_other(error: &InputError, path: &Path, text: &str) -> Diagnostic {
+    let (file, line, column) = error.file_line_column();
+    // A robot file may name others: what is wrong with one of them is shown at the beginning.
+    let is_own = Path::new(file) == path;
+    let (line, column) = if is_own { (line, column) } else { (None, None) };
     let line = line.unwrap_or(1).saturating_sub(1);
     let shown = text.lines().nth(line).unwrap_or_default();
     let units = |text: &str| u32::try_from(text.encode_utf16().count()).unwrap_or(u32::MAX);
     let before: String = shown.chars().take(column.unwrap_or(1).saturating_sub(1)).collect();
     let at = |character| Position { line: u32::try_from(line).unwrap_or(u32::MAX), character };
-    let mut message = error.message.clone();
+    let mut message = if is_own { error.message.clone() } else { format!("{}: {}", error.place, error.message) };
     if let Some(help) = &error.help {
         message.push_str("\nhelp: ");
         message.push_str(help);

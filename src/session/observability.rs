@@ -73,21 +73,47 @@ pub fn issues(graph: &Graph, frames: &Frames) -> Vec<Issue> {
 /// What a tree can detect: with all silent channels taken as such together, and one by one to find the reasons.
 fn track(graph: &Graph, frames: &Frames, scope: TreeScope, side: Option<Side>) -> TrackObservability {
     let silent = silent(frames);
-    let hands = frames.layout.hands.iter().filter(|hand| side.is_none_or(|side| hand.side == side));
-    let fingers: Vec<Finger> = hands.flat_map(|hand| hand.fingers.iter().copied()).collect();
-    let lacking = lacking(&fingers);
+    let fingers = |whose: Option<Side>| -> Vec<Finger> {
+        let hands = frames.layout.hands.iter().filter(|hand| whose.is_none_or(|side| hand.side == side));
+        hands.flat_map(|hand| hand.fingers.iter().copied()).collect()
+    };
+    let whose: Vec<Option<Side>> = Side::BOTH.into_iter().map(Some).chain([None]).collect();
+    let lacks = |of: Option<Side>| {
+        let lacks = lacking(&fingers(of))?;
+        Some(match of {
+            Some(other) if of != side => format!("the {other} hand {lacks}"),
+            _ => format!("the hand {lacks}"),
+        })
+    };
+    let lacking: BTreeMap<Option<Side>, String> = whose.into_iter().filter_map(|of| Some((of, lacks(of)?))).collect();
+    // In a log of one hand, what rules ask of the other one is zero.
+    let absent = |of: Option<Side>| of.filter(|side| frames.layout.hands.iter().all(|hand| hand.side != *side));
+    let no_hand = Side::BOTH.map(|side| format!("the log has no {side} hand"));
     let known = |silenced: &dyn Fn(&str) -> bool| {
-        let has = |pick: FingerPick| !lacking.is_some_and(silenced) || fingers.iter().any(|finger| pick.picks(*finger));
+        let has = |pick: FingerPick, hand: Hand| {
+            let of = hand.side(side);
+            !lacking.get(&of).is_some_and(|reason| silenced(reason))
+                || fingers(of).iter().any(|finger| pick.picks(*finger))
+        };
         let said = |channel: ChannelId, hand: Hand| {
             let side = hand.side(side);
+            if let Some(side) = absent(side)
+                && no_hand.iter().zip(Side::BOTH).any(|(reason, of)| of == side && silenced(reason))
+            {
+                let is_array = frames.channels.get(channel.0 as usize).is_some_and(|channel| channel.axis.is_some());
+                return if is_array { Known::Empty } else { Known::FALSE };
+            }
             let found = silent.get(&(channel.0, side));
             found.filter(|(of, _)| silenced(of)).map_or(Known::Unknown, |(_, known)| *known)
         };
         possible(graph, scope, said, has)
     };
-    let all = possible(graph, scope, |_, _| Known::Unknown, |_| true);
+    let all = possible(graph, scope, |_, _| Known::Unknown, |_, _| true);
     let can = known(&|_| true);
-    let reasons: BTreeSet<&str> = silent.values().map(|(of, _)| of.as_str()).chain(lacking).collect();
+    let absent =
+        no_hand.iter().zip(Side::BOTH).filter(|(_, side)| absent(Some(*side)).is_some()).map(|(reason, _)| reason);
+    let reasons = silent.values().map(|(of, _)| of).chain(lacking.values()).chain(absent);
+    let reasons: BTreeSet<&str> = reasons.map(String::as_str).collect();
     let mut left: BTreeSet<Label> = all.difference(&can).copied().collect();
     let mut cannot = vec![];
     let names = |labels: &BTreeSet<Label>| labels.iter().map(|label| graph.label_name(*label).to_string()).collect();
@@ -129,9 +155,9 @@ fn lacking(fingers: &[Finger]) -> Option<&'static str> {
     let has = |pick: FingerPick| fingers.iter().any(|finger| pick.picks(*finger));
     match fingers {
         [] => None,
-        _ if !has(FingerPick::Tips) => Some("the hand has a palm and no fingertips"),
-        _ if !has(FingerPick::One(Finger::Thumb)) => Some("the hand has no thumb"),
-        _ if !has(FingerPick::Opposing) => Some("the hand has no finger opposite the thumb"),
+        _ if !has(FingerPick::Tips) => Some("has a palm and no fingertips"),
+        _ if !has(FingerPick::One(Finger::Thumb)) => Some("has no thumb"),
+        _ if !has(FingerPick::Opposing) => Some("has no finger opposite the thumb"),
         _ => None,
     }
 }

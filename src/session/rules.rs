@@ -84,7 +84,7 @@ impl Rules {
         self.0.rules.primitives.iter().map(|primitive| primitive.name.as_str())
     }
 
-    /// The names of the tasks, by priority: the first that matches names a task.
+    /// The names of the tasks, by priority: the first that matches names a task. Those that are made of tasks are not among them.
     pub fn tasks(&self) -> impl Iterator<Item = &str> {
         self.0.rules.tasks.iter().map(|task| task.name.as_str())
     }

@@ -3,9 +3,9 @@
 use super::protocol::{Message, led, tracked};
 use super::shared::{Action, Teaching};
 use super::writing::perform;
-use crate::world::HandInput;
+use crate::world::{FARTHEST_M, HandInput};
+use nalgebra::Vector3;
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 /// Heeds a message; a sentence says why it is not taken.
 pub(super) fn heed(teaching: &Arc<Teaching>, message: Message) -> Result<(), String> {
@@ -45,8 +45,14 @@ pub(super) fn heed(teaching: &Arc<Teaching>, message: Message) -> Result<(), Str
     {
         return Err(format!("expected {fingers} fingertips, found {}", tips.len()));
     }
-    if epoch.is_none_or(|epoch| epoch == teaching.epoch.load(Ordering::SeqCst)) {
-        teaching.ask(at, input);
+    let is_far = |place: &Vector3<f64>| place.iter().any(|part| part.abs() > FARTHEST_M);
+    let (palm, tips) = match &input {
+        HandInput::Led { palm, .. } => (Some(palm), [].as_slice()),
+        HandInput::Tracked { palm, tips } => (palm.as_ref(), tips.as_slice()),
+    };
+    if palm.is_some_and(|palm| is_far(&palm.translation.vector)) || tips.iter().any(|tip| is_far(&tip.coords)) {
+        return Err(format!("expected places within {FARTHEST_M} m of the origin, in meters"));
     }
+    teaching.ask(at, epoch, input);
     Ok(())
 }

@@ -7,7 +7,7 @@ use super::labels::Fed;
 use super::punctuality::Punctuality;
 use super::shared::{Action, HandNow, Servo, Teaching};
 use super::writing::write;
-use crate::world::ByHand;
+use crate::world::{ByHand, MOST_STEPS};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{SyncSender, TrySendError};
@@ -61,8 +61,11 @@ fn step(
     fed: &mut Feeding,
     punctuality: &Punctuality,
 ) {
-    let asked = teaching.take_asked();
-    for action in asked.actions {
+    let (mut hands, mut actions) = teaching.take_asked();
+    if work.is_recording() && work.recorded() >= MOST_STEPS {
+        actions.insert(0, Action::Stop);
+    }
+    for action in actions {
         match action {
             Action::Start if !work.is_recording() => {
                 work.start();
@@ -77,17 +80,19 @@ fn step(
             Action::Undo => {
                 work.undo();
                 teaching.jump();
+                hands = [None, None];
                 *fed = Feeding::default();
             }
             Action::Reset => {
                 work.reset();
                 teaching.jump();
+                hands = [None, None];
                 fed.last = Some(Fed::Nothing);
             }
             Action::Start => {}
         }
     }
-    for (hand, input) in asked.hands.into_iter().enumerate() {
+    for (hand, input) in hands.into_iter().enumerate() {
         if let Some(input) = input {
             work.ask(hand, input);
         }

@@ -35,7 +35,12 @@ pub struct Teaching {
 pub(super) struct Asked {
     pub(super) hands: [Option<HandInput>; 2],
     pub(super) actions: Vec<Action>,
+    /// The step at which each hand was last asked for fingertips, as by a device.
+    of_device: [Option<u64>; 2],
 }
+
+/// So many steps after its last message the hand of a device may be led by a page.
+const DEVICE_STEPS: u64 = 2000;
 
 /// A button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,6 +118,11 @@ impl Teaching {
         lock(&self.takes).is_writing()
     }
 
+    /// What went wrong with recordings: one sentence each.
+    pub fn troubles(&self) -> Vec<String> {
+        lock(&self.takes).troubles()
+    }
+
     /// The files that were written.
     pub fn files(&self) -> Vec<PathBuf> {
         lock(&self.takes).files()
@@ -126,16 +136,27 @@ impl Teaching {
         }
     }
 
-    /// Asks a hand for something.
-    pub(super) fn ask(&self, hand: usize, input: HandInput) {
-        if let Some(asked) = lock(&self.asked).hands.get_mut(hand) {
-            *asked = Some(input);
+    /// Asks a hand for something, unless the world has jumped since `epoch`. A page, which leads palms all the time, does not take a hand from a device.
+    pub(super) fn ask(&self, hand: usize, epoch: Option<u64>, input: HandInput) {
+        let step = lock(&self.newest).step;
+        let mut asked = lock(&self.asked);
+        if epoch.is_some_and(|epoch| epoch != self.epoch.load(Ordering::SeqCst)) {
+            return;
         }
+        let Asked { hands, of_device, .. } = &mut *asked;
+        let (Some(asked), Some(of_device)) = (hands.get_mut(hand), of_device.get_mut(hand)) else { return };
+        let is_tips = matches!(input, HandInput::Tracked { .. });
+        if !is_tips && of_device.is_some_and(|at| step < at.saturating_add(DEVICE_STEPS)) {
+            return;
+        }
+        *of_device = is_tips.then_some(step);
+        *asked = Some(input);
     }
 
-    /// Takes what was asked for.
-    pub(super) fn take_asked(&self) -> Asked {
-        std::mem::take(&mut *lock(&self.asked))
+    /// Takes what was asked for: of each hand the newest, and the buttons in order.
+    pub(super) fn take_asked(&self) -> ([Option<HandInput>; 2], Vec<Action>) {
+        let mut asked = lock(&self.asked);
+        (std::mem::take(&mut asked.hands), std::mem::take(&mut asked.actions))
     }
 
     /// The world has jumped: what was asked for before counts no more.

@@ -77,14 +77,16 @@ fn take(text: &str, connection: &Connection, teaching: &Arc<Teaching>) -> Result
 fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Teaching) -> tungstenite::Result<()> {
     let mut state_at = 0;
     let mut labels_at = 0;
-    let mut forces_at = 0;
+    let mut forces_sent: u64 = 0;
     let mut versions = (None, None);
     while !connection.is_gone.load(Ordering::SeqCst) && !teaching.stops.load(Ordering::SeqCst) {
         let every = connection.forces_every.load(Ordering::SeqCst);
+        // What is asked for counts from now on, however seldom it was before.
+        let forces_at = forces_sent.saturating_add(every);
         let next = if every == 0 { state_at } else { forces_at.min(state_at) };
         let Some(newest) = teaching.state_after(next.max(1)) else { continue };
         if every > 0 && newest.step >= forces_at {
-            forces_at = newest.step + every;
+            forces_sent = newest.step;
             socket.write(Frame::text(forces(&newest).to_string()))?;
         }
         if newest.step >= state_at {

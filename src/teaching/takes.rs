@@ -54,6 +54,11 @@ impl Takes {
         self.writing > 0
     }
 
+    pub(super) fn troubles(&self) -> Vec<String> {
+        let trouble = |take: &Take| Some(format!("{}: {}", take.file.display(), take.trouble.as_ref()?));
+        self.list.iter().filter_map(trouble).collect()
+    }
+
     pub(super) fn files(&self) -> Vec<PathBuf> {
         self.list.iter().filter(|take| take.is_written).map(|take| take.file.clone()).collect()
     }

@@ -24,8 +24,9 @@ fn free(out: &Path, takes: &[Take], inputs: &[PathBuf]) -> Option<PathBuf> {
         out.with_file_name(format!("{stem}_{number}{ending}"))
     });
     let is_free = |path: &PathBuf| {
-        let beside = path.with_extension("scene.yaml");
-        !path.exists() && !beside.exists() && !inputs.contains(&beside) && takes.iter().all(|take| take.file != *path)
+        let beside = ["scene.yaml", "events.csv"].map(|ending| path.with_extension(ending));
+        let is_there = |path: &PathBuf| path.exists() || inputs.contains(path);
+        !is_there(path) && !beside.iter().any(is_there) && takes.iter().all(|take| take.file != *path)
     };
     { names }.find(is_free)
 }
@@ -34,12 +35,19 @@ fn free(out: &Path, takes: &[Take], inputs: &[PathBuf]) -> Option<PathBuf> {
 pub(super) fn write(teaching: &Arc<Teaching>, taken: Taken) {
     let at = {
         let mut takes = lock(&teaching.takes);
-        if takes.list.len() >= MOST_TAKES {
+        let (options, seconds) = (&teaching.options, taken.seconds());
+        let free = || free(&options.out, &takes.list, &options.inputs);
+        let Some(file) = (takes.list.len() < MOST_TAKES).then(free).flatten() else {
+            let why =
+                format!("not written: there are {MOST_TAKES} recordings or {MOST_NAMES} files of this name already");
+            // What goes wrong again is said once.
+            if takes.list.last().is_none_or(|last| last.trouble.as_ref() != Some(&why)) {
+                let (file, trouble) = (options.out.clone(), Some(why));
+                takes.list.push(Take { file, seconds, tasks: Vec::new(), trouble, is_written: false });
+                takes.version += 1;
+            }
             return;
-        }
-        let options = &teaching.options;
-        let Some(file) = free(&options.out, &takes.list, &options.inputs) else { return };
-        let seconds = taken.seconds();
+        };
         takes.list.push(Take { file, seconds, tasks: Vec::new(), trouble: None, is_written: false });
         takes.writing += 1;
         takes.version += 1;

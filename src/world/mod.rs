@@ -20,7 +20,7 @@ mod touch;
 mod truth;
 
 pub use bodies::BodyContact;
-pub use by_hand::{ByHand, HandInput, MOST_FORCE_N, MOST_STEPS, Taken, WATCHDOG_STEPS};
+pub use by_hand::{ByHand, FARTHEST_M, HandInput, MOST_FORCE_N, MOST_STEPS, Taken, WATCHDOG_STEPS};
 #[cfg(feature = "schemas")]
 pub use operator::schema as operator_schema;
 pub use operator::{

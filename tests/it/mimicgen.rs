@@ -454,6 +454,11 @@ fn a_recording_that_is_a_link_is_not_left_out() {
     assert_eq!(refused.status.code(), Some(2));
     let wanted = "has the external link `demo_1` to `/data/demo_1` in `other.hdf5`, which is not read here";
     assert!(complained(&refused).contains(wanted), "{}", complained(&refused));
+    // Neither is it where the file stands for all, or one is chosen.
+    for log in [file.display().to_string(), format!("{}#1", file.display())] {
+        let refused = teachtree(&["analyze", &log]);
+        assert!(complained(&refused).contains(wanted), "{log}: {}", complained(&refused));
+    }
 }
 
 #[test]

@@ -42,6 +42,12 @@ fn kinds_only_add() {
     // `from(none, Move, Approach)` holds after Wait, so there is nothing to warn of.
     let checked = all_said(&teachtree_in(folder.path(), &["check", "mine.rules"]));
     assert!(checked.contains("0 errors in"), "{checked}");
+    // Neither does one that is made of tasks, unless one of them asks for a kind.
+    text("task rest = Approach .. Release with Wait before pick_and_place\ntask tour = rest, push\n");
+    assert_eq!(run().0, Some(0), "{}", run().1);
+    text("task tour = push, slide\n");
+    let (status, printed) = run();
+    assert!(status == Some(1) && printed.contains("`tour`, made of tasks, needs no new primitive"), "{printed}");
     // A task that asks for the parent needs no kind.
     text("task rise = Move .. Release with Translate lasting 9 s before pick_and_place\n");
     assert_eq!(run().0, Some(1));

@@ -97,6 +97,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let live = run(&["live", "one.csv", "--rules", "tour.rules", "--format", "json"]);
     assert!(live.contains("\"event\": \"composite\""), "{live}");
     documents.extend(live.lines().map(str::to_string));
+    documents.extend(run(&["live", "cut.csv", "--format", "json"]).lines().map(str::to_string));
+    documents.push(run(&["analyze", "cut.csv", "--rules", "tour.rules", "--format", "json"]));
     let log = "demos/robosuite/BaxterPegInHole_demo_1.csv";
     let binding = "demos/robosuite/baxter_peg_in_hole.binding.yaml";
     let foreign = ["analyze", log, "--binding", binding, "--format", "json"];

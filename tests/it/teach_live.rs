@@ -273,7 +273,10 @@ fn what_is_no_message_is_answered_with_a_sentence_and_harms_nothing() {
     assert!(device.next("error")["message"].as_str().unwrap().contains("bytes"));
     // Places that no hand reaches are not taken: the hand stays.
     let before = device.next("state")["hands"][1]["tips"].clone();
-    device.socket.send(Message::text(r#"{"type":"tips","hand":"right","tips":[[1e9,0,0],[0,0,0],[0,0,0]]}"#)).unwrap();
+    device
+        .socket
+        .send(Message::text(r#"{"type":"tips","hand":"right","tips":[[1e9,0,0],[0,0,0],[0,0,0],[0,0,0],[0,0,0]]}"#))
+        .unwrap();
     let time = device.next("state")["time"].as_f64().unwrap();
     let after = device.until("state", |state| state["time"].as_f64().unwrap() > time + 0.2)["hands"][1]["tips"].clone();
     assert_eq!(before, after);

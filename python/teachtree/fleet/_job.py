@@ -10,7 +10,7 @@ import re
 import shutil
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -60,7 +60,8 @@ class Job:
                 raise
             # Without files, logs of two hands have other rules, with params of their own.
             read = Rules("bimanual.rules", params=self.params, hand=hand)._rules().own_files
-        files = {path for path in (*read, *self.rules, hand, self.binding, self.scene) if path and os.path.isfile(path)}
+        named = (*read, *self.rules, hand, self.binding, self.scene, *_urdf_files(self.binding))
+        files = {path for path in named if path and os.path.isfile(path)}
         root = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files]) if files else os.getcwd()
         self._files = {os.path.relpath(os.path.abspath(path), root): Path(path).read_bytes() for path in sorted(files)}
 
@@ -147,10 +148,21 @@ def _hand_file(binding: str | None) -> str | None:
     """The hand file that a binding names: one of one's own lies beside it, others come with the program."""
     if binding is None:
         return None
-    text = Path(binding).read_text(encoding="utf-8", errors="replace")
-    found = re.search(r"^hand_file:[ \t]*(?:\"([^\"\n]+)\"|'([^'\n]+)'|([^\"'#\s]+))", text, re.MULTILINE)
-    if found is None:
+    name = next(_named(binding, "hand_file"), None)
+    if name is None:
         return None
-    name = found[1] or found[2] or found[3]
     own = os.path.join(os.path.dirname(binding), name)
     return own if os.path.isfile(own) else name
+
+
+def _urdf_files(binding: str | None) -> list[str]:
+    """The robots that a binding names: they lie beside it."""
+    return [] if binding is None else [os.path.join(os.path.dirname(binding), name) for name in _named(binding, "urdf")]
+
+
+def _named(binding: str, key: str) -> Iterator[str]:
+    """The files that a binding names under a key."""
+    text = Path(binding).read_text(encoding="utf-8", errors="replace")
+    before = r"^" if key == "hand_file" else r"[\s{,]"
+    for found in re.finditer(before + key + r":[ \t]*(?:\"([^\"\n]+)\"|'([^'\n]+)'|([^\"'#\s,}]+))", text, re.MULTILINE):
+        yield found[1] or found[2] or found[3]

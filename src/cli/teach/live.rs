@@ -64,7 +64,9 @@ impl LiveArgs {
 
 /// The origin of a proxy.
 fn origin(text: &str) -> Result<String, String> {
-    let host = text.strip_prefix("https://").map(|host| host.trim_end_matches('/'));
+    // As browsers send it: small letters, without the usual port.
+    let lower = text.to_ascii_lowercase();
+    let host = lower.strip_prefix("https://").map(|host| host.trim_end_matches('/').trim_end_matches(":443"));
     let is_host = |host: &&str| !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ']);
     let host = host.filter(is_host).ok_or("expected https:// and a host, such as https://teach.example.org")?;
     Ok(format!("https://{host}"))
@@ -100,8 +102,9 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             waits.for_each(|_| std::thread::sleep(Duration::from_millis(100)));
             // Nobody may read it any more.
             let _ = output::print(&last_words(&teaching, &punctuality));
+            let lost = teaching.is_writing() || !teaching.troubles().is_empty();
             let _nothing_is_written = atomic_write::give_up();
-            std::process::exit(0);
+            std::process::exit(i32::from(lost));
         }
     });
     if !args.live.no_open {
@@ -116,6 +119,12 @@ fn last_words(teaching: &Teaching, punctuality: &Punctuality) -> String {
     let mut text = String::new();
     for file in teaching.files() {
         text.push_str(&format!("written: {}\n", file.display()));
+    }
+    for trouble in teaching.troubles() {
+        text.push_str(&format!("{trouble}\n"));
+    }
+    if teaching.is_writing() {
+        text.push_str("a recording that was being written is lost: it took too long\n");
     }
     text.push_str(&format!(
         "servo: {} steps of 1 ms, {:.2} % within 1 ms of their time; 99.9 % within {:.2} ms, the latest {:.1} ms late\n",

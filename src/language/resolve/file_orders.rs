@@ -18,7 +18,15 @@ impl Resolver {
                 self.unknown("file in this rule set named", &before.text, before.span, |_| files);
                 continue;
             };
-            if first == second || self.file_order.contains(&(second, first)) {
+            if first == second {
+                self.report(
+                    Diagnostic::error(codes::CIRCULAR_ORDER, "a file comes before itself")
+                        .at(before.span, "the same file")
+                        .help("name the other file"),
+                );
+                continue;
+            }
+            if self.file_order.contains(&(second, first)) {
                 let mut finding = Diagnostic::error(codes::CIRCULAR_ORDER, "files come before each other in a circle")
                     .at(before.span, "this closes the circle");
                 for (_, place) in said.iter().filter(|((from, to), _)| *from == second || *to == first) {

@@ -7,7 +7,7 @@ use crate::language::resolve::{Resolver, nearest};
 use crate::language::rules::{Branch, Choice, Then, TreeScope};
 use crate::language::syntax::{self, Anchor, Extend};
 use crate::language::types::Scope;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Pairs of choices that are compared when two files extend at one place.
 const MAX_PAIRS: usize = 1024;
@@ -204,8 +204,10 @@ impl Resolver {
                 Diagnostic::error(codes::NO_ANCHOR, format!("`{}` has several choices `{}`", place.text(), name.text))
                     .at(name.span, "which one is meant?");
             let meant = || found.iter().filter_map(|at| branch.choices.get(*at));
-            for choice in meant() {
-                finding = finding.at(choice.span, "one of them");
+            // `=> Primitive(side)` is two choices at one place.
+            let spans: BTreeSet<Span> = meant().map(|choice| choice.span).collect();
+            for span in spans {
+                finding = finding.at(span, "one of them");
             }
             let names: Vec<String> =
                 meant().filter_map(|choice| choice.name.as_ref()).map(|name| format!("`{name}`")).collect();

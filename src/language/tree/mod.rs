@@ -99,6 +99,16 @@ impl Resolver {
             *whole = false;
             return Vec::new();
         }
+        if choice.condition.is_none() {
+            let name = &label.name.text;
+            self.report(
+                Diagnostic::error(codes::WRONG_SIDE, format!("`{name}(side)` stands behind `else`"))
+                    .at(label.span, "`else` holds for the left hand, and the right one is never asked")
+                    .help(format!("say which: `{name}(left)` or `{name}(right)`")),
+            );
+            *whole = false;
+            return Vec::new();
+        }
         let mut choices = Vec::new();
         for side in Side::BOTH {
             let then = syntax::Then::Primitive(syntax::Label { side: Some(side), ..label.clone() });

@@ -209,7 +209,8 @@ impl BoundColumns {
             for (joint, columns) in file.binding.robots.get(robot).iter().flat_map(|told| &told.joints) {
                 let name = robots::joint_column(robot, joint);
                 let column = header.joint(name, columns, robots::dimension(tree, joint));
-                bound.push(column.map_err(|message| file.error(joint, message))?);
+                let place = || file.place(&["robots", robot, "joints", joint]);
+                bound.push(column.map_err(|message| InputError::new(place(), message))?);
             }
         }
         for column in bound.iter().flat_map(|bound| &bound.terms).filter_map(|term| term.column) {
@@ -404,6 +405,9 @@ impl Header {
         };
         let mut terms = vec![];
         for pattern in patterns {
+            if pattern.threshold.is_some() || pattern.optional {
+                return Err("a joint has neither a threshold nor a `?`".into());
+            }
             let term = self.term(pattern, Filling::default(), dimension)?;
             let term = term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?;
             terms.push(Term { factor: weight * term.factor, ..term });

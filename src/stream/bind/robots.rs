@@ -63,12 +63,14 @@ pub fn read(file: &BindingFile, name: &str) -> Result<IndexMap<String, Kinematic
     for (robot, told) in &file.binding.robots {
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         let path = folder.join(&told.urdf);
-        let text = text::read(&path, MAX_BYTES).map_err(|error| file.error("urdf", error.to_string()))?;
+        let text = text::read(&path, MAX_BYTES)
+            .map_err(|error| InputError::new(file.place(&["robots", robot, "urdf"]), error.to_string()))?;
         let tree = urdf::read(&text, &path.display().to_string())?;
         for joint in told.joints.keys() {
             if tree.dof(joint).is_none() {
                 let known = tree.dofs.iter().map(|dof| dof.name.as_str());
-                return Err(file.error(joint, lacks("joint that moves by itself", joint, &told.urdf, known)));
+                let place = file.place(&["robots", robot, "joints", joint]);
+                return Err(InputError::new(place, lacks("joint that moves by itself", joint, &told.urdf, known)));
             }
         }
         trees.insert(robot.clone(), tree);

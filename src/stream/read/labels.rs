@@ -223,7 +223,10 @@ impl Columns {
             Some((_, RAW | COMPOSITE)) => return Ok(None),
             Some((_, "task")) => Kind::Task,
             Some((column, other)) => {
-                return Err((column, format!("found `{}`, expected primitive, relabeled, raw or task", shown(other))));
+                return Err((
+                    column,
+                    format!("found `{}`, expected primitive, relabeled, raw, task or composite", shown(other)),
+                ));
             }
         };
         let [start_s, end_s] = [self.start, self.end].map(|column| self.time(cell(column), column, row_time));

@@ -14,7 +14,7 @@ pub const MOST_FORCE_N: f64 = 5.0;
 /// Without a message for this many steps, targets stay and no force is displayed.
 pub const WATCHDOG_STEPS: u64 = 100;
 /// Nothing is asked for farther away than this from the origin, m.
-const FARTHEST_M: f64 = 5.0;
+pub const FARTHEST_M: f64 = 5.0;
 
 /// Targets of tracked fingertips move at most this fast, m/s; this fast while they are on their way to a hand that is elsewhere, until they are within so much, m.
 const FASTEST: f64 = 3.0;

@@ -4,7 +4,7 @@
 
 mod driven;
 
-pub use driven::{HandInput, MOST_FORCE_N, WATCHDOG_STEPS};
+pub use driven::{FARTHEST_M, HandInput, MOST_FORCE_N, WATCHDOG_STEPS};
 
 use super::operator::{ForceNoise, Measured};
 use super::recorder::Recorder;
@@ -159,7 +159,8 @@ impl ByHand {
     /// Keeps the moments to which `undo` leads.
     fn watch(&mut self) {
         let seen = self.state.world.observation();
-        let is_object = |body: usize| self.weights.get(body).is_some_and(|weight| *weight > 0.0);
+        let is_object =
+            |body: usize| self.scene.bodies.get_index(body).is_some_and(|(_, body)| body.role == Role::Object);
         let mut touches = seen.hands.iter().flat_map(|hand| &hand.tips).flat_map(|tip| &tip.touches);
         if touches.any(|touch| is_object(touch.body)) {
             self.free = 0;

@@ -136,7 +136,7 @@ fn what_is_known_of_an_operator_is_so() {
         let rules = rules(operator.example);
         let graph = lower(&rules);
         for constant in [0.0, 1.0, 0.03, -4.0] {
-            let possible = possible(&graph, TreeScope::EachHand, |_, _| Known::Constant(constant), |_| true);
+            let possible = possible(&graph, TreeScope::EachHand, |_, _| Known::Constant(constant), |_, _| true);
             let frames = log(&rules, 90, |_| vec![constant; 90]);
             for leaves in evaluate(&graph, &frames).unwrap() {
                 for run in leaves.hands.values().flatten() {

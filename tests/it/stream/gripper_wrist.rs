@@ -86,7 +86,7 @@ fn assert_begins(found: &Found, name: &str, at: f64) {
 /// The contacts of the recordings: the square nut meets its peg at 17.91 s; the round one meets the rim at 35.16 s, the contact is lost while its hole is
 /// looked for, and it is let go at 36.97 s. The nut of the other arm slips about its peg from 18.90 s on.
 #[test]
-fn nuts_are_put_down_from_when_they_meet_their_pegs_whatever_they_weigh() {
+fn nuts_are_put_down_from_when_they_meet_their_pegs_with_contact_from_a_fifth_of_a_newton() {
     for weight in [0.0, 1.0, 5.0] {
         let log = at_the_wrist("SawyerNutAssembly_demo_1.csv", &["RoundNut0", "SquareNut0"], weight);
         let (tasks, segments) = found(&log, 0.0618);

@@ -73,8 +73,8 @@ fn tool_point_fingertips_and_opening_come_from_the_joints() {
             * Rotation3::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
         assert!((found.to_rotation_matrix().matrix() - wanted.matrix()).norm() < 1e-9, "row {row}");
     }
-    // A joint that was not measured leaves open where its links are, not how far the gripper is open.
-    assert!(value("right.palm.position.x", 2).is_nan());
+    // A joint that was not measured leaves open where the links behind it are, and so how far apart its fingertips are.
+    assert!(value("right.palm.position.x", 2).is_nan() && value("right.gripper.opening", 2).is_nan());
     assert!(recording.columns.keys().all(|name| !name.starts_with("robots.")), "{:?}", recording.columns.keys());
 }
 
@@ -82,7 +82,7 @@ fn tool_point_fingertips_and_opening_come_from_the_joints() {
 fn each_fault_of_a_robot_is_one_error_with_its_place() {
     let folder = tempfile::tempdir().unwrap();
     for (from, to, said) in [
-        ("urdf: arm.urdf", "urdf: leg.urdf", "b.yaml:5:5: "),
+        ("urdf: arm.urdf", "urdf: leg.urdf", "b.yaml:5:11: "),
         ("shoulder: ", "sholder: ", "`arm.urdf` has no joint that moves by itself `sholder`; did you mean `shoulder`?"),
         ("finger: {", "finger2: {", "`arm.urdf` has no joint that moves by itself `finger2`; did you mean `finger`?"),
         (
@@ -111,6 +111,9 @@ fn each_fault_of_a_robot_is_one_error_with_its_place() {
         let error = opened(folder.path(), &BINDING.replacen(from, to, 1)).map(|_| ()).unwrap_err().to_string();
         assert!(error.contains(said) && error.contains("b.yaml:"), "{to}: {error}");
     }
+    // Of a joint there is neither a threshold nor a choice.
+    let error = opened(folder.path(), &BINDING.replacen("'q1 [deg]'", "'q1 > 0.5'", 1)).map(|_| ()).unwrap_err();
+    assert!(error.to_string().contains("a joint has neither a threshold nor a `?`"), "{error}");
     std::fs::write(folder.path().join("arm.urdf"), "<robot").unwrap();
     std::fs::write(folder.path().join("b.yaml"), BINDING).unwrap();
     let request =

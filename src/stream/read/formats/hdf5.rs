@@ -55,11 +55,7 @@ pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
 /// # Errors
 /// When the file is damaged, or a link stands in the place of a recording: `hdf5_pure` passes over links.
 pub(super) fn names(path: &Path) -> Result<Vec<String>, InputError> {
-    guarded(&path.display().to_string(), || {
-        let Container { parent, names, .. } = Container::open(path)?;
-        links::refuse_recordings(path, parent.trim_end_matches('/'))?;
-        Ok(names)
-    })
+    guarded(&path.display().to_string(), || Ok(Container::open(path)?.names))
 }
 
 /// A file, and which of its groups are recordings.
@@ -87,7 +83,9 @@ impl Container {
             groups.into_iter().filter(|name| number_of(name).is_some()).collect()
         };
         let (mut parent, mut names) = ("", vec![]);
-        if groups.iter().any(|name| name == "data") {
+        let has_data = groups.iter().any(|name| name == "data");
+        links::refuse_recordings(path, if has_data { "data" } else { "" })?;
+        if has_data {
             let data = file.group("data").map_err(failed)?;
             (parent, names) = ("data/", numbered(data.groups().map_err(failed)?));
         }

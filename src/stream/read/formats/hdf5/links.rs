@@ -66,6 +66,10 @@ fn found(path: &Path, group: &str, deepest: usize) -> Result<Vec<Link>, Error> {
     let file = File::from_source(Recorded { source: source()?, ranges: Arc::clone(&ranges) })?;
     // A link may be why it fails.
     let visited = if group.is_empty() { Ok(file.root()) } else { file.group(group) };
+    if deepest == 0 {
+        // Links of the groups on the way are none of this one.
+        ranges.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
     let visited = visited.and_then(|group| visit(&group, DEEPEST - deepest, &mut 0));
     drop(file);
     let ranges = std::mem::take(&mut *ranges.lock().unwrap_or_else(PoisonError::into_inner));
