@@ -20,7 +20,8 @@ def run(
     """Does what is not done yet on the workers of ``client``; what else is ``given`` is that of :func:`teachtree.fleet.plan`.
 
     A worker that ends is no loss: Dask gives its shards to others. A shard that ends every worker that it runs on, as one that needs more memory than
-    they have, is divided, until the recording that does it is a row of ``manifest`` with the code ``killed``.
+    they have, is divided. A recording that does it alone, when nothing else of this run is on the cluster, is a row of ``manifest`` with the code
+    ``killed``.
     """
     todo = fleet.plan(sources, job, out, **given)
     options = given.get("options")
@@ -31,6 +32,9 @@ def run(
     def rows() -> Iterator[Rows]:
         of = {submit(shard): shard for shard in todo.shards}
         waiting = as_completed(list(of))
+        # Dask holds the end of a worker against each shard that waited there, so a recording is blamed only after it ran with no other.
+        suspects: list[fleet.Shard] = []
+        alone: Future | None = None
         for future in waiting:
             shard = of.pop(future)
             parts: list[fleet.Shard] = []
@@ -38,10 +42,12 @@ def run(
                 found: Rows = future.result()
             except KilledWorker:
                 found = []
-                if len(shard.recordings) == 1:
+                if len(shard.recordings) > 1:
+                    parts = [fleet.Shard.of(job, [recording]) for recording in shard.recordings]
+                elif future is alone:
                     found = failed(shard, job, out, f"{shard.recordings[0].path}: ended every worker that read it", options)
                 else:
-                    parts = [fleet.Shard.of(job, [recording]) for recording in shard.recordings]
+                    suspects.append(shard)
             except (CancelledError, FutureCancelledError):
                 # Its worker ended before the rows were fetched; what is committed is only read again.
                 found, parts = [], [shard]
@@ -49,6 +55,11 @@ def run(
                 again = submit(part)
                 of[again] = part
                 waiting.add(again)
+            if suspects and not of:
+                shard = suspects.pop()
+                alone = submit(shard)
+                of[alone] = shard
+                waiting.add(alone)
             yield found
 
     return counted(rows(), len(todo), todo.skipped)

@@ -369,7 +369,8 @@ def test_a_worker_killed_at_any_time_changes_no_row(tmp_path: Path, job: fleet.J
     assert killed > KILLS // 2
 
 
-def test_a_recording_that_ends_its_workers_is_a_row(tmp_path: Path, job: fleet.Job, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("shard_size", [6, 1])
+def test_a_recording_that_ends_its_workers_is_a_row(tmp_path: Path, job: fleet.Job, shard_size: int) -> None:
     distributed = pytest.importorskip("distributed")
     import teachtree.dask
 
@@ -378,7 +379,7 @@ def test_a_recording_that_ends_its_workers_is_a_row(tmp_path: Path, job: fleet.J
     with cluster, distributed.Client(cluster) as client:
         client.run(_deadly)
         client.register_plugin(_Deadly())
-        ran = teachtree.dask.run([folder], job, out, client=client, shard_size=6)
+        ran = teachtree.dask.run([folder], job, out, client=client, shard_size=shard_size)
     assert ran == fleet.Ran(6, 1, 0)
     manifest = fleet.read(out, job, "manifest").to_pylist()
     assert [Path(row["log"]).name for row in manifest if row["code"] == "killed"] == ["piece_0002.csv"]

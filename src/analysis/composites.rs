@@ -128,7 +128,10 @@ fn fit(parts: &[(String, bool)], tasks: &[TaskSpan]) -> Fit {
         }
         at = next + 1;
         is_open = false;
-        while *many {
+        if !*many {
+            continue;
+        }
+        loop {
             match named(at) {
                 Some(next) if is_it(next) => at = next + 1,
                 Some(_) => break,
