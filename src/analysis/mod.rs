@@ -13,6 +13,7 @@ pub mod composites;
 pub mod confidence;
 pub mod coverage;
 pub mod csv;
+pub mod difference;
 pub mod eaf;
 pub mod expect;
 pub mod explain;

@@ -3,10 +3,13 @@
 use super::many::ManyArgs;
 use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
+use super::truth::TruthArgs;
 use super::{Failure, output};
-use crate::analysis::{Analysis, Segment};
+use crate::analysis::Analysis;
+use crate::analysis::difference::{changes, extent, tracks};
+use crate::analysis::score::{self, Known, NameMap, Stage, Tally};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
-use crate::session::Error;
+use crate::session;
 use crate::session::files::all_logs;
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -39,7 +42,7 @@ enum Claim {
 /// Options of `diff`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree diff contact.rules tap.rules\n  teachtree diff old/tap.rules new/tap.rules demonstration.csv"
+    after_help = "Examples:\n  teachtree diff contact.rules tap.rules\n  teachtree diff old/tap.rules new/tap.rules demonstration.csv\n  teachtree diff old.rules new.rules recordings/ --labels recordings/"
 )]
 pub struct DiffArgs {
     /// The first rules
@@ -54,6 +57,8 @@ pub struct DiffArgs {
     /// The hand file that implements the abstract signals of both; overrides the binding's
     #[arg(long, value_name = "FILE")]
     hand: Option<String>,
+    #[command(flatten)]
+    truth: TruthArgs,
     #[command(flatten)]
     source: SourceArgs,
 }
@@ -129,6 +134,8 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     }
     let logs = all_logs(&args.logs)?;
     args.source.check(logs.len())?;
+    args.truth.check(logs.len())?;
+    let names = args.truth.of_session().names()?;
     let compared = args.many.each("comparing", &logs, |log| {
         let opened = args.source.open(log)?;
         opened.read()?;
@@ -136,7 +143,8 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
         let (ours, theirs) = (run(&args.one)?, run(&args.other)?);
         let mut printed = format!("\n{}\n", log.display());
         write_log_differences(ours.found(), theirs.found(), &mut printed);
-        Ok::<_, Error>(printed)
+        write_agreement(args, &ours, &theirs, &names, &mut printed)?;
+        Ok::<_, Failure>(printed)
     })?;
     let (mut done, mut failures) = (0, Vec::new());
     for (log, compared) in logs.iter().zip(compared) {
@@ -145,7 +153,7 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
                 done += 1;
                 printed.push_str(&text);
             }
-            Err(error) => failures.push(Failure::from(error).of_log(log)),
+            Err(failure) => failures.push(failure.of_log(log)),
         }
     }
     // Where no recording could be read, the difference of the rules would hide it.
@@ -176,14 +184,12 @@ fn write_differences(compared: &Compared, printed: &mut String) {
 /// Where two analyses of a recording differ.
 fn write_log_differences(one: &Analysis, other: &Analysis, printed: &mut String) {
     let before = printed.len();
-    let mut tracks: Vec<_> = one.tracks.iter().chain(&other.tracks).map(|track| track.who).collect();
-    tracks.sort_unstable();
-    tracks.dedup();
-    for who in tracks {
+    let all = changes(one, other);
+    for who in tracks(one, other) {
         let (ours, theirs) = (one.track(who), other.track(who));
-        let segments = [ours, theirs].map(|track| track.map_or(&[][..], |track| &track.relabeled));
-        for (start_s, end_s, ours, theirs) in changes(segments) {
-            let _ = writeln!(printed, "  {who} {start_s:.3} – {end_s:.3} s: {ours} becomes {theirs}");
+        for change in all.iter().filter(|change| change.who == who) {
+            let (start_s, end_s) = (change.start_s, change.end_s);
+            let _ = writeln!(printed, "  {who} {start_s:.3} – {end_s:.3} s: {} becomes {}", change.one, change.other);
         }
         let tasks = [ours, theirs].map(|track| {
             let tasks = track.map_or(&[][..], |track| &track.tasks);
@@ -201,35 +207,52 @@ fn write_log_differences(one: &Analysis, other: &Analysis, printed: &mut String)
     }
     if printed.len() == before {
         printed.push_str("  no difference\n");
+    } else {
+        let it = extent(one, other, &all);
+        let share = 100.0 * it.frames as f64 / it.of_frames.max(1) as f64;
+        let _ = writeln!(
+            printed,
+            "  {} of {} frames ({share:.1} %) and {} of {} segments differ",
+            it.frames, it.of_frames, it.segments, it.of_segments
+        );
     }
 }
 
-/// The intervals in which two lists of segments differ, with what each says.
-fn changes([one, other]: [&[Segment]; 2]) -> Vec<(f64, f64, String, String)> {
-    let mut cuts: Vec<(usize, f64)> = Vec::new();
-    for segment in one.iter().chain(other) {
-        cuts.extend([(segment.frames.start, segment.start_s), (segment.frames.end, segment.end_s)]);
-    }
-    cuts.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    cuts.dedup_by_key(|cut| cut.0);
-    let printed = |list: &[Segment], frame: usize| {
-        let at = list.partition_point(|segment| segment.frames.end <= frame);
-        let found = list.get(at).filter(|segment| segment.frames.contains(&frame));
-        found.map_or("nothing".to_string(), |segment| segment.primitive.clone())
+/// Which of two analyses agrees better with the labels: those of `--labels`, else those of the log where it has any.
+fn write_agreement(
+    args: &DiffArgs,
+    ours: &session::Analysis,
+    theirs: &session::Analysis,
+    names: &NameMap,
+    printed: &mut String,
+) -> Result<(), Failure> {
+    let share = |analysis: &session::Analysis| {
+        let known = Known::new(analysis.rules().set());
+        let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, &known)?;
+        let mut all = Tally::default();
+        score::score(&truth, analysis.found(), Stage::Relabeled, analysis.meta())?
+            .iter()
+            .for_each(|row| all.add(&row.tally));
+        Ok::<_, Failure>((all.accuracy(), all.scored_s()))
     };
-    let mut changes: Vec<(f64, f64, String, String)> = Vec::new();
-    for pair in cuts.windows(2) {
-        let [(frame, start_s), (_, end_s)] = pair else { continue };
-        let (ours, theirs) = (printed(one, *frame), printed(other, *frame));
-        if ours == theirs {
-            continue;
-        }
-        match changes.last_mut() {
-            Some(last) if last.1.to_bits() == start_s.to_bits() && last.2 == ours && last.3 == theirs => {
-                last.1 = *end_s
-            }
-            _ => changes.push((*start_s, *end_s, ours, theirs)),
-        }
+    let (one, other) = match (share(ours), share(theirs)) {
+        (Ok(one), Ok(other)) => (one, other),
+        // A log without labels is compared all the same.
+        _ if args.truth.labels.is_none() => return Ok(()),
+        (Err(error), _) | (_, Err(error)) => return Err(error),
+    };
+    if let ((Some(one), scored_s), (Some(other), _)) = (one, other) {
+        let better = match (other - one) * 100.0 {
+            by if by > 0.05 => format!("{} agrees better", args.other.display()),
+            by if by < -0.05 => format!("{} agrees better", args.one.display()),
+            _ => "both agree alike".into(),
+        };
+        let _ = writeln!(
+            printed,
+            "  of {scored_s:.1} s with labels {:.1} % and {:.1} % agree: {better}",
+            one * 100.0,
+            other * 100.0
+        );
     }
-    changes
+    Ok(())
 }

@@ -4,6 +4,7 @@ use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::{Failure, browser, on_interrupt, output};
 use crate::serve::Server;
+use crate::session::RulesOptions;
 use crate::stream::atomic_write;
 use crate::studio::{Options, Studio};
 use std::path::PathBuf;
@@ -12,7 +13,7 @@ use std::sync::Arc;
 /// Options of `studio`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is on this machine only, under the address that is printed; Ctrl-C ends it. How to use it: docs/studio.md"
+    after_help = "Examples:\n  teachtree studio recordings/ --rules my.rules\n  teachtree studio my_set --binding arm.binding.yaml\n  teachtree studio recordings/ --rules new.rules --against old.rules\n  teachtree studio demonstration.csv --no-open --port 8000\n\nThe page is on this machine only, under the address that is printed; Ctrl-C ends it. How to use it: docs/studio.md"
 )]
 pub struct Args {
     /// Recordings; a folder, a data set or an HDF5 file stands for all in it; the folder in which the command runs when left out
@@ -20,6 +21,9 @@ pub struct Args {
     logs: Vec<PathBuf>,
     #[command(flatten)]
     rules: RuleArgs,
+    /// Other rule files: their lanes stand below those of the rules, differences are marked and counted; may be repeated
+    #[arg(long, value_name = "FILE")]
+    against: Vec<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
     /// With --binding: each file of a folder is a recording, instead of a part of one
@@ -45,6 +49,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         binding: args.source.binding.clone(),
         each: args.each,
         rules: args.rules.options(),
+        against: args.against(),
         who: args.by.clone().or_else(user).unwrap_or_default(),
     };
     let studio = Arc::new(Studio::new(options)?);
@@ -62,6 +67,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     studio.work();
     server.run(&studio);
     Ok(())
+}
+
+impl Args {
+    /// The rules that the others are held against, with the same hand file.
+    fn against(&self) -> Option<(String, RulesOptions)> {
+        let hand = self.rules.hand.clone();
+        let rules = RuleArgs { rules: self.against.clone(), hand, ..RuleArgs::default() };
+        let names: Vec<String> = self.against.iter().map(|file| file.display().to_string()).collect();
+        (!names.is_empty()).then(|| (names.join(", "), rules.options()))
+    }
 }
 
 /// The name that the system knows the user by.

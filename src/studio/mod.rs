@@ -7,6 +7,7 @@
 //! Invariants: an analysis of the studio is that of the commands, with the same defaults; nothing leaves this machine; only labels and rule files are
 //! written, whole or not at all.
 
+mod against;
 mod corrected;
 mod export;
 mod labels;

@@ -3,6 +3,7 @@
 //! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
 //! hold only what the list shows.
 
+use super::against::{Against, Other};
 use super::labels::{self, Labels, Line, Refused};
 use super::{score, tune};
 use crate::analysis::Who;
@@ -33,6 +34,8 @@ pub struct Options {
     pub each: bool,
     /// The rules.
     pub rules: RulesOptions,
+    /// Other rules that these are held against, with their name.
+    pub against: Option<(String, RulesOptions)>,
     /// The name that labels are signed with until the page says another one.
     pub who: String,
 }
@@ -43,6 +46,8 @@ pub struct Studio {
     pub recordings: Vec<Recording>,
     source: LogOptions,
     rules: RulesOptions,
+    /// Other rules that these are held against, with their name.
+    pub against: Option<(String, RulesOptions)>,
     state: Mutex<State>,
     /// There is something to analyze.
     pub(super) wake: Condvar,
@@ -90,6 +95,8 @@ pub struct Row {
     pub confidence: Option<Option<f64>>,
     /// The label file and how well the rules agree with it.
     pub agreement: Agreement,
+    /// How the rules and the others differ.
+    pub against: Option<Against>,
 }
 
 /// What is known of the label file of a recording.
@@ -127,6 +134,8 @@ pub struct Loaded {
     pub base: Analysis,
     /// By the rules with the params that were changed.
     pub now: Analysis,
+    /// By the rules that these are held against, or why there is nothing.
+    pub other: Option<Other>,
 }
 
 impl Loaded {
@@ -182,7 +191,7 @@ impl Studio {
     /// # Errors
     /// A path that cannot be read or holds no recording, more recordings than a list can have.
     pub fn new(options: Options) -> Result<Self, InputError> {
-        let Options { paths, source, binding, each, rules, who } = options;
+        let Options { paths, source, binding, each, rules, against, who } = options;
         let mut found = Vec::new();
         for path in &paths {
             // A set or a file of several recordings stands for all of them.
@@ -204,7 +213,7 @@ impl Studio {
         let recordings: Vec<Recording> = found.into_iter().map(|(name, log)| Recording { log, name }).collect();
         let rows = vec![Row::default(); recordings.len()];
         let state = Mutex::new(State { rows, revision: 1, ..State::default() });
-        Ok(Self { recordings, source, rules, state, wake: Condvar::new(), saving: Mutex::default(), who })
+        Ok(Self { recordings, source, rules, against, state, wake: Condvar::new(), saving: Mutex::default(), who })
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
@@ -248,6 +257,7 @@ impl Studio {
         (generation, epoch): (u64, u64),
         params: &BTreeMap<String, String>,
     ) -> Result<Loaded, Error> {
+        let other = known.as_ref().filter(|known| known.epoch == epoch).and_then(|known| known.other.clone());
         let base = match known {
             Some(known) if known.epoch == epoch => known.base.clone(),
             Some(known) => {
@@ -267,7 +277,12 @@ impl Studio {
             true => base.clone(),
             false => base.by_rules(&with.for_log(base.log())?)?,
         };
-        Ok(Loaded { generation, epoch, base, now })
+        let by_other = |rules: &RulesOptions| {
+            let found = rules.clone().for_log(base.log()).and_then(|rules| base.by_rules(&rules));
+            found.map(Arc::new).map_err(|error| error.to_string())
+        };
+        let other = other.or_else(|| self.against.as_ref().map(|(_, rules)| by_other(rules)));
+        Ok(Loaded { generation, epoch, base, now, other })
     }
 
     /// Analyzes a recording and puts what was found into its row.
@@ -278,12 +293,15 @@ impl Studio {
             Err(error) => Err(error.to_string()),
         };
         let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
+        let both = |loaded: &Arc<Loaded>| loaded.other.as_ref().map(|other| Against::of(&loaded.now, other));
+        let against = loaded.as_ref().ok().and_then(both);
         let mut state = self.state();
         let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
         if let Some(row) = state.rows.get_mut(at) {
             row.generation = Some(generation);
             row.outcome = Some(outcome);
             row.agreement = agreement;
+            row.against = against;
         }
         state.revision += 1;
         loaded
@@ -314,6 +332,9 @@ impl Studio {
             }
             fields.insert("confidence".into(), json!(row.confidence.flatten()));
             row.agreement.put(fields);
+            if let Some(against) = &row.against {
+                fields.insert("against".into(), against.json());
+            }
             value
         });
         let rows: Vec<Value> = rows.collect();

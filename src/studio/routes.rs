@@ -3,7 +3,7 @@
 use super::labels::{Labels, Line, Refused};
 use super::project::{Loaded, Studio};
 use super::video::videos;
-use super::{export, tune};
+use super::{against, export, tune};
 use crate::analysis::UNKNOWN;
 use crate::analysis::score::Known;
 use crate::base::error::InputError;
@@ -25,12 +25,13 @@ const EXPORTS: &str = "\nconst view = { get data() { return data; }, get step() 
      export { added, draw, drawPanel, escaped, fitting, GUTTER, lanes, load, nameOf, panels, plotWidth, readOut, seconds, setTime, show, \
      showTracks, signals, state, view };\n";
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 9] = [
+const MODULES: [(&str, &str); 10] = [
     ("studio.js", include_str!("page/studio.js")),
     ("server.js", include_str!("page/server.js")),
     ("list.js", include_str!("page/list.js")),
     ("recording.js", include_str!("page/recording.js")),
     ("lines.js", include_str!("page/lines.js")),
+    ("against.js", include_str!("page/against.js")),
     ("labels.js", include_str!("page/labels.js")),
     ("tune.js", include_str!("page/tune.js")),
     ("ask.js", include_str!("page/ask.js")),
@@ -209,12 +210,13 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
         Ok(labels) => (labels_json(&labels), None),
         Err(error) => (Value::Null, Some(error.to_string())),
     };
+    let against = against::lanes(loaded.other.as_ref(), studio.against.as_ref().map(|(name, _)| name.as_str()));
     let found = videos(analysis.log());
     let videos =
         found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));
     Ok(json!({
         "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest(), "who": studio.who,
         "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
-        "params": tune::params(loaded.base.rules().set()), "videos": videos.collect::<Vec<_>>(),
+        "params": tune::params(loaded.base.rules().set()), "videos": videos.collect::<Vec<_>>(), "against": against,
     }))
 }

@@ -1,5 +1,6 @@
 //! The studio: its server as a program sees it, and its page in a real browser.
 
+mod against;
 mod labels;
 mod page;
 mod server;

@@ -28,6 +28,7 @@ export function take(next) {
   list = next;
   fill(filters.task, "any task", list.recordings.flatMap((one) => (one.tasks || []).map(([, task]) => task.split(" ")[0])));
   fill(filters.issue, "any issue or none", list.recordings.flatMap((one) => one.issues || []), [["!", "with an issue"], ["-", "without issues"]]);
+  offerOrder();
   draw();
 }
 
@@ -47,6 +48,12 @@ export function beside(by) {
   return at < 0 ? shown[by > 0 ? 0 : shown.length - 1] : shown[at + by];
 }
 
+/** The order by differences is offered where there are other rules. */
+function offerOrder() {
+  const option = filters.sort.querySelector("[value=against]");
+  option.hidden = option.disabled = !list.recordings.some((one) => one.against);
+}
+
 function fill(select, first, names, more = []) {
   const value = select.value, all = [...new Set(names)].sort();
   select.innerHTML = [["", first], ...more, ...all.map((name) => [name, name])].map(([key, name]) => `<option value="${escaped(key)}">${escaped(name)}</option>`).join("");
@@ -63,7 +70,7 @@ function matching() {
     if (issue === "-") return !one.issue_count && !one.error;
     return !issue || (one.issues || []).includes(issue);
   });
-  const key = { confidence: (one) => one.confidence, score: (one) => one.score && one.score.accuracy }[filters.sort.value];
+  const key = { confidence: (one) => one.confidence, score: (one) => one.score && one.score.accuracy, against: (one) => one.against && -one.against.frames / (one.against.of_frames || 1) }[filters.sort.value];
   if (!key) return at;
   const of = (number) => key(list.recordings[number]) ?? Infinity;
   return at.sort((a, b) => of(a) - of(b) || a - b);
@@ -93,6 +100,12 @@ function row(number) {
   if (one.issue_count) numbers.push(`<span class="issues" title="${escaped((one.issues || []).join(", "))}">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
   if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
+  if (one.against?.error) numbers.push(`<span class="no" title="${escaped(one.against.error)}">other rules do not run</span>`);
+  else if (one.against) {
+    const { frames, segments, accuracy } = one.against, by = one.score && accuracy !== null ? Math.round((one.score.accuracy - accuracy) * 1000) / 10 : undefined;
+    const better = by === undefined ? "" : by > 0 ? ", agrees better here" : by < 0 ? ", agrees better there" : "";
+    numbers.push(`<span title="frames and segments that differ from the other rules">${frames ? `${frames} frame${frames > 1 ? "s" : ""}, ${segments} segment${segments === 1 ? "" : "s"} differ${better}` : "no difference"}</span>`);
+  }
   if (one.score_error) numbers.push(`<span class="no" title="${escaped(one.score_error)}">labels unreadable</span>`);
   const current = number === opened ? ` aria-current="true"` : "";
   return `<li><button type="button" data-at="${number}"${current}${one.error ? ` title="${escaped(one.error)}"` : ""}><b>${escaped(one.name)}</b><span class="found">${facts.join(" ")}</span><span class="numbers quiet">${numbers.join(" · ")}</span></button></li>`;

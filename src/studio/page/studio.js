@@ -1,5 +1,6 @@
 // The page begins here: the list is asked for again and again while it fills, and keys lead through it.
 
+import { tellDifferences } from "./against.js";
 import "./ask.js";
 import { follow as followLabels } from "./labels.js";
 import * as list from "./list.js";
@@ -20,6 +21,7 @@ async function refresh() {
       list.take(next);
       latest = next;
       agreement(next);
+      tellDifferences();
       followLabels(list.rowOf(current.at)?.label_version);
     }
     return next.waiting ? 400 : 1500;
@@ -58,6 +60,7 @@ async function choose(at) {
   history.replaceState(null, "", `#${encodeURIComponent(list.nameOf(at))}`);
   await open(at);
   if (latest) agreement(latest);
+  tellDifferences();
 }
 
 list.listen(choose);

@@ -5,7 +5,7 @@ use crate::program::{complained, said, teachtree_in};
 use crate::sets::with_set;
 use serde_json::{Value, json};
 
-fn line(label: &str, start_s: f64, end_s: f64) -> Value {
+pub fn line(label: &str, start_s: f64, end_s: f64) -> Value {
     json!({ "track": "right", "kind": "primitive", "label": label, "start_s": start_s, "end_s": end_s, "pinned": true,
         "by": "mika", "at": "2026-05-04T09:30:00Z" })
 }

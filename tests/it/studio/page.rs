@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use std::path::Path;
 
 /// A page over recordings, once the list is full.
-fn visited(folder: &Path, args: &[&str]) -> Option<(Browser, Studio)> {
+pub fn visited(folder: &Path, args: &[&str]) -> Option<(Browser, Studio)> {
     let mut browser = Browser::start()?;
     browser.resize(1440, 900);
     let studio = Studio::start(folder, args);
@@ -18,14 +18,14 @@ fn visited(folder: &Path, args: &[&str]) -> Option<(Browser, Studio)> {
 }
 
 /// Waits until a recording is drawn.
-fn opened(browser: &mut Browser, name: &str) {
+pub fn opened(browser: &mut Browser, name: &str) {
     browser.wait(&format!(
         "document.querySelector('#title').textContent === {} && document.querySelectorAll('#lanes .bar').length > 0",
         json!(name)
     ));
 }
 
-fn no_complaints(browser: &Browser) {
+pub fn no_complaints(browser: &Browser) {
     assert!(browser.complaints.is_empty(), "{:#?}", browser.complaints);
 }
 

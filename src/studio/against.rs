@@ -1,0 +1,64 @@
+//! Two rule sets side by side: how much their results differ, and which of them agrees better with labels. The same as `diff --labels`.
+
+use super::score;
+use crate::analysis::difference::{Extent, changes, extent};
+use crate::report::page;
+use crate::session::Analysis;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// The result of the other rules, or why there is none.
+pub type Other = Result<Arc<Analysis>, String>;
+
+/// How the rules of a recording and the others differ.
+#[derive(Clone)]
+pub enum Against {
+    /// Both ran.
+    Both {
+        /// How much the results differ.
+        extent: Extent,
+        /// How much of the time the others agree with labels, 0 to 1; `None` without labels.
+        accuracy: Option<f64>,
+    },
+    /// Why the other rules did not run.
+    Failed(String),
+}
+
+impl Against {
+    /// What the list shows of the result `now` of the rules and that of the others.
+    pub fn of(now: &Analysis, other: &Other) -> Self {
+        let other = match other {
+            Ok(other) => other,
+            Err(error) => return Self::Failed(error.clone()),
+        };
+        let (one, two) = (now.found(), other.found());
+        let extent = extent(one, two, &changes(one, two));
+        // Labels that cannot be read are in the row already.
+        let accuracy = score::tally(other).ok().flatten().and_then(|tally| tally.accuracy());
+        Self::Both { extent, accuracy }
+    }
+
+    /// The value of a row of the list.
+    pub fn json(&self) -> Value {
+        match self {
+            Self::Both { extent, accuracy } => json!({ "frames": extent.frames, "of_frames": extent.of_frames,
+                "segments": extent.segments, "of_segments": extent.of_segments, "accuracy": accuracy }),
+            Self::Failed(error) => json!({ "error": error }),
+        }
+    }
+}
+
+/// The lanes of the other rules, which are called `name`; `null` where there are none.
+pub fn lanes(other: Option<&Other>, name: Option<&str>) -> Value {
+    match other {
+        None => Value::Null,
+        Some(Err(error)) => json!({ "error": error }),
+        Some(Ok(other)) => {
+            let mut lanes = page::tracks(other.found());
+            if let Some(fields) = lanes.as_object_mut() {
+                fields.insert("rules".into(), json!(name));
+            }
+            lanes
+        }
+    }
+}
