@@ -19,12 +19,14 @@ mod recording;
 mod rename;
 mod server;
 mod settings;
+mod sheet;
 mod uri;
 mod wire;
 mod workspace;
 
 pub use server::serve;
 pub use settings::Settings;
+pub use sheet::{Proposal, Sheet};
 
 use crate::base::error::InputError;
 use lsp_server::ErrorCode;

@@ -34,7 +34,8 @@ pub struct Whole {
     pub survey: Survey,
     /// Where each source lies; a file that comes with the program in the cache, or nowhere.
     pub paths: Vec<Option<PathBuf>>,
-    lines: Vec<Lines>,
+    /// The lines of each source.
+    pub lines: Vec<Lines>,
 }
 
 /// A place in a whole.

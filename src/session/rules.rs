@@ -10,6 +10,7 @@ use crate::base::diagnostic::Severity;
 use crate::graph::lower;
 use crate::language::{self, Request, SHIPPED};
 use crate::report::diagram::{self, Form};
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -146,6 +147,7 @@ pub struct RulesOptions {
     texts: Vec<(String, String)>,
     hand_file: Option<String>,
     params: Vec<(String, String)>,
+    buffers: BTreeMap<PathBuf, String>,
 }
 
 impl RulesOptions {
@@ -176,6 +178,14 @@ impl RulesOptions {
     #[must_use]
     pub fn param(mut self, name: impl Into<String>, value: impl Into<String>) -> Self {
         self.params.push((name.into(), value.into()));
+        self
+    }
+
+    /// Texts that stand for files on disk, by canonical path: what is not written yet.
+    #[cfg(feature = "studio")]
+    #[must_use]
+    pub(crate) fn buffers(mut self, buffers: BTreeMap<PathBuf, String>) -> Self {
+        self.buffers = buffers;
         self
     }
 
@@ -231,9 +241,9 @@ impl RulesOptions {
     }
 
     fn request(self, params: Vec<(String, String)>) -> Request {
-        let Self { files, texts, hand_file, params: own } = self;
+        let Self { files, texts, hand_file, params: own, buffers } = self;
         // A later value of a param wins over an earlier one.
         let overrides = params.into_iter().chain(own).collect();
-        Request { files, texts, hand_file, overrides, needs_tree: true, ..Request::default() }
+        Request { files, texts, hand_file, overrides, buffers, needs_tree: true }
     }
 }

@@ -9,6 +9,7 @@
 
 mod against;
 mod corrected;
+mod edits;
 mod export;
 mod labels;
 mod project;

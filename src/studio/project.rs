@@ -45,14 +45,14 @@ pub struct Studio {
     /// In the order of the list.
     pub recordings: Vec<Recording>,
     source: LogOptions,
-    rules: RulesOptions,
+    pub(super) rules: RulesOptions,
     /// Other rules that these are held against, with their name.
     pub against: Option<(String, RulesOptions)>,
     state: Mutex<State>,
     /// There is something to analyze.
     pub(super) wake: Condvar,
     /// Held by whoever writes labels or rules.
-    saving: Mutex<()>,
+    pub(super) saving: Mutex<()>,
     /// Who corrects, where the page says nothing else.
     pub who: String,
 }
@@ -76,6 +76,9 @@ pub struct State {
     pub epoch: u64,
     /// Params that differ from the files, with their values.
     pub params: BTreeMap<String, String>,
+    /// Texts of rule files that differ from the files, by the name of the file, and how often they were changed.
+    pub edits: BTreeMap<String, String>,
+    pub edit_version: u64,
     /// One for each recording.
     pub rows: Vec<Row>,
     /// What a thread is at.
@@ -132,7 +135,7 @@ pub struct Loaded {
     epoch: u64,
     /// By the rules as they are in the files.
     pub base: Analysis,
-    /// By the rules with the params that were changed.
+    /// By the rules with the texts and params that were changed.
     pub now: Analysis,
     /// By the rules that these are held against, or why there is nothing.
     pub other: Option<Other>,
@@ -226,7 +229,7 @@ impl Studio {
     /// # Errors
     /// What is wrong with the recording, or with the rules for it.
     pub fn loaded(&self, at: usize) -> Result<Arc<Loaded>, Error> {
-        let (generation, epoch, params, known) = {
+        let (generation, epoch, params, edits, known) = {
             let mut state = self.state();
             let known = state.open.iter().position(|(number, _)| *number == at);
             let known = known.map(|place| {
@@ -234,12 +237,12 @@ impl Studio {
                 state.open.push(one.clone());
                 one.1
             });
-            (state.generation, state.epoch, state.params.clone(), known)
+            (state.generation, state.epoch, state.params.clone(), state.edits.clone(), known)
         };
         if let Some(known) = known.as_ref().filter(|known| known.generation == generation) {
             return Ok(Arc::clone(known));
         }
-        let loaded = Arc::new(self.analyzed(at, known, (generation, epoch), &params)?);
+        let loaded = Arc::new(self.analyzed(at, known, (generation, epoch), (&params, &edits))?);
         let mut state = self.state();
         state.open.retain(|(number, _)| *number != at);
         state.open.push((at, Arc::clone(&loaded)));
@@ -255,7 +258,7 @@ impl Studio {
         at: usize,
         known: Option<Arc<Loaded>>,
         (generation, epoch): (u64, u64),
-        params: &BTreeMap<String, String>,
+        (params, edits): (&BTreeMap<String, String>, &BTreeMap<String, String>),
     ) -> Result<Loaded, Error> {
         let other = known.as_ref().filter(|known| known.epoch == epoch).and_then(|known| known.other.clone());
         let base = match known {
@@ -271,9 +274,11 @@ impl Studio {
                 self.rules.clone().for_log(&log)?.analyze(&log)?
             }
         };
-        let own = params.iter().filter(|(name, _)| base.rules().set().param(name).is_some());
-        let with = own.fold(self.rules.clone(), |rules, (name, value)| rules.param(name, value));
-        let now = match params.is_empty() {
+        let edited = self.rules.clone().buffers(tune::buffers(edits));
+        let written = if edits.is_empty() { base.rules().clone() } else { edited.clone().for_log(base.log())? };
+        let own = params.iter().filter(|(name, _)| written.set().param(name).is_some());
+        let with = own.fold(edited, |rules, (name, value)| rules.param(name, value));
+        let now = match params.is_empty() && edits.is_empty() {
             true => base.clone(),
             false => base.by_rules(&with.for_log(base.log())?)?,
         };
@@ -348,13 +353,13 @@ impl Studio {
         // Less than a thousandth is the same.
         let gains = || current().filter_map(|row| row.agreement.gain());
         let (better, worse) = (gains().filter(|by| *by > 5e-4).count(), gains().filter(|by| *by < -5e-4).count());
-        json!({ "revision": state.revision, "waiting": waiting, "params": state.params, "recordings": rows,
+        json!({ "revision": state.revision, "waiting": waiting, "params": state.params, "edit_version": state.edit_version, "recordings": rows,
             "score": score::brief(&now), "base": score::brief(&base), "better": better, "worse": worse,
             "labeled": gains().count() })
     }
 
     /// Changes rules or params: all results become outdated, and the background threads analyze again.
-    fn renew(&self, change: impl FnOnce(&mut State)) {
+    pub(super) fn renew(&self, change: impl FnOnce(&mut State)) {
         let mut state = self.state();
         change(&mut state);
         state.generation += 1;
@@ -393,7 +398,7 @@ impl Studio {
     /// Values that the rules do not take; those of before stay.
     pub fn turn(&self, at: usize, values: &BTreeMap<String, f64>) -> Result<Arc<Loaded>, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
-        let params = tune::overrides(self.loaded(at)?.base.rules().set(), values).map_err(argument)?;
+        let params = tune::overrides(self.loaded(at)?.now.rules().set(), values).map_err(argument)?;
         let before = self.state().params.clone();
         if params != before {
             self.renew(|state| state.params = params);
@@ -406,7 +411,7 @@ impl Studio {
         turned
     }
 
-    /// Writes the params that were changed into the rule files; returns the files.
+    /// Writes the texts and params that were changed into the rule files; returns the files.
     ///
     /// # Errors
     /// Files that come with the program, were changed since, or cannot be written.
@@ -415,18 +420,20 @@ impl Studio {
         let params = self.state().params.clone();
         let files = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
-            let saved = tune::save(loaded.base.rules().set(), &params);
+            let saved = tune::save(loaded.base.rules().set(), loaded.now.rules().set(), &params);
             saved.map_err(|error| Error::new(error, ErrorKind::Argument))?
         };
         self.reload();
         Ok(files)
     }
 
-    /// Reads the rule files again, with no params changed.
+    /// Reads the rule files again, with no texts and params changed.
     pub fn reload(&self) {
         self.renew(|state| {
             state.epoch += 1;
             state.params.clear();
+            state.edits.clear();
+            state.edit_version += 1;
             state.rows.iter_mut().for_each(|row| row.confidence = None);
         });
     }

@@ -1,5 +1,6 @@
 //! Addresses in, answers out. Files of the page are in the program; no address leads to a file by its path.
 
+use super::edits::{Place, Texts};
 use super::labels::{Labels, Line, Refused};
 use super::project::{Loaded, Studio};
 use super::video::videos;
@@ -25,13 +26,14 @@ const EXPORTS: &str = "\nconst view = { get data() { return data; }, get step() 
      export { added, draw, drawPanel, escaped, fitting, GUTTER, lanes, load, nameOf, panels, plotWidth, readOut, seconds, setTime, show, \
      showTracks, signals, state, view };\n";
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 10] = [
+const MODULES: [(&str, &str); 11] = [
     ("studio.js", include_str!("page/studio.js")),
     ("server.js", include_str!("page/server.js")),
     ("list.js", include_str!("page/list.js")),
     ("recording.js", include_str!("page/recording.js")),
     ("lines.js", include_str!("page/lines.js")),
     ("against.js", include_str!("page/against.js")),
+    ("editor.js", include_str!("page/editor.js")),
     ("labels.js", include_str!("page/labels.js")),
     ("tune.js", include_str!("page/tune.js")),
     ("ask.js", include_str!("page/ask.js")),
@@ -94,6 +96,15 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
             let loaded = studio.turn(at, &values)?;
             Ok(Response::json(&page::tracks(loaded.now.found())))
         }),
+        (false, ["rules"]) => answered(studio.texts(at)),
+        (true, ["rules"]) => body(request, |sent: Texts| {
+            let answer = studio.edit(at, sent)?;
+            Ok(Response { status: if answer.get("error").is_some() { 409 } else { 200 }, ..Response::json(&answer) })
+        }),
+        (true, ["rules", "hover"]) => body(request, |asked: Place| Ok(Response::json(&studio.hover(at, &asked)?))),
+        (true, ["rules", "complete"]) => {
+            body(request, |asked: Place| Ok(Response::json(&studio.proposals(at, &asked)?)))
+        }
         (true, ["params", "save"]) => answered(studio.save_params(at).map(|files| json!({ "files": files }))),
         (true, ["export", form @ ("elan" | "lerobot")]) => body(request, |asked: Export| {
             let written = match *form {
@@ -217,6 +228,6 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
     Ok(json!({
         "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest(), "who": studio.who,
         "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
-        "params": tune::params(loaded.base.rules().set()), "videos": videos.collect::<Vec<_>>(), "against": against,
+        "params": tune::params(loaded.now.rules().set()), "videos": videos.collect::<Vec<_>>(), "against": against,
     }))
 }

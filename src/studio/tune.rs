@@ -10,7 +10,7 @@ use crate::stream::atomic_write::Files;
 use crate::stream::read::text;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// The params that have a range: name, unit, value in the file, range, how many SI units one of theirs is, and where they stand.
 pub fn params(rules: &Rules) -> Value {
@@ -51,26 +51,39 @@ fn written(site: &ParamSite, value: f64) -> String {
     FitParam { name, unit, value: before, range }.show(value)
 }
 
-/// Writes values into the rule files in the place of those that are there; all files or none. Returns the files that were written.
+/// Texts by the canonical path of their file.
+pub fn buffers(texts: &BTreeMap<String, String>) -> BTreeMap<PathBuf, String> {
+    let path = |name: &String| std::fs::canonicalize(name).ok();
+    texts.iter().filter_map(|(name, text)| Some((path(name)?, text.clone()))).collect()
+}
+
+/// Writes the texts of rules, with values of params in the place of those that stand in them, into their files; all files or none. `base` are the rules as the
+/// files were read. Returns the files that were written.
 ///
 /// # Errors
 /// A file that comes with the program or was changed since it was read, or that cannot be written.
-pub fn save(rules: &Rules, values: &BTreeMap<String, String>) -> Result<Vec<String>, InputError> {
-    let sites = param_sites(rules);
+pub fn save(base: &Rules, now: &Rules, values: &BTreeMap<String, String>) -> Result<Vec<String>, InputError> {
+    let sites = param_sites(now);
     let changes: Vec<(&ParamSite, String)> =
         sites.iter().filter_map(|site| Some((site, values.get(&site.name)?.clone()))).collect();
     if let Some(name) = values.keys().find(|name| !sites.iter().any(|site| site.name == **name)) {
         return Err(InputError::new(format!("param {name}"), "is no param of the rules with a range"));
     }
+    let rewritten: BTreeMap<usize, String> = param_sites::rewritten(now, &changes).into_iter().collect();
     let mut files = Files::default();
     let mut names = Vec::new();
-    for (at, changed) in param_sites::rewritten(rules, &changes) {
-        let Some(source) = rules.sources.files.get(at) else { continue };
+    for (at, source) in now.sources.files.iter().enumerate() {
+        let text = rewritten.get(&at).unwrap_or(&source.text);
+        let was = base.sources.files.iter().find(|known| known.name == source.name);
+        let was = was.map_or(&source.text, |known| &known.text);
+        if text == was {
+            continue;
+        }
         let on_disk = text::read(Path::new(&source.name), MAX_BYTES);
-        if on_disk.as_ref().ok() != Some(&source.text) {
+        if on_disk.as_ref().ok() != Some(was) {
             let error = match on_disk {
                 Ok(_) => InputError::new(&source.name, "was changed since the studio read it")
-                    .help("reload the page and try again"),
+                    .help("keep a copy of your text, reload the rules and change them again"),
                 Err(_) => {
                     let name = source.name.strip_prefix("rules/").unwrap_or(&source.name);
                     InputError::new(&source.name, "comes with the program and cannot be written")
@@ -79,7 +92,7 @@ pub fn save(rules: &Rules, values: &BTreeMap<String, String>) -> Result<Vec<Stri
             };
             return Err(error);
         }
-        files.add(Path::new(&source.name), |out| out.write_all(changed.as_bytes()))?;
+        files.add(Path::new(&source.name), |out| out.write_all(text.as_bytes()))?;
         names.push(source.name.clone());
     }
     files.commit()?;

@@ -1,6 +1,7 @@
 //! The studio: its server as a program sees it, and its page in a real browser.
 
 mod against;
+mod editor;
 mod labels;
 mod page;
 mod server;

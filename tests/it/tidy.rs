@@ -21,7 +21,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("session", &["language", "graph", "stream", "engine", "analysis", "report"]),
     ("lsp", &["language", "graph", "stream", "engine", "analysis", "session"]),
     ("teaching", &["serve", "world", "stream", "report", "session"]),
-    ("studio", &["serve", "language", "graph", "stream", "engine", "analysis", "report", "session"]),
+    ("studio", &["serve", "language", "graph", "stream", "engine", "analysis", "report", "session", "lsp"]),
     (
         "cli",
         &[

@@ -2,6 +2,7 @@
 
 import { tellDifferences } from "./against.js";
 import "./ask.js";
+import { followRules } from "./editor.js";
 import { follow as followLabels } from "./labels.js";
 import * as list from "./list.js";
 import { current, open } from "./recording.js";
@@ -22,6 +23,7 @@ async function refresh() {
       latest = next;
       agreement(next);
       tellDifferences();
+      followRules(next.edit_version);
       followLabels(list.rowOf(current.at)?.label_version);
     }
     return next.waiting ? 400 : 1500;

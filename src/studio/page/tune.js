@@ -116,6 +116,7 @@ byId("write-params").addEventListener("click", async () => {
   }
 });
 byId("reload-rules").addEventListener("click", async () => {
+  if (!byId("discard-rules").disabled && !confirm("The changed texts of the rule files are lost. Read the files again?")) return;
   try {
     await post("api/rules", {});
     for (const name of Object.keys(values)) delete values[name];
@@ -169,8 +170,11 @@ for (const kind of ["pointerup", "pointercancel"]) signals.addEventListener(kind
   run();
 }, { capture: true });
 
-onOpen((answer) => {
-  params = answer.params;
+/** The params of rules that were changed in the editor. */
+export function takeParams(next) {
+  params = next;
   if (!place.contains(document.activeElement)) rows();
   byId("tune").hidden = !params.length;
-});
+}
+
+onOpen((answer) => takeParams(answer.params));

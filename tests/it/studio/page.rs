@@ -185,7 +185,7 @@ fn a_window_is_told_what_another_one_saved() {
 const LINE: &str = "bench.panels.map((panel) => ({ panel, threshold: (bench.view.data.signals[panel.number].thresholds || []).find((one) => one[2] === 'near_on') })).find(({ panel, threshold }) => panel.y && threshold)";
 
 /// Waits until something is so.
-fn until(mut is_so: impl FnMut() -> bool) {
+pub fn until(mut is_so: impl FnMut() -> bool) {
     let end = std::time::Instant::now() + std::time::Duration::from_secs(100);
     while !is_so() {
         assert!(std::time::Instant::now() < end, "it never was so");
