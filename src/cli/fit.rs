@@ -1,23 +1,21 @@
 //! `teachtree fit`: params learned from labeled recordings, held against recordings that were held out.
 
-mod patch;
-
 use super::many::ManyArgs;
 use super::progress::Progress;
 use super::rules::RuleArgs;
 use super::source::SourceArgs;
 use super::truth::TruthArgs;
 use super::{Failure, output};
-use crate::analysis::fit::{self, Fit, FitParam, MIN_LOGS, Objectives, Space, Verdict};
+use crate::analysis::fit::{self, Fit, MIN_LOGS, Verdict};
 use crate::analysis::score::{Known, NameMap, Stage};
 use crate::base::error::InputError;
 use crate::base::nearest::nearest;
-use crate::language::param_sites::{ParamSite, param_sites, thresholds};
+use crate::language::param_sites::{ParamSite, param_sites};
 use crate::language::{Request, Rules};
 use crate::report;
 use crate::session::files::all_logs;
-use crate::session::fitting::{Recording, Runner};
-use patch::{Patch, patch};
+use crate::session::fitting::{Recording, Runner, fitted, space};
+use crate::session::patch::{Patch, patch};
 use std::path::{Path, PathBuf};
 
 /// Groups in which recordings are held out unless an option says otherwise, at most.
@@ -82,7 +80,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let (runner, params) = opened(args, &logs)?;
     let space = space(&runner.rules, &params);
-    let fitted = fitted(args, runner.names(), &space, groups, &mut |points| runner.objectives(&space, points));
+    let names = runner.names();
+    let searches = args.anyway || names.len() >= MIN_LOGS;
+    let progress = (searches && !args.many.quiet).then(|| Progress::new("fitting"));
+    let mut shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
+    let fitted =
+        fitted(names, &space, groups, args.anyway, &mut |points| runner.objectives(&space, points), &mut shown);
+    drop(progress);
     let found = if fitted.verdict == Verdict::Gain || args.anyway && !fitted.changed().is_empty() {
         Some(patch(&runner.rules, &params, &space.params, &fitted.point))
     } else {
@@ -189,61 +193,6 @@ fn chosen(args: &Args, rules: &Rules, fixed: &[(String, String)]) -> Result<Vec<
         return Err(InputError::new("--params", message).help("`param NAME = VALUE in LOW .. HIGH` declares one"));
     }
     Ok(chosen)
-}
-
-fn space(rules: &Rules, params: &[ParamSite]) -> Space {
-    let param = |one: &ParamSite| FitParam {
-        name: one.name.clone(),
-        unit: one.unit.clone(),
-        value: one.value,
-        range: one.range,
-    };
-    let at = |id: crate::language::rules::ParamId| {
-        let name = &rules.params.get(id.index())?.name;
-        params.iter().position(|one| one.name == *name)
-    };
-    let pairs = thresholds(rules).into_iter().filter_map(|(on, off)| Some((at(on)?, at(off)?)));
-    Space { params: params.iter().map(param).collect(), pairs: pairs.collect() }
-}
-
-/// Searches, and holds recordings out.
-fn fitted(args: &Args, logs: Vec<String>, space: &Space, groups: usize, objectives: &mut Objectives) -> Fit {
-    let all: Vec<usize> = (0..logs.len()).collect();
-    let start = space.start();
-    let objective_of = |objectives: &mut Objectives, point: &fit::ParamVector| {
-        let found = objectives(std::slice::from_ref(point)).pop().flatten();
-        found.map(|found| fit::mean(&found, &all)).unwrap_or_default()
-    };
-    let before = objective_of(objectives, &start);
-    let mut fitted = Fit {
-        space: space.clone(),
-        idle: Vec::new(),
-        point: start,
-        before,
-        after: before,
-        held_out: None,
-        verdict: Verdict::TooFew,
-        logs,
-    };
-    let too_few = all.len() < MIN_LOGS;
-    if too_few && !args.anyway {
-        return fitted;
-    }
-    let progress = (!args.many.quiet).then(|| Progress::new("fitting"));
-    let shown = |part: f64| progress.iter().for_each(|bar| bar.set(part));
-    let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
-    fitted.idle = fit::idle(space, objectives);
-    fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| shown(part / searches));
-    fitted.after = objective_of(objectives, &fitted.point);
-    if fitted.changed().is_empty() {
-        fitted.verdict = Verdict::NothingToGain;
-    } else if !too_few {
-        let mut inner = |part: f64| shown((1.0 + part * groups as f64) / searches);
-        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
-        fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
-        fitted.held_out = Some(held_out);
-    }
-    fitted
 }
 
 fn print_fit(

@@ -4,7 +4,7 @@ use super::error::Error;
 use super::log::Log;
 use super::rules::Rules as Loaded;
 use super::run::{Run, channels, leaves};
-use crate::analysis::fit::{Objective, ParamVector, Space};
+use crate::analysis::fit::{self, Fit, FitParam, MIN_LOGS, Objective, Objectives, ParamVector, Space, Verdict};
 use crate::analysis::json::Meta;
 use crate::analysis::score::{Stage, Tally, Truth, score};
 use crate::analysis::{self, Analysis, check_rate};
@@ -12,6 +12,8 @@ use crate::base::channels::ChannelSpec;
 use crate::base::diagnostic::Severity;
 use crate::base::error::{ErrorKind, InputError};
 use crate::graph::{Graph, lower};
+use crate::language::param_sites::{ParamSite, thresholds};
+use crate::language::rules::ParamId;
 use crate::language::{self, Request, Rules};
 use crate::stream::Opened;
 use rayon::prelude::*;
@@ -139,4 +141,66 @@ fn compiled(request: &Request, base: &Graph, space: &Space, point: &ParamVector)
     let graph = lower(&rules);
     let channels = channels(&rules);
     Some(Compiled { is_base: graph.decides_like(base), rules, graph, channels })
+}
+
+/// What can be changed: these params, and the pairs of them that are the two thresholds of one hysteresis.
+pub fn space(rules: &Rules, params: &[ParamSite]) -> Space {
+    let param = |one: &ParamSite| FitParam {
+        name: one.name.clone(),
+        unit: one.unit.clone(),
+        value: one.value,
+        range: one.range,
+    };
+    let at = |id: ParamId| {
+        let name = &rules.params.get(id.index())?.name;
+        params.iter().position(|one| one.name == *name)
+    };
+    let pairs = thresholds(rules).into_iter().filter_map(|(on, off)| Some((at(on)?, at(off)?)));
+    Space { params: params.iter().map(param).collect(), pairs: pairs.collect() }
+}
+
+/// Searches, and holds recordings out in `groups`. Too few recordings are searched only `anyway`, and none is held out then. `shown` receives the share that
+/// is done, 0 to 1.
+pub fn fitted(
+    logs: Vec<String>,
+    space: &Space,
+    groups: usize,
+    anyway: bool,
+    objectives: &mut Objectives,
+    shown: &mut fit::Progress,
+) -> Fit {
+    let all: Vec<usize> = (0..logs.len()).collect();
+    let start = space.start();
+    let objective_of = |objectives: &mut Objectives, point: &ParamVector| {
+        let found = objectives(std::slice::from_ref(point)).pop().flatten();
+        found.map(|found| fit::mean(&found, &all)).unwrap_or_default()
+    };
+    let before = objective_of(objectives, &start);
+    let mut fitted = Fit {
+        space: space.clone(),
+        idle: Vec::new(),
+        point: start,
+        before,
+        after: before,
+        held_out: None,
+        verdict: Verdict::TooFew,
+        logs,
+    };
+    let too_few = all.len() < MIN_LOGS;
+    if too_few && !anyway {
+        return fitted;
+    }
+    let searches = if too_few { 1.0 } else { groups as f64 + 1.0 };
+    fitted.idle = fit::idle(space, objectives);
+    fitted.point = fit::search(space, &all, &fitted.idle, objectives, &mut |part| shown(part / searches));
+    fitted.after = objective_of(objectives, &fitted.point);
+    if fitted.changed().is_empty() {
+        fitted.verdict = Verdict::NothingToGain;
+    } else if !too_few {
+        let mut inner = |part: f64| shown((1.0 + part * groups as f64) / searches);
+        let held_out = fit::judge(space, all.len(), groups, &fitted.idle, objectives, &mut inner);
+        fitted.verdict = if held_out.is_borne_out() { Verdict::Gain } else { Verdict::NotBorneOut };
+        fitted.held_out = Some(held_out);
+    }
+    fitted
 }

@@ -15,6 +15,8 @@ mod follow;
 mod live;
 mod log;
 mod observability;
+#[cfg(feature = "cli")]
+pub(crate) mod patch;
 mod rules;
 mod run;
 pub(crate) mod score;

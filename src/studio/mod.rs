@@ -11,6 +11,7 @@ mod against;
 mod corrected;
 mod edits;
 mod export;
+mod fit;
 mod labels;
 mod project;
 mod queue;

@@ -53,8 +53,27 @@ pub struct Studio {
     pub(super) wake: Condvar,
     /// Held by whoever writes labels or rules.
     pub(super) saving: Mutex<()>,
+    /// The fit.
+    pub(super) fitting: Mutex<Fitting>,
+    /// A fit is asked for.
+    pub(super) fit_wake: Condvar,
     /// Who corrects, where the page says nothing else.
     pub who: String,
+}
+
+/// A fit that runs, or what came of the last one.
+#[derive(Default)]
+pub struct Fitting {
+    /// The recording whose rules are to be fitted, until the fit begins.
+    pub asked: Option<usize>,
+    /// Whether one is asked for or runs.
+    pub running: bool,
+    /// The share that is done, 0 to 1.
+    pub part: f64,
+    /// Whether it is to end.
+    pub stopped: bool,
+    /// What came of it, as the page takes it.
+    pub outcome: Option<Value>,
 }
 
 /// A recording of the list.
@@ -216,7 +235,18 @@ impl Studio {
         let recordings: Vec<Recording> = found.into_iter().map(|(name, log)| Recording { log, name }).collect();
         let rows = vec![Row::default(); recordings.len()];
         let state = Mutex::new(State { rows, revision: 1, ..State::default() });
-        Ok(Self { recordings, source, rules, against, state, wake: Condvar::new(), saving: Mutex::default(), who })
+        Ok(Self {
+            recordings,
+            source,
+            rules,
+            against,
+            state,
+            wake: Condvar::new(),
+            saving: Mutex::default(),
+            fitting: Mutex::default(),
+            fit_wake: Condvar::new(),
+            who,
+        })
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {

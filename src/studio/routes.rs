@@ -26,7 +26,7 @@ const EXPORTS: &str = "\nconst view = { get data() { return data; }, get step() 
      export { added, draw, drawPanel, escaped, fitting, GUTTER, lanes, load, nameOf, panels, plotWidth, readOut, seconds, setTime, show, \
      showTracks, signals, state, view };\n";
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 11] = [
+const MODULES: [(&str, &str); 12] = [
     ("studio.js", include_str!("page/studio.js")),
     ("server.js", include_str!("page/server.js")),
     ("list.js", include_str!("page/list.js")),
@@ -34,6 +34,7 @@ const MODULES: [(&str, &str); 11] = [
     ("lines.js", include_str!("page/lines.js")),
     ("against.js", include_str!("page/against.js")),
     ("editor.js", include_str!("page/editor.js")),
+    ("fit.js", include_str!("page/fit.js")),
     ("labels.js", include_str!("page/labels.js")),
     ("tune.js", include_str!("page/tune.js")),
     ("ask.js", include_str!("page/ask.js")),
@@ -73,6 +74,8 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
             studio.reload();
             return Response::json(&json!({}));
         }
+        ["api", "fit"] if !changes => return Response::json(&studio.fit()),
+        ["api", "fit", "stop"] if changes => return Response::json(&studio.stop_fit()),
         ["api", "recording", at, what @ ..] => (what, number(at, studio)),
         ["video", at, place] if !changes => return video(at, place, studio),
         _ => return nothing(),
@@ -96,6 +99,7 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
             let loaded = studio.turn(at, &values)?;
             Ok(Response::json(&page::tracks(loaded.now.found())))
         }),
+        (true, ["fit"]) => Response::json(&studio.begin_fit(at)),
         (false, ["rules"]) => answered(studio.texts(at)),
         (true, ["rules"]) => body(request, |sent: Texts| {
             let answer = studio.edit(at, sent)?;

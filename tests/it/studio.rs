@@ -2,6 +2,7 @@
 
 mod against;
 mod editor;
+mod fit;
 mod labels;
 mod page;
 mod server;

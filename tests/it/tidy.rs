@@ -54,7 +54,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("tungstenite", &["src/cli/live/", "src/teaching/socket.rs"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/", "src/session/fitting.rs"]),
-    ("similar", &["src/cli/fit/"]),
+    ("similar", &["src/session/patch.rs"]),
     ("lsp_server", &["src/lsp/"]),
     ("lsp_types", &["src/lsp/"]),
     ("httparse", &["src/serve/http.rs"]),

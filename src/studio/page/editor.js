@@ -250,11 +250,14 @@ async function propose() {
   const offset = area.selectionStart, file = choice.value, { line, character } = caret(offset);
   const answer = await post(`api/recording/${current.at}/rules/complete`, { files: rules.texts, file, line, character }).catch(() => ({ proposals: [] }));
   if (area.selectionStart !== offset || choice.value !== file || document.activeElement !== area) return;
-  Object.assign(popup.style, { top: `${(line + 1) * lineHeight() - area.scrollTop + 8}px`, left: `${Math.max(0, Math.min(area.offsetLeft + character * letterWidth() - area.scrollLeft, sheet.clientWidth - 240))}px` });
   proposals = answer.proposals;
   picked = 0;
   if (!proposals.length) status.textContent = "nothing is known that fits here";
   drawPopup();
+  if (popup.hidden) return;
+  const left = area.offsetLeft + character * letterWidth() - area.scrollLeft;
+  popup.style.top = `${(line + 1) * lineHeight() - area.scrollTop + 8}px`;
+  popup.style.left = `${Math.max(0, Math.min(left, sheet.clientWidth - popup.offsetWidth - 4))}px`;
 }
 
 function insert(one) {

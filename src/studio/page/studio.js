@@ -3,6 +3,7 @@
 import { tellDifferences } from "./against.js";
 import "./ask.js";
 import { followRules } from "./editor.js";
+import "./fit.js";
 import { follow as followLabels } from "./labels.js";
 import * as list from "./list.js";
 import { current, open } from "./recording.js";

@@ -170,6 +170,17 @@ for (const kind of ["pointerup", "pointercancel"]) signals.addEventListener(kind
   run();
 }, { capture: true });
 
+/** Turns several params at once. */
+export function takeValues(next) {
+  for (const param of params.filter(({ name }) => name in next)) {
+    if (next[param.name] === param.value) delete values[param.name]; else values[param.name] = next[param.name];
+    update(param);
+    lines(param);
+  }
+  byId("tune").open = true;
+  return run();
+}
+
 /** The params of rules that were changed in the editor. */
 export function takeParams(next) {
   params = next;
