@@ -1,5 +1,6 @@
 //! What recordings exercise of the trees: which choices are taken, and which conditions are seen to hold and not to hold while they are asked.
 
+use crate::base::diagnostic::Span;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
@@ -8,8 +9,8 @@ use crate::language::rules::{Branch, Choice, Expr, ExprKind, Rules, Then};
 use crate::stream::frames::Frames;
 use std::collections::BTreeMap;
 
-/// Where something stands: file, first byte, one past the last.
-type Place = (String, u32, u32);
+/// Where something stands: file, first byte, one past the last; and its text, which names the hand where a choice is meant for each of them.
+type Place = (String, u32, u32, String);
 
 /// What was seen, over any number of recordings.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -121,7 +122,7 @@ impl Coverage {
     }
 
     fn choice(&mut self, rules: &Rules, choice: &Choice, taken: bool) {
-        let seen = seen(&mut self.choices, rules, choice.span);
+        let seen = seen(&mut self.choices, rules, choice.span, rules.choice_text(choice));
         seen.yes |= taken;
     }
 
@@ -140,7 +141,8 @@ impl Coverage {
             }
             _ => {
                 let truth = inspector.truth(expr, side)?;
-                let seen = seen(&mut self.conditions, inspector.rules(), expr.span);
+                let rules = inspector.rules();
+                let seen = seen(&mut self.conditions, rules, expr.span, rules.text_of(expr));
                 seen.yes |= reach.iter().any(|frame| truth.holds(0, *frame));
                 seen.no |= reach.iter().any(|frame| !truth.holds(0, *frame));
                 Ok(())
@@ -149,10 +151,10 @@ impl Coverage {
     }
 }
 
-fn seen<'a>(all: &'a mut BTreeMap<Place, Seen>, rules: &Rules, span: crate::base::diagnostic::Span) -> &'a mut Seen {
+fn seen<'a>(all: &'a mut BTreeMap<Place, Seen>, rules: &Rules, span: Span, text: String) -> &'a mut Seen {
     let file = rules.sources.files.get(span.file as usize).map_or("", |file| file.name.as_str());
-    all.entry((file.to_string(), span.start, span.end)).or_insert_with(|| Seen {
-        text: super::explain::written(rules.sources.text(span)),
+    all.entry((file.to_string(), span.start, span.end, text.clone())).or_insert_with(|| Seen {
+        text,
         shown: rules.sources.place(span),
         ..Seen::default()
     })

@@ -25,7 +25,6 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
 use crate::engine::runs::Leaves;
-use crate::language::rules::folded;
 use crate::language::rules::{Branch, Expr, ExprKind, Label, Rules, Then};
 use crate::stream::frames::Frames;
 use reason::{Reasons, Spot};
@@ -204,11 +203,6 @@ pub fn explain(analyzed: &Analyzed, question: &Question) -> Result<Vec<Explanati
     Ok(explained)
 }
 
-/// A choice or condition on one line, without comments and without the brace of a branch.
-pub fn written(text: &str) -> String {
-    folded(text).trim_end_matches('{').trim_end().to_string()
-}
-
 /// The explanations as JSON, schema `teachtree.explain/1` (docs/formats.md): the fields of an explanation are those of [`Explanation`].
 pub fn json(explained: &[Explanation], meta: &Meta) -> String {
     let explanations = serde_json::to_value(explained).unwrap_or_default();
@@ -290,7 +284,7 @@ fn block<'a>(
             };
             path.push(Step {
                 depth,
-                choice: written(rules.sources.text(choice.span)),
+                choice: rules.choice_text(choice),
                 place: rules.sources.place(choice.span),
                 taken: at == *taken,
                 reason,

@@ -292,3 +292,31 @@ fn a_log_is_no_expectation() {
     std::fs::remove_file(folder.path().join(EXPECT)).unwrap();
     insta::assert_snapshot!(refused("SawyerLift_demo_1.csv"));
 }
+
+/// `=> P(side)` is a choice of the left and one of the right hand; each of them is taken, or is not.
+#[test]
+fn a_choice_of_either_hand_is_two_choices() {
+    const RULES: &str = "stream { for each hand { grip : scalar N } }
+primitive Idle, Both, Main(side)
+tree hand for each hand { else => Idle }
+tree both for left, right {
+  grip > 2 * other.grip => Main(side)
+  else                  => Both
+}
+";
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("grip.rules"), RULES).unwrap();
+    let rows: String = (0..200).map(|row| format!("{},{},1\n", f64::from(row) / 100.0, 1 + row / 100 * 4)).collect();
+    std::fs::write(folder.path().join("log.csv"), format!("time[s],left.grip[N],right.grip[N]\n{rows}")).unwrap();
+    let scene = "bodies: {}\nhands: {left: {fingers: [thumb], tip_radius: 8 mm}, right: {fingers: [thumb], tip_radius: 8 mm}}\n";
+    std::fs::write(folder.path().join("log.scene.yaml"), scene).unwrap();
+    let shown = all_said(&teachtree_in(folder.path(), &["graph", "grip.rules"]));
+    let lines: Vec<_> = shown.lines().map(|line| line.split_whitespace().collect::<Vec<_>>().join(" ")).collect();
+    assert!(lines.contains(&"left.grip > 2 * right.grip => Main(left)".to_string()), "{shown}");
+    assert!(lines.contains(&"right.grip > 2 * left.grip => Main(right)".to_string()), "{shown}");
+    let update = teachtree_in(folder.path(), &["test", ".", "--update", "--rules", "grip.rules"]);
+    assert!(update.status.success(), "{}", all_said(&update));
+    let printed = all_said(&teachtree_in(folder.path(), &["test", "--coverage"]));
+    assert!(printed.contains("never taken right.grip > 2 * left.grip => Main(right)"), "{printed}");
+    assert!(!printed.contains("=> Main(left)"), "{printed}");
+}

@@ -1,7 +1,6 @@
 //! Why a primitive was not given: of all paths to it, on all frames asked about, the one that lacks least.
 
 use super::reason::{Reason, Reasons, Spot};
-use super::written;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::inspect::Inspector;
@@ -73,12 +72,7 @@ pub(super) fn why_not(
     for (choice, condition, wanted) in &way.asked {
         if inspector.holds(condition, side, frame)? != *wanted {
             let reason = Reasons { inspector }.reason(condition, Spot::new(side, frame))?;
-            missing.push(Obstacle {
-                choice: written(rules.sources.text(choice.span)),
-                place: place(choice),
-                wanted: *wanted,
-                reason,
-            });
+            missing.push(Obstacle { choice: rules.choice_text(choice), place: place(choice), wanted: *wanted, reason });
         }
     }
     let label = match way.choice.then {
@@ -88,7 +82,7 @@ pub(super) fn why_not(
     Ok(Some(WhyNot {
         primitive: label,
         time_s: inspector.frames().time.get(frame).copied().unwrap_or_default(),
-        choice: written(rules.sources.text(way.choice.span)),
+        choice: rules.choice_text(way.choice),
         place: place(way.choice),
         missing,
     }))

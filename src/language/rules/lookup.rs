@@ -1,10 +1,11 @@
 //! Looking things up in a rule set, and its digest.
 
-use super::{Branch, Expr, ExprKind, Hand, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
+use super::{Branch, Choice, Expr, ExprKind, Hand, Label, Param, PrimitiveId, Rules, Then, Tree, TreeScope};
 use crate::base::diagnostic::Span;
 use crate::base::digest::Digest;
 use crate::base::hands::Side;
 use crate::language::syntax::Whose;
+use std::collections::BTreeMap;
 
 impl Rules {
     /// The name of a label as it is shown: `Grasp`, `MainGrasp(left)`.
@@ -69,32 +70,59 @@ impl Rules {
         smallest
     }
 
-    /// An expression as its author wrote it, on one line and without comments. Where the text does not say of which hand by name, as with
-    /// `either.touching`, the hand stands before it.
+    /// An expression as its author wrote it, on one line and without comments. A hand that the text does not name, as in `either.touching` or in a
+    /// choice with `=> Primitive(side)`, stands where it is meant: `left.touching`.
     pub fn text_of(&self, expr: &Expr) -> String {
-        let text = folded(self.sources.text(expr.span));
-        let Some(side) = named_hand(expr) else { return text };
-        match text.split_once('.') {
-            Some((word, rest)) if Whose::from_name(word).is_some() && is_path(expr) => format!("{side}.{rest}"),
-            _ if is_path(expr) => format!("{side}.{text}"),
-            _ => {
-                let says = |part: &Expr| {
-                    named_hand(part).is_none() || {
-                        let text = self.sources.text(part.span);
-                        text.split('.')
-                            .next()
-                            .is_some_and(|word| !matches!(Whose::from_name(word), None | Some(Whose::Other)))
-                    }
-                };
-                let mut unsaid = None;
-                expr.walk(&mut |part| {
-                    if is_path(part) && !says(part) && unsaid.is_none() {
-                        let is_other = self.sources.text(part.span).starts_with("other.");
-                        unsaid = named_hand(part).map(|side| if is_other { side.other() } else { side });
-                    }
-                });
-                unsaid.map_or(text.clone(), |side| format!("{side}: {text}"))
+        let text = self.sources.text(expr.span);
+        let mut hands: BTreeMap<usize, Option<(usize, Side)>> = BTreeMap::new();
+        expr.walk(&mut |part| {
+            if let Some((at, named)) = self.unsaid(part, expr.span) {
+                // `either.touching` as a whole is of both.
+                hands
+                    .entry(at)
+                    .and_modify(|other| *other = other.filter(|other| *other == named))
+                    .or_insert(Some(named));
             }
+        });
+        let (mut written, mut done) = (String::new(), 0);
+        for (at, named) in hands {
+            if let Some((word, side)) = named {
+                written.push_str(text.get(done..at).unwrap_or_default());
+                written.push_str(&format!("{side}."));
+                done = at + word;
+            }
+        }
+        written.push_str(text.get(done..).unwrap_or_default());
+        folded(&written)
+    }
+
+    /// Where in `whole` a hand has to stand that the text of a part does not name: its first byte, the length of what stands there instead
+    /// (`either.`), and the hand.
+    fn unsaid(&self, part: &Expr, whole: Span) -> Option<(usize, (usize, Side))> {
+        let (ExprKind::Channel(_, Hand::Named(side))
+        | ExprKind::Signal(_, Hand::Named(side))
+        | ExprKind::Latch(_, Hand::Named(side))) = part.kind
+        else {
+            return None;
+        };
+        let is_within = part.span.file == whole.file && whole.start <= part.span.start && part.span.end <= whole.end;
+        let word = self.sources.text(part.span).split_once('.').map(|(word, _)| word);
+        let word = word.filter(|word| Whose::from_name(word).is_some());
+        let at = (part.span.start.checked_sub(whole.start)?) as usize;
+        let is_said = word.is_some_and(|word| word == side.to_string());
+        (is_within && !is_said).then(|| (at, (word.map_or(0, |word| word.len() + 1), side)))
+    }
+
+    /// A choice as its author wrote it, on one line, without comments and the brace of a branch. `=> Primitive(side)` stands for a choice of each
+    /// hand: the text is that of the hand which is meant.
+    pub fn choice_text(&self, choice: &Choice) -> String {
+        let text = folded(self.sources.text(choice.span)).trim_end_matches('{').trim_end().to_string();
+        match (&choice.then, &choice.condition) {
+            (Then::Primitive(label), Some(condition)) if text.ends_with("(side)") => {
+                let name = choice.name.as_ref().map_or(String::new(), |name| format!("{name}: "));
+                format!("{name}{} => {}", self.text_of(condition), self.label_name(*label))
+            }
+            _ => text,
         }
     }
 
@@ -115,29 +143,6 @@ impl Rules {
 pub fn folded(text: &str) -> String {
     let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
     code.flat_map(str::split_whitespace).collect::<Vec<_>>().join(" ")
-}
-
-/// The hand whose value an expression reads first, where it is named.
-fn named_hand(expr: &Expr) -> Option<Side> {
-    let mut found = None;
-    expr.walk(&mut |part| {
-        if let ExprKind::Channel(_, Hand::Named(side))
-        | ExprKind::Signal(_, Hand::Named(side))
-        | ExprKind::Latch(_, Hand::Named(side)) = part.kind
-        {
-            found = found.or(Some(side));
-        }
-    });
-    found
-}
-
-/// Whether it is a name, perhaps with a component.
-fn is_path(expr: &Expr) -> bool {
-    match &expr.kind {
-        ExprKind::Channel(..) | ExprKind::Signal(..) | ExprKind::Latch(..) => true,
-        ExprKind::Component(inner, _) | ExprKind::Pick(inner, _) => is_path(inner),
-        _ => false,
-    }
 }
 
 fn conditions<'a>(branch: &'a Branch, per_hand: bool, all: &mut Vec<(&'a Expr, bool)>) {

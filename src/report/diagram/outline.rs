@@ -1,6 +1,5 @@
 //! A tree as rows in the order in which its author wrote them; for a frame, with how each choice came out.
 
-use crate::analysis::explain::written;
 use crate::base::hands::Side;
 use crate::base::meaning::Primitives;
 use crate::language::rules::{Branch, Rules, Then, Tree, TreeScope};
@@ -86,7 +85,7 @@ fn collect(rules: &Rules, branch: &Branch, depth: usize, path: Option<&[usize]>,
         rows.push(Row {
             depth,
             name: choice.name.clone(),
-            condition: condition.map_or("else".to_string(), |condition| written(rules.sources.text(condition.span))),
+            condition: condition.map_or("else".to_string(), |condition| rules.text_of(condition)),
             leaf: match &choice.then {
                 Then::Primitive(label) => Some(rules.label_name(*label)),
                 Then::Stay => Some("stay".into()),
