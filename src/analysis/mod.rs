@@ -8,6 +8,7 @@
 //! Settling (`engine::runs::Settler`) and the search for spans (`spans`) take one label at a time, so that segments and spans
 //! can be shown as they close; relabeling needs a whole stretch, because its rules look at what comes after.
 
+pub mod agreement;
 pub mod audit;
 pub mod composites;
 pub mod confidence;

@@ -4,6 +4,7 @@
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "this is the floor that prints")]
 
+mod agree;
 mod analyze;
 #[cfg(any(feature = "parquet", feature = "hdf5"))]
 mod annotate;
@@ -90,6 +91,8 @@ enum Command {
     Test(test::Args),
     /// Score the analysis of recordings against labels
     Score(score::Args),
+    /// Compare the labels of two people: Cohen's kappa over frames, distances of boundaries
+    Agree(agree::Args),
     /// Fit parameters to labeled recordings, validate on held-out ones, print a patch
     Fit(fit::Args),
     #[cfg(feature = "world")]
@@ -291,6 +294,7 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Explain(args) => explain::run(args),
         Command::Test(args) => test::run(args),
         Command::Score(args) => score::run(args),
+        Command::Agree(args) => agree::run(args),
         #[cfg(feature = "studio")]
         Command::Studio(args) => studio::run(args),
         Command::Fit(args) => fit::run(args),

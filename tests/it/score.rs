@@ -1,5 +1,7 @@
 //! Tests of `analysis::score`, of label files and of the command.
 
+#[cfg(feature = "cli")]
+mod agree;
 mod build;
 #[cfg(feature = "world")]
 mod command;

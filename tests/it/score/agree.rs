@@ -1,0 +1,96 @@
+//! `agree`: the labels of two people, against examples that are computed by hand.
+
+use crate::program::{all_said, complained, teachtree_in};
+use crate::studio::folder;
+use teachtree::analysis::agreement::{Agreement, Span};
+
+fn spans(rows: &[(&str, f64, f64)]) -> Vec<Span> {
+    rows.iter()
+        .map(|(label, start_s, end_s)| Span { label: (*label).into(), start_s: *start_s, end_s: *end_s })
+        .collect()
+}
+
+/// 20 frames both say yes, 15 both say no, 5 and 10 one says yes: p = 0.7, pₑ = 0.5, κ = 0.4.
+const ONE: &str = "label,start_frame,end_frame\nMove,0,25\nGrasp,25,50\n";
+const OTHER: &str = "label,start_frame,end_frame\nMove,0,20\nGrasp,20,25\nMove,25,35\nGrasp,35,50\n";
+
+#[test]
+fn kappa_and_distances_are_those_computed_by_hand() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mika.csv"), ONE).unwrap();
+    std::fs::write(folder.path().join("noor.csv"), OTHER).unwrap();
+    let args = ["agree", "mika.csv", "noor.csv", "logs/a.csv", "--binding", "lift.yaml"];
+    let output = teachtree_in(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(0), "{}", complained(&output));
+    assert_eq!(
+        all_said(&output),
+        "mika.csv and noor.csv, 1 recording\n\n\
+         primitives: kappa 0.400, the same label on 70.0 % of 50 frames that both labeled\n\
+         \x20 label                  kappa  frames of both  boundaries     alone    median      90 %\n\
+         \x20 Grasp                  0.400              15           1     0 + 1    250 ms    250 ms\n\
+         \x20 Move                   0.400              20           0     0 + 1         -         -\n\
+         \x20 all                    0.400              35           1     0 + 2    250 ms    250 ms\n"
+    );
+    for (least, status) in [("0.39", 0), ("0.41", 1)] {
+        let output = teachtree_in(folder.path(), &[&args[..], &["--min-kappa", least]].concat());
+        assert_eq!(output.status.code(), Some(status), "{least}");
+    }
+}
+
+#[test]
+fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
+    let folder = folder();
+    for (person, text) in [("mika", ONE), ("noor", OTHER)] {
+        std::fs::create_dir(folder.path().join(person)).unwrap();
+        for name in ["a", "b", "c7"] {
+            let text = if name == "c7" { ONE } else { text };
+            std::fs::write(folder.path().join(person).join(format!("{name}.labels.csv")), text).unwrap();
+        }
+    }
+    let said = |one: &str, other: &str| {
+        all_said(&teachtree_in(folder.path(), &["agree", one, other, "logs", "--binding", "lift.yaml", "-q"]))
+    };
+    let printed = said("mika", "noor");
+    // 2 · (20, 5, 10, 15) and (25, 0, 0, 25): p = 0.8, pₑ = 0.5.
+    assert!(printed.contains("kappa 0.600, the same label on 80.0 % of 150 frames"), "{printed}");
+    assert!(printed.contains("logs/c7.csv") && printed.contains("1.000"), "{printed}");
+    assert!(said("noor", "mika").contains("kappa 0.600, the same label on 80.0 % of 150 frames"));
+    // A label file that is missing is said, and the others are compared.
+    std::fs::remove_file(folder.path().join("noor/b.labels.csv")).unwrap();
+    let args = ["agree", "mika", "noor", "logs", "--binding", "lift.yaml", "-q"];
+    let output = teachtree_in(folder.path(), &args);
+    assert_eq!(output.status.code(), Some(3));
+    assert!(complained(&output).contains("b.csv") && complained(&output).contains("has no label file"));
+    // One file of one recording is not that of several.
+    let args = ["agree", "mika/a.labels.csv", "noor", "logs", "--binding", "lift.yaml"];
+    assert!(complained(&teachtree_in(folder.path(), &args)).contains("one label file for 3 recordings"));
+}
+
+#[test]
+fn what_chance_gives_is_no_agreement() {
+    let time: Vec<f64> = (0..100).map(f64::from).collect();
+    // Independent labels of equal frequencies.
+    let one = spans(&[("A", 0.0, 50.0), ("B", 50.0, 100.0)]);
+    let other = spans(&[("A", 0.0, 25.0), ("B", 25.0, 50.0), ("A", 50.0, 75.0), ("B", 75.0, 100.0)]);
+    let agreement = Agreement::new(&one, &other, &time);
+    assert_eq!((agreement.share(), agreement.kappa()), (Some(0.5), Some(0.0)));
+    // The same labels agree wholly, contrary ones not at all; of one label nothing can be said.
+    assert_eq!(Agreement::new(&one, &one, &time).kappa(), Some(1.0));
+    let contrary = spans(&[("B", 0.0, 50.0), ("A", 50.0, 100.0)]);
+    assert_eq!(Agreement::new(&one, &contrary, &time).kappa(), Some(-1.0));
+    let same = spans(&[("A", 0.0, 100.0)]);
+    assert_eq!(Agreement::new(&same, &same, &time).kappa(), None);
+    // What only one person labeled does not count for kappa.
+    let part = Agreement::new(&one, &spans(&[("A", 0.0, 10.0)]), &time);
+    assert_eq!((part.both(), part.alone), (10, [90, 0]));
+    assert_eq!(Agreement::new(&[], &[], &time).kappa(), None);
+}
+
+#[test]
+fn boundaries_pair_with_their_nearest_within_a_second() {
+    let one = spans(&[("A", 0.0, 2.0), ("B", 2.0, 4.0), ("A", 4.0, 6.0), ("B", 6.0, 9.0)]);
+    let other = spans(&[("A", 0.0, 2.25), ("B", 2.25, 5.25), ("A", 5.25, 6.5), ("B", 6.5, 9.0)]);
+    let all = Agreement::new(&one, &other, &[]).all_boundaries();
+    assert_eq!((all.distances_s.clone(), all.alone), (vec![0.25, 0.5], [1, 1]));
+    assert_eq!((all.quantile_s(0.5), all.quantile_s(0.9)), (Some(0.375), Some(0.475)));
+}
