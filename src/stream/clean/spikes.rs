@@ -64,6 +64,9 @@ const LONE_SPEED: Limits = Limits::new(1.0, 500.0, 1, 0.5);
 /// An angular velocity of a body whose rotation the log lacks.
 const LONE_SPIN: Limits = Limits::new(20.0, 5000.0, 1, 0.5);
 
+/// How many times as long as usual a quaternion must be, or as short. Those that were averaged or interpolated between turns are a little short.
+const OTHER_LENGTH: f64 = 1.25;
+
 /// How many rows are looked at together.
 const CHUNK: usize = 1024;
 
@@ -318,7 +321,7 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     let looked_at = known.filter_map(first).filter_map(|channel| Jumps::of(&channel).map(|jumps| (channel, jumps)));
     // Poses come first: a velocity is compared with what is left of them.
     let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, jumps)| jumps.kind.is_rate());
-    let mut issues = vec![];
+    let mut issues = reject_lengths(recording, &others);
     for (channel, mut jumps) in others.into_iter().chain(rates) {
         let Some(columns) = LogChannel::parse(&channel).map(|channel| channel.columns()) else { continue };
         let parts: Vec<&[f64]> = columns
@@ -340,14 +343,65 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
         };
         let samples: Vec<Sample> = found.iter().flat_map(|out| &out.samples).copied().collect();
         issues.extend(issue(&channel, jumps.kind, &samples, worst));
-        for name in &columns {
-            let Some(column) = recording.columns.get_mut(name) else { continue };
-            for sample in &samples {
-                if let Some(value) = column.values.get_mut(sample.row) {
-                    *value = f64::NAN;
-                }
+        unmeasure(recording, &columns, samples.iter().map(|sample| sample.row));
+    }
+    issues
+}
+
+/// Makes rows of some columns unmeasured.
+fn unmeasure(recording: &mut Recording, columns: &[String], rows: impl Iterator<Item = usize> + Clone) {
+    for name in columns {
+        let Some(column) = recording.columns.get_mut(name) else { continue };
+        for row in rows.clone() {
+            if let Some(value) = column.values.get_mut(row) {
+                *value = f64::NAN;
             }
         }
+    }
+}
+
+/// Makes unmeasured the quaternions that are far longer or shorter than those of their channel: one component is wrong, and the direction with it. At a few
+/// rows a second anything may turn so far, so that no jump shows it.
+fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Vec<Issue> {
+    let mut issues = vec![];
+    for (channel, _) in channels.iter().filter(|(_, jumps)| jumps.kind == Kind::Turn) {
+        let Some(columns) = LogChannel::parse(channel).map(|channel| channel.columns()) else { continue };
+        let parts: Vec<&[f64]> =
+            columns.iter().filter_map(|name| recording.columns.get(name)).map(|it| it.values.as_slice()).collect();
+        if parts.len() < columns.len() {
+            continue;
+        }
+        let length = |row: usize| parts.iter().map(|part| part.get(row).map_or(0.0, |it| it * it)).sum::<f64>().sqrt();
+        // One without direction was not measured, which is seen elsewhere.
+        let lengths: Vec<(usize, f64)> = (0..recording.time.len())
+            .map(|row| (row, length(row)))
+            .filter(|(_, length)| *length >= NO_ROTATION)
+            .collect();
+        let mut sorted: Vec<f64> = lengths.iter().map(|(_, length)| *length).collect();
+        sorted.sort_by(f64::total_cmp);
+        let Some(usual) = sorted.get(sorted.len() / 2).copied() else { continue };
+        let of_other_length = |length: f64| length > usual * OTHER_LENGTH || length < usual / OTHER_LENGTH;
+        let out: Vec<(usize, f64)> = lengths.into_iter().filter(|(_, length)| of_other_length(*length)).collect();
+        // Lengths that vary all along are another fault, of which the usual length says enough.
+        let (Some((first, length)), Some((last, _))) = (out.first(), out.last()) else { continue };
+        if out.len() > sorted.len() / 10 {
+            continue;
+        }
+        let [start_s, end_s] = [first, last].map(|row| recording.time.get(*row).copied().unwrap_or_default());
+        let samples = if out.len() == 1 {
+            "1 sample is no rotation: it".into()
+        } else {
+            format!("{} samples are no rotations: the first", out.len())
+        };
+        let rounded = |value: f64| Shown((value * 1e3).round() / 1e3);
+        let message = format!(
+            "{samples} is {} long at {} s, others are {}; taken as not measured",
+            rounded(*length),
+            Shown(start_s),
+            rounded(usual)
+        );
+        issues.push(Issue { kind: IssueKind::IMPLAUSIBLE_ROTATION, start_s, end_s, channel: channel.clone(), message });
+        unmeasure(recording, &columns, out.iter().map(|(row, _)| *row));
     }
     issues
 }

@@ -108,6 +108,29 @@ fn a_lost_decimal_point_in_a_velocity_is_reported_and_changes_no_task() {
     }
 }
 
+/// At 20 Hz anything may turn right round between two samples, so that no jump shows a lost decimal point: the length of the quaternion does. It had made a
+/// `turn_screw` of this recording.
+#[test]
+fn a_quaternion_of_another_length_is_reported_and_changes_no_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let demos = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/robosuite");
+    let binding = demos.join("panda_lift.binding.yaml");
+    let bound = ["--binding", binding.to_str().unwrap()];
+    let log = std::fs::read_to_string(demos.join("lift_demo_1.csv")).unwrap();
+    std::fs::write(folder.path().join("plain.csv"), &log).unwrap();
+    let wanted = segments(folder.path(), "plain.csv", &bound);
+    let mut rows: Vec<Vec<&str>> = log.lines().map(|line| line.split(',').collect()).collect();
+    let column = rows[0].iter().position(|title| *title == "cube_qw").unwrap();
+    let cell = rows[188][column].replace('.', "");
+    rows[188][column] = &cell;
+    let lines: Vec<String> = rows.iter().map(|row| row.join(",")).collect();
+    std::fs::write(folder.path().join("damaged.csv"), lines.join("\n")).unwrap();
+    assert_eq!(segments(folder.path(), "damaged.csv", &bound), wanted);
+    let output = teachtree_in(folder.path(), &[&["analyze", "damaged.csv"][..], &bound].concat());
+    let printed = said(&output) + &complained(&output);
+    assert!(printed.contains("1 sample is no rotation: it is 852731 long"), "{printed}");
+}
+
 /// A velocity that its pose bears out was measured, and so was one that changes for good.
 #[test]
 fn a_velocity_that_the_pose_bears_out_is_no_jump() {
