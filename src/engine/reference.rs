@@ -60,14 +60,26 @@ struct Reference<'a> {
     /// Values of signals and latches that were asked for before.
     signals: RefCell<Known<SignalId, Value>>,
     latches: RefCell<Known<LatchId, bool>>,
+    /// Likewise of operators with memory, each by its place in the rules: looked up again for each frame of each operator around them, they would take time
+    /// with the power of how deep they are nested.
+    remembered: RefCell<Known<*const Expr, Value>>,
     /// The targets that a signal or latch reads.
     targets: RefCell<HashMap<Declared, BTreeSet<Side>>>,
 }
 
 impl<'a> Reference<'a> {
     fn new(width: Width, rules: &'a Rules, frames: &'a Frames, stretch: Range<usize>) -> Self {
-        let (signals, latches, targets) = (RefCell::default(), RefCell::default(), RefCell::default());
-        Self { width, rules, frames, stretch, leaves: HashMap::new(), signals, latches, targets }
+        Self {
+            width,
+            rules,
+            frames,
+            stretch,
+            leaves: HashMap::new(),
+            signals: RefCell::default(),
+            latches: RefCell::default(),
+            remembered: RefCell::default(),
+            targets: RefCell::default(),
+        }
     }
 
     fn run(mut self) -> Outcome<Leaves> {
@@ -246,9 +258,8 @@ impl<'a> Reference<'a> {
                 let args = args.iter().map(arg).collect::<Outcome<Vec<Value>>>()?;
                 self.width.call(*function, &args, expr)
             }
-            ExprKind::Summary(summary, value, samples) => self.summary(*summary, value, samples, this, frame)?,
-            ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) => {
-                self.remember(expr, this, frame)?
+            ExprKind::Hysteresis { .. } | ExprKind::Temporal(..) | ExprKind::Rate(..) | ExprKind::Summary(..) => {
+                self.remembered(expr, this, frame)?
             }
         })
     }
@@ -331,6 +342,16 @@ impl<'a> Reference<'a> {
         Ok(bit)
     }
 
+    fn remembered(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
+        let key = (std::ptr::from_ref(expr), this, frame);
+        if let Some(value) = self.remembered.borrow().get(&key) {
+            return Ok(value.clone());
+        }
+        let value = self.remember(expr, this, frame)?;
+        self.remembered.borrow_mut().insert(key, value.clone());
+        Ok(value)
+    }
+
     /// Operators with memory.
     fn remember(&self, expr: &Expr, this: Option<Side>, frame: usize) -> Outcome<Value> {
         let rate = self.frames.layout.rate_hz;
@@ -353,6 +374,7 @@ impl<'a> Reference<'a> {
                 Ok(state)
             }
             ExprKind::Temporal(temporal, condition) => self.over_time(temporal, condition, this, frame),
+            ExprKind::Summary(summary, value, samples) => self.summary(*summary, value, samples, this, frame),
             ExprKind::Rate(number, duration) => {
                 let n = samples(duration.value, rate)?;
                 let now = self.value(number, this, frame)?;

@@ -3,6 +3,7 @@
 pub mod random;
 
 use proptest::prelude::*;
+use rayon::prelude::*;
 use std::ops::Range;
 use teachtree::analysis::channels;
 use teachtree::base::hands::Side;
@@ -46,6 +47,33 @@ proptest! {
         let blocks = evaluate_in::<f32>(&graph, &frames, block).unwrap();
         prop_assert_eq!(&blocks, &expected);
     }
+}
+
+/// `PROGRAMS=1000000 cargo test --release --test it -- --ignored --nocapture many_programs`: so many from `SEED` on, on all cores.
+#[test]
+#[ignore = "minutes, as long as wanted"]
+fn many_programs_and_logs() {
+    let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
+    let (programs, first) = (number("PROGRAMS", 10_000), number("SEED", 0));
+    let frames: usize = (first..first + programs)
+        .into_par_iter()
+        .map(|seed| {
+            let depth = 1 + (seed % 4) as u32;
+            let block = 1 + (seed % 79) as usize;
+            let (rules, frames) = random::case(seed, depth);
+            let graph = lower(&rules);
+            let expected = reference::evaluate(&rules, &frames).unwrap();
+            assert_eq!(evaluate(&graph, &frames).unwrap(), expected, "seed {seed}");
+            assert_eq!(stepped(&graph, &frames), expected, "seed {seed}, frame by frame");
+            assert_eq!(evaluate_in::<f64>(&graph, &frames, block).unwrap(), expected, "seed {seed}, blocks of {block}");
+            let (rules, frames) = random::case_of_rough_numbers(seed, depth);
+            let narrow = evaluate_in::<f32>(&lower(&rules), &frames, block).unwrap();
+            assert_eq!(narrow, reference::evaluate_in(Width::Narrow, &rules, &frames).unwrap(), "seed {seed}, 32 bits");
+            frames.len
+        })
+        .sum();
+    let report = format!("{programs} programs in 64 and 32 bits, {frames} frames: the engine equals the reference\n");
+    std::io::Write::write_all(&mut std::io::stderr(), report.as_bytes()).unwrap();
 }
 
 /// A quotient by a negative zero has another sign than one by zero: constants that differ in it are not shared.
