@@ -40,9 +40,21 @@ pub struct Args {
     /// Where to write what the joints are to do, with the fields of trajectory_msgs/JointTrajectory, within the limits of the robot
     #[arg(long, value_name = "FILE")]
     trajectory: Option<PathBuf>,
-    /// Where to write a page of what the robot did: pictures, forces, joints, manipulability
+    /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// What to print
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+}
+
+/// Forms of what came of the tasks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Format {
+    /// Lines for the terminal
+    Text,
+    /// `teachtree.outcome/1`
+    Json,
 }
 
 /// Objects that lean by more than the first are reported to lean, by more than the second to have fallen over, rad; objects faster than the third, m/s, still move.
@@ -88,11 +100,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     formats::add(&mut files, &recording, &args.out)?;
     files.commit()?;
+    let duration = recording.time.last().copied().unwrap_or_default();
+    let done = outcomes.iter().all(|outcome| outcome.done);
+    if args.format == Format::Json {
+        output::print(&report::robot::json(&commands, &outcomes, nearest.as_ref(), duration))?;
+        return if done { Ok(()) } else { Err(Failure::No) };
+    }
     output::print(&said)?;
     output::print(&(format_outcomes(&outcomes) + &format_clearance(nearest.as_ref())))?;
-    let duration = recording.time.last().copied().unwrap_or_default();
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
-    if outcomes.iter().all(|outcome| outcome.done) { Ok(()) } else { Err(Failure::No) }
+    if done { Ok(()) } else { Err(Failure::No) }
 }
 
 /// An error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
@@ -160,6 +177,9 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
                 how_it_is(outcome)
             ),
         };
+        for cause in &outcome.causes {
+            let _ = writeln!(text, "         {cause}");
+        }
         let _ = writeln!(
             text,
             "         palm within {:.1} mm of its way, forces {:.2} N off on average, {:.2} N at most",

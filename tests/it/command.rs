@@ -1,8 +1,11 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
+use crate::browser::Browser;
 use crate::program::{complained, teachtree, teachtree_in};
+use crate::report::page::{no_complaints, picture};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
+use std::path::Path;
 use teachtree::base::error::InputError;
 use teachtree::base::hands::Side;
 use teachtree::base::recording::Recording;
@@ -145,6 +148,26 @@ pub fn pictures_hold_hands_and_objects(page: &str) {
     }
 }
 
+/// The page is scrubbed and played as that of a demonstration.
+fn plays(page: &Path) {
+    let Some(mut browser) = Browser::start() else { return };
+    browser.open(page);
+    let (colors, begin) = picture(&mut browser);
+    assert!(colors > 50, "{colors} colors");
+    browser.click("[data-pick='cut 0 relabeled 3']");
+    assert!(browser.text("#why").contains("Translate"), "{}", browser.text("#why"));
+    let (_, carried) = picture(&mut browser);
+    assert_ne!(begin, carried, "another time, another picture");
+    let before = browser.text("#clock");
+    browser.click("#play");
+    browser.wait(&format!("document.querySelector('#clock').textContent > '{before}'"));
+    browser.click("#play");
+    browser.click("[data-pick='task 0 tasks 0']");
+    assert!(browser.text("#why").contains("; done"), "{}", browser.text("#why"));
+    assert!(browser.text("#panels").contains("force of the"), "{}", browser.text("#panels"));
+    no_complaints(&browser);
+}
+
 /// The page draws every primitive of every task, and forces as commanded and as exerted.
 #[test]
 fn a_page_shows_what_the_robot_did() {
@@ -167,7 +190,9 @@ fn a_page_shows_what_the_robot_did() {
     {
         assert!(text.contains(title), "{title}");
     }
-    assert!(!text.contains("NaN") && !text.contains("http"), "a page of its own");
+    let (drawings, _) = text.split_once("<script").unwrap();
+    assert!(!drawings.contains("NaN") && !text.contains("http"), "a page of its own");
+    plays(Path::new(&page));
     // The first line of this colour is in the legend. Carried, the object weighs on the fingers: the curve of the total force along z leaves zero.
     let drawn = text.split("aria-label=\"total force on the object, z, N\"").nth(1).unwrap();
     let curve = drawn.split("class=\"line c0\" d=\"M").nth(2).unwrap().split('"').next().unwrap();

@@ -1,5 +1,6 @@
 //! Tests of `robot`: files, kinematics against finite differences and round trips.
 
+mod causes;
 mod clock;
 mod falls;
 mod files;

@@ -64,6 +64,12 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     std::fs::copy(folder.path().join("one.scene.yaml"), folder.path().join("cut.scene.yaml")).unwrap();
     run(&["retarget", "one.csv", "-o", "commands.json"]);
     run(&["retarget", "two.csv", "--robot", "both_hands", "-o", "mapped.json"]);
+    // What is too heavy to be pushed is not done, and says why.
+    let scene = include_str!("../../scenes/push_and_trace.yaml").replace("mass: 50 g", "mass: 3 kg");
+    assert!(scene.contains("3 kg"));
+    std::fs::write(folder.path().join("heavy.yaml"), scene).unwrap();
+    let heavy = ["simulate", "commands.json", "--scene", "heavy.yaml", "-o", "robot.csv", "--format", "json"];
+    std::fs::write(folder.path().join("outcome.json"), run(&heavy)).unwrap();
     std::fs::write(folder.path().join("wrong.rules"), "param a = 1 m\nparam a = 2 q\nsignal b = c\n").unwrap();
 
     let tour = "use \"contact.rules\"\ntask tour = push_and_trace+\n";
@@ -82,6 +88,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
         run(&["fit", "one.csv", "cut.csv", "--params", "press_on", "--anyway", "--format", "json"]),
         run(&["check", "wrong.rules", "--format", "json"]),
         std::fs::read_to_string(folder.path().join("commands.json")).unwrap(),
+        std::fs::read_to_string(folder.path().join("outcome.json")).unwrap(),
         std::fs::read_to_string(folder.path().join("mapped.json")).unwrap(),
     ];
     // Several recordings are one document per line.

@@ -9,6 +9,8 @@ mod changes;
 mod decimate;
 mod quantities;
 mod replay;
+#[cfg(feature = "world")]
+pub(super) mod robot;
 
 use super::palette::{self, TASKS};
 use super::{parts, remarks};
@@ -40,14 +42,19 @@ pub const SCRIPTS: [&str; 5] = [
 /// # Errors
 /// When the rate of the log cannot honour a duration of the rules.
 pub(super) fn scripts(analyzed: &Analyzed, recording: &Recording, meta: &Meta) -> Result<String, InputError> {
+    Ok(elements(&data(analyzed, recording, meta)?))
+}
+
+/// What the scripts show and the scripts themselves, as elements.
+pub(super) fn elements(data: &Value) -> String {
     // Within a string of JSON any letter may be written by its number; so nothing in the data ends the element.
-    let data = data(analyzed, recording, meta)?.to_string();
+    let data = data.to_string();
     let data = data.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
-    Ok(format!(
+    format!(
         "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}{}}})();\n</script>\n",
         SCRIPTS.concat(),
         include_str!("report.js")
-    ))
+    )
 }
 
 /// What the scripts show of a recording.

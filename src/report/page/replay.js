@@ -152,6 +152,7 @@ function reachOf(body, direction) {
 
 /** Objects are told apart by hue and lightness; what stands still is grey. */
 const OBJECT_COLORS = [[86, 180, 233], [230, 159, 0], [0, 158, 115], [204, 121, 167], [240, 228, 66], [213, 94, 0]];
+const ROBOT_COLOR = [142, 155, 176];
 const packed = ([r, g, b]) => (255 << 24 | b << 16 | g << 8 | r) >>> 0;
 const numbersIn = (color) => [1, 3, 5].map((at) => parseInt(color.slice(at, at + 2), 16));
 /** Seconds of the way that a hand leaves behind. */
@@ -166,7 +167,7 @@ class Replay {
     let objects = 0;
     for (const body of scene.bodies) {
       body.faces = body.parts.flatMap(facesOf);
-      body.color = body.role === "object" ? OBJECT_COLORS[objects++ % OBJECT_COLORS.length] : undefined;
+      body.color = body.role === "object" ? OBJECT_COLORS[objects++ % OBJECT_COLORS.length] : body.role === "robot" ? ROBOT_COLOR : undefined;
     }
     this.measure();
     this.begin();
@@ -191,7 +192,7 @@ class Replay {
     for (const hand of this.scene.hands) for (const finger of hand.fingers) take(all, finger.position, [0, 0, 0].fill(hand.radius));
     const moving = sizeOf(all);
     // Walls and tables belong to the picture unless they are much larger than what happens on them.
-    for (const body of this.scene.bodies) {
+    for (const body of this.scene.bodies.filter((one) => one.role !== "robot")) {
       const whole = { least: all.least.slice(), greatest: all.greatest.slice() };
       take(whole, body.pose, around(body));
       if (!(sizeOf(whole) > 1.45 * moving)) all = whole;

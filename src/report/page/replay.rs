@@ -241,7 +241,7 @@ impl Moved<'_> {
     }
 }
 
-fn part(part: &Part) -> Value {
+pub(super) fn part(part: &Part) -> Value {
     let (shape, size) = match part.shape {
         Shape::Box(edges) => ("box", edges.map(|edge| rounded(edge.0)).to_vec()),
         Shape::Cylinder(sizes) => ("cylinder", sizes.map(|size| rounded(size.0)).to_vec()),
@@ -251,7 +251,7 @@ fn part(part: &Part) -> Value {
 }
 
 /// A quaternion and its negative are one rotation: neighbours get the same sign, so that what lies between them does too.
-fn one_sign(columns: &mut [Vec<f64>; 4]) {
+pub(super) fn one_sign(columns: &mut [Vec<f64>; 4]) {
     let len = columns.iter().map(Vec::len).min().unwrap_or(0);
     let mut last = [0.0; 4];
     for frame in 0..len {

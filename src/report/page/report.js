@@ -18,7 +18,7 @@ function recall() {
   setTime(number("t", data.start), false);
 }
 
-byId("drawings").open = false;
+byId("drawings").removeAttribute("open");
 added.moved.push(() => { if (!state.playing) remember(); });
 load(JSON.parse(byId("data").textContent));
 addEventListener("hashchange", recall);

@@ -107,10 +107,11 @@ function drawLanes() {
   const rows = [];
   data.tracks.forEach((track, number) => {
     y += 4;
-    for (const lane of LANES) {
+    const own = track.lanes ?? LANES;
+    for (const lane of own) {
       const items = track[lane] ?? [];
       if (!items.length && (lane === "tasks" || lane === "composites")) continue;
-      const label = lane === "raw" ? `<tspan class="who">${escaped(track.who)}</tspan> ${lane}` : lane === "composites" ? "composite" : lane;
+      const label = lane === own[0] ? `<tspan class="who">${escaped(track.who)}</tspan> ${track.lanes ? "" : lane}` : lane === "composites" ? "composite" : lane;
       labels += `<text class="name" x="${GUTTER - 8}" y="${y + 14}">${label}</text>`;
       items.forEach((item, at) => { inside += lane === "tasks" ? task(item, number, at, y) : lane === "composites" ? composite(item, number, y) : segment(track, lane, item, number, at, y); });
       rows.push({ y, number, lane });
@@ -218,11 +219,11 @@ let marks = [];
 /** The boundary after the cursor (1) or before it (-1); of several at one time each in its turn. */
 function stepTo(direction) {
   const one = state.selected;
-  let at = one ? marks.findIndex((mark) => mark.number === one.number && mark.at === one.at && one.lane === "raw" && Math.abs(mark.time - state.cursor) < 1e-6) : -1;
+  let at = one ? marks.findIndex((mark) => mark.number === one.number && mark.at === one.at && mark.lane === one.lane && Math.abs(mark.time - state.cursor) < 1e-6) : -1;
   if (at >= 0) at += direction;
   else if (direction > 0) at = marks.findIndex((mark) => mark.time > state.cursor + 1e-9);
   else at = marks.findLastIndex((mark) => mark.time < state.cursor - 1e-9);
-  if (marks[at]) select({ kind: "cut", number: marks[at].number, lane: "raw", at: marks[at].at });
+  if (marks[at]) select({ kind: "cut", number: marks[at].number, lane: marks[at].lane, at: marks[at].at });
 }
 
 // ---- drawing
@@ -387,7 +388,8 @@ function showTracks(tracks, colors) {
     const made = track.relabeled.filter((segment) => segment[3]);
     track.gone = track.raw.map(([, start, end]) => made.some((one) => one[1] < end - 1e-9 && one[2] > start + 1e-9));
   }
-  marks = tracks.flatMap((track, number) => track.raw.map((segment, at) => ({ kind: "cut", number, lane: "raw", at, time: segment[1] })))
+  const first = (track) => (track.lanes ?? LANES)[0];
+  marks = tracks.flatMap((track, number) => track[first(track)].map((segment, at) => ({ kind: "cut", number, lane: first(track), at, time: segment[1] })))
     .filter((mark) => mark.time > data.start + 1e-9).sort((a, b) => a.time - b.time || a.number - b.number);
   if (replay) replay.tracks = tracks;
   state.selected = undefined;

@@ -2,9 +2,11 @@
 //! total force on the object (Figure 8), joints and manipulability. Drawn without a display, one file that needs no network.
 
 mod framing;
+mod json;
 mod picture;
 mod plot;
 
+use super::page;
 use super::svg::{escape, scrolled};
 use crate::analysis::number::decimals;
 use crate::base::hands::Finger;
@@ -13,6 +15,7 @@ use crate::robot::Kind;
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::trace::{Moment, Trace};
 use framing::{Framing, framing};
+pub use json::json;
 use nalgebra::Vector3;
 use picture::picture;
 use plot::{Line, Plot};
@@ -24,11 +27,17 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String {
     let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
     let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
-    let mut page = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
-    page.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
-    page.push_str(&format!("<title>{title}</title>\n<style>\n{}</style>\n</head>\n<body>\n", include_str!("page.css")));
-    page.push_str(&format!("<h1>{title}</h1>\n"));
-    page.push_str(
+    let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
+    html.push_str("<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n");
+    html.push_str(&format!(
+        "<title>{title}</title>\n<style>\n{}{}</style>\n</head>\n<body>\n",
+        page::STYLE,
+        include_str!("page.css")
+    ));
+    html.push_str(&format!("<h1>{title}</h1>\n"));
+    html.push_str(&page::PLACE.replace("Replay of the demonstration", "Replay of the robot"));
+    html.push_str("<div id=\"drawings\">\n");
+    html.push_str(
         "<p>Each picture shows the middle of a primitive, all from one place; its arrows are the forces of the fingertips on the object. \
          In the plots, forces are those on the object, in its frame: dashed as commanded, solid as exerted.</p>\n",
     );
@@ -47,7 +56,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
             || format!("{off} mm and {turned}° from where the demonstration left it"),
             |fell_s| format!("Fell off after {} s", decimals(fell_s, 1)),
         );
-        page.push_str(&format!(
+        html.push_str(&format!(
             "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{ended}; palm within {} mm of its way, \
              forces {} N off on average, {} N at most, {} their profile.{}</p>\n",
             if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
@@ -59,15 +68,21 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
             if outcome.forces.kept() { "within" } else { "outside" },
             outcome.searched.map_or_else(String::new, |searched| format!(" The {searched}.")),
         ));
-        page.push_str(&pictures(trace, &moments, &task.object, framed));
-        page.push_str(&scrolled("Forces, joints and torques"));
-        for plot in plots(trace, &moments) {
-            page.push_str(&plot.draw(&moments));
+        if !outcome.causes.is_empty() {
+            let causes = outcome.causes.iter().map(|cause| format!("<li>{}</li>\n", escape(&cause.to_string())));
+            html.push_str(&format!("<ul class=\"causes\">\n{}</ul>\n", causes.collect::<String>()));
         }
-        page.push_str("</div>\n</section>\n");
+        html.push_str(&pictures(trace, &moments, &task.object, framed));
+        html.push_str(&scrolled("Forces, joints and torques"));
+        for plot in plots(trace, &moments) {
+            html.push_str(&plot.draw(&moments));
+        }
+        html.push_str("</div>\n</section>\n");
     }
-    page.push_str("</body>\n</html>\n");
-    page
+    html.push_str("</div>\n");
+    html.push_str(&page::elements(&page::robot::data(commands, trace, outcomes)));
+    html.push_str("</body>\n</html>\n");
+    html
 }
 
 /// The middle of each primitive.

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Vector3};
 use std::fmt;
 
 /// A finger takes part in holding from this force on, N.
-const HOLDS_N: f64 = 0.1;
+pub(crate) const HOLDS_N: f64 = 0.1;
 
 /// What a hand senses in a step, and what of its task bears on that.
 pub(crate) struct Sensed<'a> {

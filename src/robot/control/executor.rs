@@ -3,6 +3,7 @@
 use super::impedance::{Controller, FingerTarget, Gains, TipTarget};
 use super::palm_compliance::PalmCompliance;
 use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
+use crate::robot::kinematics::arm_ik::PoseError;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
@@ -24,6 +25,8 @@ pub struct Executor {
     /// The desired values of all degrees of freedom; those of the arm are used.
     wanted: Vec<f64>,
     palm: Isometry3<f64>,
+    /// How far the arm's inverse kinematics stays from that.
+    missed: PoseError,
     before: Option<Target>,
     torques: DVector<f64>,
     idle: Vec<JointPositions>,
@@ -46,6 +49,7 @@ impl Executor {
             controller,
             wanted: q,
             palm,
+            missed: PoseError { m: 0.0, rad: 0.0 },
             before: None,
             torques,
             idle: fingers,
@@ -78,6 +82,16 @@ impl Executor {
         self.palm
     }
 
+    /// How far from the last commanded pose the joints leave the palm that are wanted for it.
+    pub(crate) fn missed(&self) -> PoseError {
+        self.missed
+    }
+
+    /// How much more than it gives a motor was asked for in the last step, N m or N.
+    pub(crate) fn lacking(&self, dof: usize) -> f64 {
+        self.controller.lacking(dof)
+    }
+
     /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
     pub fn set_target(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
         let yielded = self.hand.jaws.as_ref().map(|jaws| self.yielding.apply(target, jaws, exerted, STEP_S));
@@ -90,7 +104,8 @@ impl Executor {
         } else {
             let last: Vec<f64> = self.hand.arm.iter().map(|&dof| self.wanted[dof]).collect();
             let root = self.motion.root;
-            self.hand.arm_on(&self.robot.tree).inverse_kinematics(&root, &target.palm, &mut self.wanted, 2);
+            let arm = self.hand.arm_on(&self.robot.tree);
+            self.missed = arm.inverse_kinematics(&root, &target.palm, &mut self.wanted, 2);
             let limits = self.hand.arm.iter().zip(last).map(|(&dof, last)| {
                 let most = self.robot.tree.dofs[dof].speed * STEP_S;
                 let next = last + (self.wanted[dof] - last).clamp(-most, most);

@@ -95,12 +95,20 @@ pub struct Controller {
     gains: Gains,
     integral: DVector<f64>,
     felt: Vec<Vector3<f64>>,
+    /// What the law asked for in the last step beyond what the motors give, N m or N.
+    lacking: DVector<f64>,
 }
 
 impl Controller {
     /// Controllers of a robot whose hand has `fingers` fingers.
     pub fn new(tree: &KinematicTree, fingers: usize, gains: Gains) -> Self {
-        Self { gains, integral: DVector::zeros(tree.dofs.len()), felt: vec![Vector3::zeros(); fingers] }
+        let none = DVector::zeros(tree.dofs.len());
+        Self { gains, integral: none.clone(), felt: vec![Vector3::zeros(); fingers], lacking: none }
+    }
+
+    /// How much more than it gives a motor was asked for in the last step, N m or N.
+    pub(crate) fn lacking(&self, dof: usize) -> f64 {
+        self.lacking[dof].abs()
     }
 
     /// The torques of this step. `arm` has the desired values and rates of the arm's degrees of freedom; `exerted` the forces that the
@@ -171,7 +179,9 @@ impl Controller {
                 }
             }
         }
-        limited(tree, torques)
+        let given = limited(tree, torques.clone());
+        self.lacking = torques - &given;
+        given
     }
 
     /// A weak spring and damper towards preferred angles, in the motions that leave the tip where it is.

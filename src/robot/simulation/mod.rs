@@ -7,5 +7,5 @@ pub mod run;
 pub mod trace;
 
 pub use observers::judge::Outcome;
-pub use observers::{arm_clearance, force_tolerance, judge, recorder};
+pub use observers::{arm_clearance, causes, force_tolerance, judge, recorder};
 pub use run::{Performance, simulate, simulate_seeing};

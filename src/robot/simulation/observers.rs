@@ -1,6 +1,7 @@
 //! The observers of a simulation. To add one, write a file in `observers`, and name it here: as a module, a field, and in the two functions.
 
 pub mod arm_clearance;
+pub mod causes;
 mod drop_detection;
 pub mod force_tolerance;
 pub mod judge;
@@ -13,6 +14,7 @@ use crate::base::scene::Scene;
 use crate::command::Task;
 use crate::world::Observation;
 use arm_clearance::ArmClearance;
+use causes::Causes;
 use drop_detection::DropDetection;
 use force_tolerance::ForceTolerance;
 use judge::Judge;
@@ -27,6 +29,7 @@ pub(super) struct Observers {
     pub(super) forces: ForceTolerance,
     pub(super) tracer: Tracer,
     pub(super) clearance: ArmClearance,
+    pub(super) causes: Causes,
 }
 
 impl Observers {
@@ -39,12 +42,13 @@ impl Observers {
             forces: ForceTolerance::new(tasks),
             tracer: Tracer::new(limbs, scene),
             clearance: ArmClearance::default(),
+            causes: Causes::new(tasks.len()),
         }
     }
 
     /// Returns all of them, in the order in which they look at a step.
-    pub(super) fn all(&mut self) -> [&mut dyn Observer; 6] {
-        let Self { drops, recorder, judge, forces, tracer, clearance } = self;
-        [drops, recorder, judge, forces, tracer, clearance]
+    pub(super) fn all(&mut self) -> [&mut dyn Observer; 7] {
+        let Self { drops, recorder, judge, forces, tracer, clearance, causes } = self;
+        [drops, recorder, judge, forces, tracer, clearance, causes]
     }
 }

@@ -214,6 +214,7 @@ impl<'t> Simulation<'t> {
                 searched: hand.searched(number),
                 fell_s: self.observers.drops.fell_s(body),
                 forces: self.observers.forces.judge(number),
+                causes: self.observers.causes.of(number),
             };
             let end = schedule.demonstrated_end(self.tasks, &task.object);
             let seen = self.world.observation();

@@ -42,6 +42,8 @@ pub struct Moment {
     pub time_s: f64,
     /// Index of the task.
     pub task: usize,
+    /// Index of its object among the scene's bodies.
+    pub object: usize,
     /// Index of the limb that does it.
     pub limb: usize,
     /// The primitive.

@@ -30,7 +30,7 @@ pub(super) fn taught(scene: &str, seed: &str) -> Option<(Browser, PathBuf, tempf
     })
 }
 
-pub(super) fn no_complaints(browser: &Browser) {
+pub fn no_complaints(browser: &Browser) {
     assert!(browser.complaints.is_empty(), "{:#?}", browser.complaints);
 }
 
@@ -50,7 +50,7 @@ pub fn drawn(browser: &mut Browser) {
 }
 
 /// How many colours the replay has, and a number that tells pictures apart.
-fn picture(browser: &mut Browser) -> (u64, i64) {
+pub fn picture(browser: &mut Browser) -> (u64, i64) {
     let printed = browser.eval(
         "(() => { const canvas = document.querySelector('#replay canvas');
            const pixels = new Uint32Array(canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data.buffer);

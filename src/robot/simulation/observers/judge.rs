@@ -1,5 +1,6 @@
 //! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
 
+use super::causes::Cause;
 use super::force_tolerance::Forces;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -47,6 +48,8 @@ pub struct Outcome {
     pub fell_s: Option<f64>,
     /// Whether the object is where the operator left it.
     pub done: bool,
+    /// What kept it from there, in order of time; empty when it is there.
+    pub causes: Vec<Cause>,
 }
 
 /// What is gathered of each task while it is performed.
@@ -70,6 +73,7 @@ pub(in crate::robot::simulation) struct Findings {
     pub(in crate::robot::simulation) searched: Option<Searched>,
     pub(in crate::robot::simulation) fell_s: Option<f64>,
     pub(in crate::robot::simulation) forces: Forces,
+    pub(in crate::robot::simulation) causes: Vec<Cause>,
 }
 
 impl Judge {
@@ -102,6 +106,7 @@ impl Judge {
             _ => end.rotation.angle_to(&wanted.rotation),
         };
         let up = wanted.rotation.inverse() * Vector3::z();
+        let done = off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none();
         Outcome {
             task: task.task.clone(),
             side: found.side,
@@ -116,7 +121,8 @@ impl Judge {
             forces: found.forces,
             searched: found.searched,
             fell_s: found.fell_s,
-            done: off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none(),
+            done,
+            causes: if done { Vec::new() } else { found.causes },
         }
     }
 }

@@ -33,6 +33,7 @@ impl Observer for Tracer {
             self.trace.moments.push(Moment {
                 time_s: step.time_s(),
                 task: doing.task,
+                object: doing.body,
                 limb,
                 primitive: doing.primitive.to_string(),
                 does: doing.does,

@@ -1,0 +1,83 @@
+//! What came of commands as `teachtree.outcome/1`.
+
+use crate::analysis::number::number;
+use crate::command::Commands;
+use crate::robot::Kind;
+use crate::robot::control::behavior::Searched;
+use crate::robot::simulation::Outcome;
+use crate::robot::simulation::arm_clearance::MinDistance;
+use crate::robot::simulation::causes::{Cause, Why};
+use serde_json::{Value, json};
+
+/// Writes the document; `duration_s` is that of the robot's recording.
+pub fn json(commands: &Commands, outcomes: &[Outcome], nearest: Option<&MinDistance>, duration_s: f64) -> String {
+    let nearest = nearest.map(|nearest| {
+        json!({ "gap_m": exact(nearest.gap), "time_s": exact(nearest.time_s), "links": nearest.links,
+            "pass_through": nearest.passes_through() })
+    });
+    let document = json!({
+        "schema": "teachtree.outcome/1",
+        "log": commands.log,
+        "robot": commands.robot,
+        "duration_s": exact(duration_s),
+        "tasks": outcomes.iter().map(outcome).collect::<Vec<_>>(),
+        "nearest": nearest,
+    });
+    format!("{document}\n")
+}
+
+/// A number as all that are written.
+fn exact(value: f64) -> Value {
+    serde_json::from_str(&number(value)).unwrap_or(Value::Null)
+}
+
+fn outcome(outcome: &Outcome) -> Value {
+    let hole = outcome.searched.map(|searched| match searched {
+        Searched::Found(off) => json!({ "found": true, "off_m": exact(off) }),
+        Searched::NotWithin(within) => json!({ "found": false, "within_m": exact(within) }),
+    });
+    json!({
+        "task": outcome.task,
+        "track": outcome.side.name(),
+        "object": outcome.object,
+        "done": outcome.done,
+        "off_m": exact(outcome.off),
+        "turned_rad": exact(outcome.turned),
+        "leaning_rad": exact(outcome.leaning),
+        "speed_m_s": exact(outcome.speed),
+        "fell_s": outcome.fell_s.map(exact),
+        "hole": hole,
+        "palm_error_m": exact(outcome.palm_error),
+        "force_error_n": exact(outcome.force_error),
+        "largest_force_n": exact(outcome.largest_force),
+        "forces_kept": outcome.forces.kept(),
+        "causes": outcome.causes.iter().map(cause).collect::<Vec<_>>(),
+    })
+}
+
+fn cause(cause: &Cause) -> Value {
+    let mut written = json!({
+        "cause": cause.why.name(),
+        "time_s": exact(cause.time_s),
+        "track": cause.side.name(),
+        "primitive": cause.primitive,
+        "text": cause.to_string(),
+    });
+    let more = match &cause.why {
+        Why::JointAtLimit(joint, None, m, rad) => json!({ "joint": joint, "off_m": exact(*m), "off_rad": exact(*rad) }),
+        Why::JointAtLimit(joint, Some(finger), m, _) => {
+            json!({ "joint": joint, "finger": finger.name(), "off_m": exact(*m) })
+        }
+        Why::TorqueMissing(joint, missing, Kind::Revolute) => json!({ "joint": joint, "missing_n_m": exact(*missing) }),
+        Why::TorqueMissing(joint, missing, Kind::Prismatic) => json!({ "joint": joint, "missing_n": exact(*missing) }),
+        Why::ContactSlipped(finger, by) => json!({ "finger": finger.name(), "off_m": exact(*by) }),
+        Why::ContactLost(finger) => json!({ "finger": finger.name() }),
+        Why::Dropped => json!({}),
+        Why::HoleMissed(within) => json!({ "within_m": exact(*within) }),
+        Why::LeftWay(m, rad) => json!({ "off_m": exact(*m), "off_rad": exact(*rad) }),
+    };
+    if let (Some(written), Value::Object(more)) = (written.as_object_mut(), more) {
+        written.extend(more);
+    }
+    written
+}
