@@ -10,6 +10,8 @@ use crate::base::shown::Shown;
 use crate::command::Commands;
 use crate::report;
 use crate::robot::Robot;
+use crate::robot::planning::goal::goals;
+use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::MinDistance;
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
@@ -40,6 +42,12 @@ pub struct Args {
     /// Where to write what the joints are to do, with the fields of trajectory_msgs/JointTrajectory, within the limits of the robot
     #[arg(long, value_name = "FILE")]
     trajectory: Option<PathBuf>,
+    /// Where to write the same in parts, one for each arm and hand: a folder of goals for `ros2 action send_goal --stdin`
+    #[arg(long, value_name = "FOLDER")]
+    goals: Option<PathBuf>,
+    /// The posture from which trajectory and goals begin, as `ros2 topic echo --once /joint_states` prints it
+    #[arg(long, value_name = "FILE")]
+    posture: Option<PathBuf>,
     /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -62,6 +70,8 @@ const LEANING_RAD: f64 = 0.05;
 const FALLEN_RAD: f64 = 0.8;
 const MOVING_M_S: f64 = 0.01;
 
+/// The largest file of a posture that is read, bytes.
+const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
@@ -72,8 +82,20 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let commands = Commands::read(&text, &file)?;
     let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let scene_file = is_yaml(&args.scene).then(|| Path::new(&args.scene));
-    let inputs: Vec<&Path> =
-        [&args.commands].into_iter().chain(&parts).map(PathBuf::as_path).chain(scene_file).collect();
+    let present =
+        args.posture.as_ref().map(|path| Posture::read(&text::read(path, MAX_POSTURE)?, &path.display().to_string()));
+    let present = present.transpose()?;
+    if present.is_some() && args.trajectory.is_none() && args.goals.is_none() {
+        let message = "is where a trajectory begins, and none is to be written";
+        return Err(InputError::new("--posture", message).help("give `--trajectory` or `--goals`").into());
+    }
+    let inputs: Vec<&Path> = [&args.commands]
+        .into_iter()
+        .chain(&args.posture)
+        .chain(&parts)
+        .map(PathBuf::as_path)
+        .chain(scene_file)
+        .collect();
     output::may_record(&args.out, &inputs)?;
     let more: Vec<&Path> = args.report.iter().chain(&args.trajectory).map(PathBuf::as_path).collect();
     more.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
@@ -84,7 +106,8 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(&infeasible)?;
         return Err(Failure::No);
     }
-    let joints = args.trajectory.as_ref().map(|_| trajectory(&commands, &robot, &scene)).transpose();
+    let wanted = args.trajectory.is_some() || args.goals.is_some();
+    let joints = wanted.then(|| trajectory(&commands, &robot, &scene, present.as_ref())).transpose();
     let in_its_file = |error| in_scene(&args.scene, in_file(&file, error));
     let joints = joints.map_err(in_its_file)?;
     let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
@@ -95,6 +118,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::add(&mut files, place, &made.json()?, &inputs)?;
         said = summary(place, made);
     }
+    if let (Some(folder), Some(made)) = (&args.goals, &joints) {
+        output::make_folder(folder)?;
+        for (name, text) in goals(made) {
+            let place = folder.join(format!("{name}.yaml"));
+            output::add(&mut files, &place, &text, &inputs)?;
+            let _ = writeln!(said, "{}: a goal for the controller of the {}", place.display(), name.replace('_', " "));
+        }
+    }
     if let Some(page) = &args.report {
         output::add(&mut files, page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
     }
@@ -103,7 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let duration = recording.time.last().copied().unwrap_or_default();
     let done = outcomes.iter().all(|outcome| outcome.done);
     if args.format == Format::Json {
-        output::print(&report::robot::json(&commands, &outcomes, nearest.as_ref(), duration))?;
+        output::print_json(&report::robot::json(&commands, &outcomes, nearest.as_ref(), duration))?;
         return if done { Ok(()) } else { Err(Failure::No) };
     }
     output::print(&said)?;

@@ -39,7 +39,6 @@ pub(super) fn with_forces(series: &mut Series, recording: &Recording, body: &Bod
     if !unmeasured {
         return;
     }
-    series.flat_pads = series.fingers.len() == 2;
     let weight = body.mass.map_or(0.0, |mass| mass.0 * recording.scene.gravity().norm());
     let needed = (MARGIN * weight / (2.0 * FRICTION)).max(LEAST_N);
     for (at, finger) in touching {

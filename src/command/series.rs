@@ -3,7 +3,7 @@
 use super::columns::{poses, vectors};
 use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
-use super::touching::{TouchForces, touching};
+use super::touching::{TouchForces, flags, touching};
 use super::{FRICTION, RATE_HZ};
 use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
@@ -121,13 +121,16 @@ impl Series {
             });
         }
         let wanted = object.clone();
+        // What tells touches by flags is no hand whose fingertips feel where they touch.
+        let flat_pads =
+            fingers.len() == 2 && fingers.iter().all(|it| flags(recording, (side, it.finger), name).is_some());
         (!fingers.is_empty()).then_some(Self {
             start_s,
             rows,
             object,
             wanted,
             fingers,
-            flat_pads: false,
+            flat_pads,
             tip_radius: hand.tip_radius.0,
         })
     }

@@ -3,7 +3,7 @@
 use super::columns::vectors;
 use crate::base::hands::{Finger, Side};
 use crate::base::log_channel::{FingerPart, LogChannel};
-use crate::base::recording::Recording;
+use crate::base::recording::{Column, Recording};
 use crate::base::touch;
 
 /// The hysteresis of the force by which a fingertip touches.
@@ -25,6 +25,12 @@ impl Default for TouchForces {
 /// Interruptions of up to this many samples are bridged.
 const BRIDGED: usize = 4;
 
+/// The flags of a finger's touches: of the object, else of anything.
+pub(super) fn flags<'r>(recording: &'r Recording, (side, finger): (Side, Finger), object: &str) -> Option<&'r Column> {
+    let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
+    of_object.or_else(|| recording.columns.get(&LogChannel::Finger(side, finger, FingerPart::Contact).to_string()))
+}
+
 /// Whether a finger touches, at these rows: the object, where the recording says what is touched.
 pub(super) fn touching(
     recording: &Recording,
@@ -34,9 +40,7 @@ pub(super) fn touching(
     forces_n: TouchForces,
 ) -> Vec<bool> {
     let channel = |part| LogChannel::Finger(side, finger, part);
-    let of_object = recording.columns.get(&LogChannel::Touch(side, finger, object).to_string());
-    let flags = of_object.or_else(|| recording.columns.get(&channel(FingerPart::Contact).to_string()));
-    let mut touches: Vec<bool> = match flags {
+    let mut touches: Vec<bool> = match flags(recording, (side, finger), object) {
         Some(flags) => rows.iter().map(|&row| flags.values.get(row).is_some_and(|flag| *flag > 0.5)).collect(),
         None => {
             let mut on = false;

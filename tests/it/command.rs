@@ -320,7 +320,7 @@ fn commands_of_another_robot_are_refused() {
     let commands = commanded("pick_and_place", "3");
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
     let scene = world::scene("pick_and_place").unwrap();
-    let printed = |commands: &Commands| trajectory(commands, &robot, &scene).unwrap_err().to_string();
+    let printed = |commands: &Commands| trajectory(commands, &robot, &scene, None).unwrap_err().to_string();
     let mut other = commands.clone();
     other.robot = Some("a robot of mine".into());
     assert!(
@@ -449,7 +449,7 @@ fn a_finger_touches_by_the_params_of_the_rules() {
 /// The joint trajectory of commands, checked by differences of its own.
 pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
-    let made = trajectory(commands, &robot, &world::scene(scene).unwrap()).unwrap();
+    let made = trajectory(commands, &robot, &world::scene(scene).unwrap(), None).unwrap();
     assert_eq!(made.slowed.iter().flat_map(|slowed| &slowed.tasks).count(), commands.tasks.len());
     // What a controller makes of it that joins positions and velocities by cubic polynomials; numbers are written with six decimals.
     for pair in made.points.windows(2) {

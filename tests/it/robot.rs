@@ -4,6 +4,7 @@ mod causes;
 mod clock;
 mod falls;
 mod files;
+mod goals;
 mod grasping;
 mod gripper;
 mod kinematics;

@@ -7,6 +7,7 @@ use std::path::Path;
 const TABLE: &[(&str, [&str; 2], &str)] = &[
     ("SawyerLift_demo_1.csv", ["sawyer_lift", "sawyer_lift"], "`cube`"),
     ("SawyerStack_demo_1.csv", ["sawyer_stack", "sawyer_stack"], "`cubeA`"),
+    ("lift_demo_1.csv", ["panda_lift", "panda_lift"], "`cube`"),
     ("stack_panda_demo_1.csv", ["panda_stack", "panda_stack"], "`cubeA`"),
 ];
 

@@ -6,7 +6,7 @@ use crate::robot::Kind;
 use crate::robot::control::behavior::Searched;
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::arm_clearance::MinDistance;
-use crate::robot::simulation::causes::{Cause, Why};
+use crate::robot::simulation::cause::{Cause, Why};
 use serde_json::{Value, json};
 
 /// Writes the document; `duration_s` is that of the robot's recording.

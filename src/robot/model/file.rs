@@ -24,7 +24,7 @@ use crate::robot::model::hand::{self, HandModel};
 use crate::robot::model::robot::Robot;
 use assembly::assembly;
 use indexmap::IndexMap;
-use joints::{JointFile, dofs, made_joint};
+use joints::{JointFile, LimitFile, dofs, limit, made_joint};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde::Deserialize;
 
@@ -54,6 +54,15 @@ struct RobotFile {
     /// A URDF file beside this one, in place of links and joints.
     #[serde(default)]
     urdf: Option<String>,
+    /// Where the root of the URDF is, reference frame.
+    #[serde(default)]
+    at: [Length; 3],
+    /// How it is turned there, quaternion w x y z.
+    #[serde(default = "no_turn")]
+    turned: [f64; 4],
+    /// What the URDF does not say of its joints, by joint.
+    #[serde(default)]
+    limits: IndexMap<String, LimitFile>,
     /// Its hand.
     #[serde(default)]
     hand: Option<HandFile>,
@@ -205,7 +214,12 @@ fn from_text(
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
-        let tree = urdf::read(&text_of(&beside)?, &beside)?;
+        let mut tree = urdf::read(&text_of(&beside)?, &beside)?;
+        let place = placed(parsed.at, parsed.turned, &places, "turned", "")?;
+        if let Some(root) = tree.links.first_mut() {
+            root.parent_from_joint = place * root.parent_from_joint;
+        }
+        limit(&mut tree, &parsed.limits, &places)?;
         let mut built = Robot { name: parsed.name, tree, hands: IndexMap::new() };
         if let Some(hand) = parsed.hand {
             let side = hand.side;
@@ -213,6 +227,9 @@ fn from_text(
             built.hands.insert(side, made);
         }
         built
+    } else if !parsed.limits.is_empty() || parsed.at != [Length::default(); 3] || parsed.turned != no_turn() {
+        let key = if parsed.limits.is_empty() { "at" } else { "limits" };
+        return Err(places.error(key, "", "stands without `urdf`, expected beside it".into()));
     } else if parsed.parts.is_empty() {
         single(parsed, &places)?
     } else {

@@ -1,8 +1,10 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
+pub mod goal;
 pub(crate) mod hand_planner;
 pub(crate) mod interpolation;
 pub mod plan;
+pub mod posture;
 pub(crate) mod resolved_grasp;
 pub(crate) mod schedule;
 pub mod start;

@@ -6,6 +6,7 @@
 
 use super::hand_planner::HandPlanner;
 use super::plan::Plan;
+use super::posture::Posture;
 use super::schedule::{Schedule, at_task, groups, sides};
 use super::start::Start;
 use super::toppra::{Timed, timed};
@@ -22,6 +23,8 @@ use std::collections::BTreeMap;
 
 /// Points in a second, before it is slowed down: those of commands.
 const RATE_HZ: f64 = 100.0;
+/// The way from the present posture takes this long at least, s.
+const LEADS_IN_S: f64 = 0.5;
 /// Fingers take the shape of another grasp in this time, s.
 const RESHAPING_S: f64 = 0.8;
 /// Steps of the arm's inverse from one point to the next.
@@ -40,6 +43,9 @@ pub struct JointTrajectory {
     pub joint_names: Vec<String>,
     /// The way, from the first point on.
     pub points: Vec<JointTrajectoryPoint>,
+    /// What has a controller of its own, with the places of its joints among the names; not written.
+    #[serde(skip)]
+    pub groups: Vec<(String, Vec<usize>)>,
     /// How much slower than planned tasks are, in order; not written.
     #[serde(skip)]
     pub slowed: Vec<Slowed>,
@@ -111,11 +117,16 @@ impl JointTrajectory {
 }
 
 /// The joint trajectory of commands in a scene, whose objects may stand elsewhere than they were demonstrated. The joints of both hands are in one
-/// trajectory, and tasks that both did at the same time are slowed down together.
+/// trajectory, and tasks that both did at the same time are slowed down together. It begins at rest at the `present` posture, if there is one.
 ///
 /// # Errors
-/// As [`crate::robot::simulation::run::simulate`]; a joint that would have to jump, a place that the arm cannot come to.
-pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<JointTrajectory, InputError> {
+/// As [`crate::robot::simulation::run::simulate`]; a joint that would have to jump, a place that the arm cannot come to; a posture without one of the joints.
+pub fn trajectory(
+    commands: &Commands,
+    robot: &Robot,
+    scene: &Scene,
+    present: Option<&Posture>,
+) -> Result<JointTrajectory, InputError> {
     let tasks = &commands.tasks;
     let sides = sides(commands, robot)?;
     let mut places: BTreeMap<&str, Isometry3<f64>> = BTreeMap::new();
@@ -141,7 +152,9 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
     }
     let header = Header { stamp: Duration::default(), frame_id: "world".into() };
     let joint_names = dofs.iter().map(|dof| dof.name.clone()).collect();
-    let mut made = JointTrajectory { header, joint_names, points: Vec::new(), slowed: Vec::new() };
+    let groups_of_joints = controllers(&hands);
+    let mut made =
+        JointTrajectory { header, joint_names, points: Vec::new(), groups: groups_of_joints, slowed: Vec::new() };
     for numbers in &groups(tasks) {
         let mut plans = Vec::new();
         for hand in &mut hands {
@@ -158,6 +171,10 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
             let number = numbers.iter().find(|number| Some(tasks[**number].track) == side).copied().unwrap_or_default();
             return Err(at_task(tasks, number, format!("makes the joint `{name}` jump, {time_s:.2} s into it")));
         }
+        if let (Some(present), true, Some(first)) = (present, made.points.is_empty(), way.first()) {
+            let from = present.of(&made.joint_names)?;
+            append(&mut made.points, timed(&lead_in(&from, first, &dofs), 1.0 / RATE_HZ, &dofs));
+        }
         let timed = timed(&way, 1.0 / RATE_HZ, &dofs);
         let joint = timed.at_limit.map(|joint| dofs[joint].name.clone());
         made.slowed.push(Slowed { tasks: numbers.clone(), times: timed.slower, joint });
@@ -167,6 +184,38 @@ pub fn trajectory(commands: &Commands, robot: &Robot, scene: &Scene) -> Result<J
         }
     }
     Ok(made)
+}
+
+/// What has a controller of its own: the arm and the hand of each side.
+fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
+    let mut groups = Vec::new();
+    let mut base = 0;
+    for hand in hands {
+        let side = if hands.len() > 1 { format!("{}_", hand.planner.side) } else { String::new() };
+        let arm = &hand.planner.hand.arm;
+        let (arm, rest): (Vec<usize>, Vec<usize>) = (0..hand.q.len()).partition(|dof| arm.contains(dof));
+        for (what, dofs) in [("arm", arm), ("hand", rest)] {
+            if !dofs.is_empty() {
+                groups.push((format!("{side}{what}"), dofs.into_iter().map(|dof| base + dof).collect()));
+            }
+        }
+        base += hand.q.len();
+    }
+    groups
+}
+
+/// Straight from one posture to another in the space of the joints, with minimum jerk.
+fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
+    let ways = from.iter().zip(to).map(|(from, to)| (to - from).abs());
+    // The peaks of a minimum-jerk motion of length and time 1.
+    let needs = |(way, dof): (f64, &Dof)| (1.875 * way / dof.speed).max((5.774 * way / dof.acceleration).sqrt());
+    let time_s = ways.zip(dofs).map(needs).fold(LEADS_IN_S, f64::max);
+    let points = (time_s * RATE_HZ).ceil().max(1.0) as usize;
+    let point = |at: usize| {
+        let share = minimum_jerk(at as f64 / points as f64);
+        from.iter().zip(to).map(|(from, to)| from + (to - from) * share).collect()
+    };
+    (0..=points).map(point).collect()
 }
 
 /// A hand with its arm on its way.

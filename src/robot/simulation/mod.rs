@@ -1,5 +1,6 @@
 //! Simulation: a robot carries out commands in the world, which is recorded and judged.
 
+pub mod cause;
 mod hand_agent;
 mod observer;
 pub mod observers;
@@ -7,5 +8,5 @@ pub mod run;
 pub mod trace;
 
 pub use observers::judge::Outcome;
-pub use observers::{arm_clearance, causes, force_tolerance, judge, recorder};
+pub use observers::{arm_clearance, force_tolerance, judge, recorder};
 pub use run::{Performance, simulate, simulate_seeing};

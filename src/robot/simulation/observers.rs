@@ -1,7 +1,7 @@
 //! The observers of a simulation. To add one, write a file in `observers`, and name it here: as a module, a field, and in the two functions.
 
 pub mod arm_clearance;
-pub mod causes;
+mod causes;
 mod drop_detection;
 pub mod force_tolerance;
 pub mod judge;

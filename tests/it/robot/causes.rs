@@ -70,19 +70,44 @@ fn of<'c>(causes: &'c [Value], kind: &str) -> &'c Value {
     found.unwrap_or_else(|| panic!("no {kind}: {causes:#?}"))
 }
 
-/// An object of twelve times its weight slips out of the fingers and falls.
+/// An object of eight times its weight slips out of the fingers.
 #[test]
-fn an_object_that_is_too_heavy_slips_and_is_dropped() {
+fn an_object_that_is_too_heavy_slips_and_is_lost() {
     let bench = Bench::new("pick_and_place");
-    bench.change("scene.yaml", "mass: 40 g", "mass: 480 g");
+    bench.change("scene.yaml", "mass: 40 g", "mass: 300 g");
     let causes = bench.causes();
     let slipped = of(&causes, "contact_slipped");
     assert!(slipped["off_m"].as_f64().unwrap() > 0.005, "{slipped}");
     let left = of(&causes, "left_way");
     assert_eq!((&left["track"], &left["primitive"]), (&"right".into(), &"Translate".into()), "{causes:#?}");
     assert!(left["text"].as_str().unwrap().contains("right hand in Translate: the object left its way"), "{left}");
+    let lost = of(&causes, "contact_lost");
+    assert!(lost["time_s"].as_f64() >= slipped["time_s"].as_f64(), "{causes:#?}");
+}
+
+/// The object is lifted by 150 mm more; half way the fingers press with 0.12 N only, and it is heavier than that: it falls.
+#[test]
+fn an_object_that_is_dropped_on_its_way_is_said() {
+    let bench = Bench::new("pick_and_place");
+    bench.change("scene.yaml", "mass: 40 g", "mass: 220 g");
+    let text = read_to_string(bench.path("commands.json")).unwrap();
+    let mut commands = Commands::read(&text, "commands.json").unwrap();
+    let carried = commands.tasks[0].segments.iter_mut().find(|segment| segment.primitive == "Translate").unwrap();
+    let last = carried.object.len() as f64 - 1.0;
+    for (at, pose) in carried.object.iter_mut().enumerate() {
+        pose[2] += 0.15 * (std::f64::consts::PI * at as f64 / last).sin().powi(2);
+    }
+    for tip in &mut carried.tips {
+        let half = tip.force.len() / 2;
+        for force in &mut tip.force[half..] {
+            let length = Vector3::from(*force).norm();
+            *force = force.map(|part| if length > 0.0 { 0.12 * part / length } else { 0.0 });
+        }
+    }
+    write(bench.path("commands.json"), commands.json().unwrap()).unwrap();
+    let causes = bench.causes();
     let dropped = of(&causes, "dropped");
-    assert!(dropped["time_s"].as_f64() >= slipped["time_s"].as_f64(), "{causes:#?}");
+    assert_eq!((&dropped["track"], &dropped["primitive"]), (&"right".into(), &"Translate".into()), "{causes:#?}");
 }
 
 /// A shoulder that gives a tenth does not carry the arm.
@@ -106,7 +131,7 @@ fn a_hole_that_is_missed_is_said() {
     assert_eq!((&missed["within_m"], &missed["primitive"]), (&0.004.into(), &"Insert".into()), "{causes:#?}");
 }
 
-/// The palm stays 40 mm farther back than the grasp that was found: fingers are stretched and do not reach.
+/// The palm stays 75 mm farther back than the grasp that was found: fingers are stretched and do not reach.
 #[test]
 fn a_joint_at_its_limit_is_named() {
     let bench = Bench::new("pick_and_place");
@@ -114,7 +139,7 @@ fn a_joint_at_its_limit_is_named() {
     let mut commands = Commands::read(&text, "commands.json").unwrap();
     let mapped = commands.tasks[0].grasps[0].mapped.as_mut().unwrap();
     let [.., w, i, j, k] = mapped.object_from_palm;
-    let back = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)) * Vector3::x() * -0.04;
+    let back = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k)) * Vector3::x() * -0.075;
     (0..3).for_each(|axis| mapped.object_from_palm[axis] += back[axis]);
     write(bench.path("commands.json"), commands.json().unwrap()).unwrap();
     let causes = bench.causes();

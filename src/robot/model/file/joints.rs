@@ -5,7 +5,7 @@ use crate::base::error::InputError;
 use crate::base::quantity::{Acceleration, Angle, AngularSpeed, Force, Length, Quantity, Speed};
 use crate::base::shown::Shown;
 use crate::description::limits::SPEEDS_UP_S;
-use crate::description::tree::{Dof, Joint, Kind};
+use crate::description::tree::{Dof, Joint, Kind, KinematicTree};
 use indexmap::IndexMap;
 use nalgebra::{Unit, Vector3};
 use serde::Deserialize;
@@ -83,6 +83,52 @@ struct CoupledFile {
     to: String,
     /// The angle over that of the joint.
     ratio: f64,
+}
+
+/// What a URDF does not say of a joint.
+#[derive(Deserialize)]
+#[cfg_attr(feature = "schemas", derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(super) struct LimitFile {
+    /// The highest acceleration of a joint that turns.
+    #[serde(default)]
+    acceleration: Option<AngularAcceleration>,
+    /// The highest acceleration of a joint that slides.
+    #[serde(default)]
+    slide_acceleration: Option<Acceleration>,
+    /// Where the numbers come from.
+    source: String,
+}
+
+/// Gives the joints of a URDF the limits that stand beside it.
+pub(super) fn limit(
+    tree: &mut KinematicTree,
+    limits: &IndexMap<String, LimitFile>,
+    places: &Places<'_>,
+) -> Result<(), InputError> {
+    for (name, LimitFile { acceleration, slide_acceleration, source }) in limits {
+        let refuse = |message: &str| places.error("limits", name, message.into());
+        if source.trim().is_empty() {
+            return Err(refuse("has an empty `source`"));
+        }
+        let joint = tree.links.iter().filter_map(|link| link.joint.as_ref()).find(|joint| joint.name == *name);
+        let joint = joint.filter(|joint| tree.dofs.get(joint.dof).is_some_and(|dof| dof.name == *name));
+        let joint = joint.ok_or_else(|| refuse("is no joint of the URDF that is driven by itself"))?;
+        let (dof, kind) = (joint.dof, joint.kind);
+        let most = match (kind, acceleration, slide_acceleration) {
+            (Kind::Revolute, Some(most), None) => most.0,
+            (Kind::Prismatic, None, Some(most)) => most.0,
+            (Kind::Revolute, ..) => return Err(refuse("turns, expected an `acceleration` only")),
+            (Kind::Prismatic, ..) => return Err(refuse("slides, expected a `slide_acceleration` only")),
+        };
+        if !(most > 0.0 && most <= 1e5) {
+            return Err(refuse("has an acceleration out of range, expected more than 0 and at most 1e5"));
+        }
+        if let Some(dof) = tree.dofs.get_mut(dof) {
+            dof.acceleration = most;
+        }
+    }
+    Ok(())
 }
 
 /// What can be driven: the joints that are not coupled.

@@ -8,12 +8,12 @@ use crate::base::hands::{Finger, Side};
 use crate::robot::control::behavior::{HOLDS_N, Searched, holds};
 use crate::robot::model::robot::Robot;
 use crate::robot::planning::plan::Target;
+use crate::robot::simulation::cause::{Cause, Why};
 use crate::robot::simulation::hand_agent::{Doing, HandAgent};
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::{FingerModel, Kind};
 use crate::world::{Observation, TipState};
 use nalgebra::{Point3, Vector3};
-use std::fmt;
 
 /// What lasts for less is no cause, s.
 const LASTS_S: f64 = 0.1;
@@ -29,115 +29,6 @@ const LACKS: f64 = 0.05;
 const PRESSES: f64 = 0.5;
 /// A contact that moves farther along the surface has slipped, m: less is how a ball rolls.
 const SLIPS_M: f64 = 5e-3;
-
-/// What kept an object from where it should be.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cause {
-    /// When it began, s of the robot's recording.
-    pub time_s: f64,
-    /// The hand.
-    pub side: Side,
-    /// What the hand did then.
-    pub primitive: String,
-    /// What it was.
-    pub why: Why,
-}
-
-/// Kinds of causes.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Why {
-    /// A joint is at its limit, and the palm or fingertip that it moves so far from where it should be, m and rad.
-    JointAtLimit(String, Option<Finger>, f64, f64),
-    /// A motor gives less than it is asked for, by so many N m, or N where it slides.
-    TorqueMissing(String, f64, Kind),
-    /// A fingertip has moved so far along the surface that it holds, m.
-    ContactSlipped(Finger, f64),
-    /// A fingertip that held the object touches it no more.
-    ContactLost(Finger),
-    /// The object was held, and touches nothing now.
-    Dropped,
-    /// The hole was not within this distance of where it was expected, m.
-    HoleMissed(f64),
-    /// The object is off its way for good, by so much in the end, m and rad.
-    LeftWay(f64, f64),
-}
-
-impl Why {
-    /// The name of its kind, as it is written.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::JointAtLimit(..) => "joint_at_limit",
-            Self::TorqueMissing(..) => "torque_missing",
-            Self::ContactSlipped(..) => "contact_slipped",
-            Self::ContactLost(_) => "contact_lost",
-            Self::Dropped => "dropped",
-            Self::HoleMissed(_) => "hole_missed",
-            Self::LeftWay(..) => "left_way",
-        }
-    }
-
-    /// Whether it is the same as another one but for its extent.
-    fn is_same(&self, other: &Self) -> bool {
-        match (self, other) {
-            (Self::JointAtLimit(one, ..), Self::JointAtLimit(other, ..))
-            | (Self::TorqueMissing(one, ..), Self::TorqueMissing(other, ..)) => one == other,
-            (Self::ContactSlipped(one, _), Self::ContactSlipped(other, _))
-            | (Self::ContactLost(one), Self::ContactLost(other)) => one == other,
-            _ => std::mem::discriminant(self) == std::mem::discriminant(other),
-        }
-    }
-
-    /// Takes over the extent of the same cause where it is larger.
-    fn worsen(&mut self, by: &Self) {
-        match (self, by) {
-            (Self::JointAtLimit(.., m, rad), Self::JointAtLimit(.., by_m, by_rad)) => {
-                (*m, *rad) = (m.max(*by_m), rad.max(*by_rad));
-            }
-            (Self::TorqueMissing(_, most, _), Self::TorqueMissing(_, now, _))
-            | (Self::ContactSlipped(_, most), Self::ContactSlipped(_, now)) => *most = most.max(*now),
-            (Self::LeftWay(m, rad), Self::LeftWay(by_m, by_rad)) => (*m, *rad) = (*by_m, *by_rad),
-            _ => {}
-        }
-    }
-
-    /// For how long it must last, s.
-    fn lasts_s(&self) -> f64 {
-        if matches!(self, Self::Dropped) { FALLS_S } else { LASTS_S }
-    }
-}
-
-/// As a message for the user.
-impl fmt::Display for Cause {
-    fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(to, "after {:.2} s, {} hand in {}: ", self.time_s, self.side, self.primitive)?;
-        match &self.why {
-            Why::JointAtLimit(joint, finger, m, rad) => {
-                let what = finger.map_or_else(|| "palm".into(), |finger| finger.to_string());
-                let turned =
-                    if finger.is_none() { format!(" and {:.1} degrees", rad.to_degrees()) } else { String::new() };
-                write!(to, "`{joint}` is at its limit, the {what} {:.1} mm{turned} off its way", m * 1e3)
-            }
-            Why::TorqueMissing(joint, missing, Kind::Revolute) => {
-                write!(to, "`{joint}` lacks {missing:.2} N m of torque")
-            }
-            Why::TorqueMissing(joint, missing, Kind::Prismatic) => {
-                write!(to, "`{joint}` lacks {missing:.2} N of force")
-            }
-            Why::ContactSlipped(finger, by) => write!(to, "the {finger} slipped by {:.1} mm", by * 1e3),
-            Why::ContactLost(finger) => write!(to, "the {finger} lost its contact"),
-            Why::Dropped => write!(to, "the object was dropped"),
-            Why::HoleMissed(within) => write!(to, "the hole was not within {:.1} mm", within * 1e3),
-            Why::LeftWay(m, rad) => {
-                write!(
-                    to,
-                    "the object left its way, by {:.1} mm and {:.1} degrees in the end",
-                    m * 1e3,
-                    rad.to_degrees()
-                )
-            }
-        }
-    }
-}
 
 /// The causes of each task so far.
 pub(in crate::robot::simulation) struct Causes {
@@ -202,7 +93,7 @@ impl Watch {
                 None => self.present.push(Cause { time_s, side, primitive: primitive.into(), why: why.clone() }),
             }
         }
-        let lasts = |cause: &&Cause| time_s - cause.time_s >= cause.why.lasts_s();
+        let lasts = |cause: &&Cause| time_s - cause.time_s >= lasts_s(&cause.why);
         // An object that leaves its way may come back to it until the end.
         let for_good = |cause: &&Cause| !matches!(cause.why, Why::LeftWay(..));
         for cause in self.present.iter().filter(lasts).filter(for_good) {
@@ -248,6 +139,11 @@ impl Watch {
         }
         present
     }
+}
+
+/// For how long a cause must last, s.
+fn lasts_s(why: &Why) -> f64 {
+    if matches!(why, Why::Dropped) { FALLS_S } else { LASTS_S }
 }
 
 /// Joints at a limit because of which the palm, or a fingertip that is to press and does not, is off its way.

@@ -1,11 +1,11 @@
 //! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
 
-use super::causes::Cause;
 use super::force_tolerance::Forces;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
 use crate::command::{Task, hole_of};
 use crate::robot::control::behavior::Searched;
+use crate::robot::simulation::cause::Cause;
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::world::Observation;
 use nalgebra::{Isometry3, Vector3};

@@ -1,0 +1,37 @@
+//! Goals of controllers: a joint trajectory in parts, each as the `control_msgs/action/FollowJointTrajectory` that `ros2 action send_goal --stdin` reads.
+
+use super::trajectory::JointTrajectory;
+use std::fmt::Write;
+
+/// The goals of a trajectory: for each controller its name and the YAML.
+pub fn goals(made: &JointTrajectory) -> Vec<(String, String)> {
+    made.groups.iter().map(|(name, joints)| (name.clone(), goal(made, joints))).collect()
+}
+
+fn goal(made: &JointTrajectory, joints: &[usize]) -> String {
+    let names: Vec<String> =
+        joints.iter().filter_map(|joint| Some(format!("{:?}", made.joint_names.get(*joint)?))).collect();
+    let mut text = format!(
+        "trajectory:\n  header: {{frame_id: {:?}}}\n  joint_names: [{}]\n  points:\n",
+        made.header.frame_id,
+        names.join(", ")
+    );
+    // Always with a point: a whole number in a list would be no float.
+    let list = |values: &[f64]| {
+        let chosen = joints.iter().filter_map(|joint| values.get(*joint));
+        chosen.map(|value| format!("{:.6}", value + 0.0)).collect::<Vec<String>>().join(", ")
+    };
+    for point in &made.points {
+        let time = point.time_from_start;
+        let _ = writeln!(
+            text,
+            "  - {{positions: [{}], velocities: [{}], accelerations: [{}], time_from_start: {{sec: {}, nanosec: {}}}}}",
+            list(&point.positions),
+            list(&point.velocities),
+            list(&point.accelerations),
+            time.sec,
+            time.nanosec
+        );
+    }
+    text
+}

@@ -1,0 +1,108 @@
+//! Goals of controllers: parts of one trajectory, in the form that `ros2 action send_goal --stdin` reads, from the present posture on.
+
+use crate::program::{all_said, teachtree};
+use serde_json::Value;
+use teachtree::base::error::InputError;
+use teachtree::command::Commands;
+use teachtree::robot::planning::goal::goals;
+use teachtree::robot::planning::posture::Posture;
+use teachtree::robot::planning::trajectory::{JointTrajectory, trajectory};
+use teachtree::{robot, world};
+
+/// What the joints of the arm with a gripper do to place a box, from a posture of all joints or as planned.
+fn made(posture: Option<&str>) -> Result<JointTrajectory, InputError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commands) = (path("log.csv"), path("commands.json"));
+    let scene = "pick_and_place";
+    for args in
+        [&["teach", scene, scene, "-o", &log][..], &["retarget", &log, "--robot", "arm_with_gripper", "-o", &commands]]
+    {
+        let output = teachtree(args);
+        assert!(output.status.success(), "{}", all_said(&output));
+    }
+    let commands = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
+    let robot = robot::open("arm_with_gripper", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    let posture = posture.map(|text| Posture::read(text, "posture.yaml").unwrap());
+    trajectory(&commands, &robot, &world::scene(scene).unwrap(), posture.as_ref())
+}
+
+const JOINTS: [&str; 6] = ["arm/joint_1", "arm/joint_2", "arm/joint_3", "arm/joint_4", "arm/joint_5", "arm/joint_6"];
+/// As a state publisher prints it: joints in an order of its own, other fields, and the beginning of the next message.
+const POSTURE: &str = "header:\n  stamp: {sec: 1, nanosec: 2}\n  frame_id: ''\nname: [gripper/opening, arm/joint_6, arm/joint_5, \
+     arm/joint_4, arm/joint_3, arm/joint_2, arm/joint_1]\nposition: [0.02, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1]\nvelocity: []\neffort: []\n---\n";
+
+#[test]
+fn arm_and_gripper_have_goals_that_begin_at_the_present_posture() {
+    let (planned, made) = (made(None).unwrap(), made(Some(POSTURE)).unwrap());
+    let written = goals(&made);
+    let names: Vec<&str> = written.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(names, ["arm", "hand"]);
+    let goal = |at: usize| -> Value { serde_yaml::from_str(&written[at].1).unwrap() };
+    let (arm, hand) = (goal(0), goal(1));
+    assert_eq!(arm["trajectory"]["joint_names"], Value::from(JOINTS.to_vec()));
+    assert_eq!(hand["trajectory"]["joint_names"], Value::from(vec!["gripper/opening"]));
+    let points = |goal: &Value| goal["trajectory"]["points"].as_array().unwrap().clone();
+    let (first, fingers) = (&points(&arm)[0], &points(&hand)[0]);
+    assert_eq!(first["positions"], Value::from(vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6]));
+    assert_eq!(fingers["positions"], Value::from(vec![0.02]));
+    assert!(first["velocities"].as_array().unwrap().iter().all(|velocity| velocity == 0.0));
+    // Both have all points at the same times, each list is of floats, and time goes on.
+    let nanoseconds = |point: &Value| {
+        let of = |key: &str| point["time_from_start"][key].as_i64().unwrap();
+        of("sec") * 1_000_000_000 + of("nanosec")
+    };
+    let times = |goal: &Value| points(goal).iter().map(nanoseconds).collect::<Vec<i64>>();
+    assert_eq!(times(&arm), times(&hand));
+    assert!(times(&arm).windows(2).all(|pair| pair[0] < pair[1]));
+    assert!(points(&arm).iter().all(|point| point["accelerations"].as_array().unwrap().iter().all(Value::is_f64)));
+    // It leads to where the plan begins, and what follows is the plan.
+    let led = made.points.len() - planned.points.len();
+    assert!(led > 50, "{led} points lead to the first one");
+    for (own, other) in made.points[led..].iter().zip(&planned.points) {
+        assert_eq!(own.positions, other.positions);
+    }
+    let reached = &made.points[led - 1];
+    assert_eq!(reached.positions, planned.points[0].positions);
+    assert!(reached.velocities.iter().all(|velocity| *velocity == 0.0));
+}
+
+#[test]
+fn a_posture_without_a_joint_is_refused() {
+    let error = made(Some("name: [arm/joint_1]\nposition: [0.1]\n")).unwrap_err().to_string();
+    assert!(error.contains("has no position of the joint `arm/joint_2`"), "{error}");
+    let wrong = |text: &str| Posture::read(text, "posture.yaml").unwrap_err().to_string();
+    assert!(wrong("name: [a, b]\nposition: [0.1]\n").contains("2 names and 1 positions"));
+    assert!(wrong("name: [a]\nposition: [.nan]\n").contains("no finite position of `a`"));
+    assert!(wrong("position: [1.0]\n").starts_with("posture.yaml"), "{}", wrong("position: [1.0]\n"));
+}
+
+/// The root of a URDF stands where the file beside it says, joints keep their names, and accelerations are given there.
+#[test]
+fn a_urdf_is_placed_and_limited_by_the_file_beside_it() {
+    let urdf = include_str!("../../fixtures/hand_of_urdf.urdf");
+    let open = |more: &str| {
+        let text = format!("name: placed\nurdf: hand.urdf\n{more}");
+        robot::open("own.yaml", &|file| Ok(if file == "own.yaml" { text.clone() } else { urdf.to_string() }))
+    };
+    let plain = open("").unwrap();
+    let joint = plain.tree.dofs[0].name.clone();
+    let placed = open(&format!(
+        "at: [100 mm, 0 mm, 50 mm]\nturned: [0, 0, 0, 1]\nlimits:\n  {joint}: {{acceleration: 15 rad/s^2, source: ours}}\n"
+    ))
+    .unwrap();
+    assert_eq!((&placed.tree.dofs[0].name, placed.tree.dofs[0].acceleration), (&joint, 15.0));
+    assert_ne!(plain.tree.dofs[0].acceleration, 15.0);
+    let q = plain.tree.middle();
+    let [was, is] = [&plain, &placed].map(|robot| robot.tree.forward_kinematics(q.as_slice()));
+    for (was, is) in was.iter().zip(&is) {
+        let (was, is) = (was.translation.vector, is.translation.vector);
+        let wanted = [0.1 - was.x, -was.y, 0.05 + was.z];
+        assert!(wanted.iter().zip(is.iter()).all(|(a, b)| (a - b).abs() < 1e-9), "{was} became {is}");
+    }
+    let error = |more: &str| open(more).unwrap_err().to_string();
+    let none = error("limits:\n  elbow: {acceleration: 15 rad/s^2, source: ours}\n");
+    assert!(none.contains("own.yaml:4") && none.contains("is no joint of the URDF"), "{none}");
+    let slides = error(&format!("limits:\n  {joint}: {{slide_acceleration: 1 m/s^2, source: ours}}\n"));
+    assert!(slides.contains("turns, expected an `acceleration` only"), "{slides}");
+}
