@@ -142,11 +142,12 @@ impl Boundaries {
     }
 }
 
-/// Pairs those starts of which each is the nearest to the other.
+/// Pairs those starts of which each is the nearest to the other. Both are in order.
 fn boundaries(one: &[f64], other: &[f64]) -> Boundaries {
     let nearest = |to: f64, list: &[f64]| {
         let distance = |at: &usize| list.get(*at).map_or(f64::INFINITY, |start| (start - to).abs());
-        (0..list.len()).min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        let after = list.partition_point(|start| *start < to);
+        (after.saturating_sub(1)..list.len().min(after + 1)).min_by(|a, b| distance(a).total_cmp(&distance(b)))
     };
     let pairs = one.iter().enumerate().filter_map(|(at, start)| {
         let theirs = *other.get(nearest(*start, other)?)?;

@@ -60,8 +60,8 @@ class Job:
                 raise
             # Without files, logs of two hands have other rules, with params of their own.
             read = Rules("bimanual.rules", params=self.params, hand=hand)._rules().own_files
-        named = (*read, *self.rules, hand, self.binding, self.scene, *_urdf_files(self.binding))
-        files = {path for path in named if path and os.path.isfile(path)}
+        candidates: tuple[str | None, ...] = (*read, *self.rules, hand, self.binding, self.scene, *_urdf_files(self.binding))
+        files = {path for path in candidates if path and os.path.isfile(path)}
         root = os.path.commonpath([os.path.dirname(os.path.abspath(path)) for path in files]) if files else os.getcwd()
         self._files = {os.path.relpath(os.path.abspath(path), root): Path(path).read_bytes() for path in sorted(files)}
 
