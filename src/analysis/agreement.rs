@@ -3,6 +3,8 @@
 //! κ = (p − pₑ) / (1 − pₑ), where p is the share of frames with one label, and pₑ the share that two people with the same frequencies of labels would have by
 //! chance. Invariants: both people count alike; counts of recordings add up in any grouping.
 
+pub mod json;
+
 use super::score::statistics::quantile;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -118,6 +120,11 @@ impl Agreement {
     pub fn labels(&self) -> BTreeSet<&str> {
         let of_frames = self.frames.keys().flat_map(|(one, other)| [one.as_str(), other.as_str()]);
         of_frames.chain(self.boundaries.keys().map(String::as_str)).collect()
+    }
+
+    /// Frames to which both gave one label of `labels`.
+    pub fn same(&self) -> usize {
+        self.frames.iter().filter(|((one, other), _)| one == other && !one.is_empty()).map(|(_, count)| count).sum()
     }
 
     /// The boundaries of all labels.

@@ -1,16 +1,21 @@
 //! `teachtree agree`: the labels of two people, compared.
 
 use super::many::ManyArgs;
+use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
-use super::truth::TrackArg;
+use super::truth::{TrackArg, labeled};
 use super::{Failure, output};
 use crate::analysis::Who;
+use crate::analysis::agreement::json::{Kinds, json};
 use crate::analysis::agreement::{Agreement, Span};
 use crate::analysis::number::fixed;
+use crate::analysis::score::{Known, NameMap};
 use crate::base::error::InputError;
+use crate::session::Labels;
 use crate::session::files::{all_logs, label_file};
-use crate::session::score::is_of_several;
-use crate::stream::read::labels::{self, Kind};
+use crate::session::score::{is_of_set, is_of_several, read_labels};
+use crate::stream::atomic_write::Files;
+use crate::stream::read::labels::Kind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -18,7 +23,7 @@ use std::path::{Path, PathBuf};
 /// Options of `agree`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "Examples:\n  teachtree agree mika/ noor/ recordings/\n  teachtree agree mika.csv noor.eaf demonstration.csv --track right\n  teachtree agree mika/ noor/ 'set#*' --binding arm.binding.yaml --min-kappa 0.8\nExit status: 0 compared, 1 less than --min-kappa, 2 bad input, 3 some recordings could not be compared."
+    after_help = "Examples:\n  teachtree agree mika/ noor/ recordings/\n  teachtree agree mika.csv noor.eaf demonstration.csv --track right\n  teachtree agree mika/ noor/ 'set#*' --binding arm.binding.yaml --min-kappa 0.8\n  teachtree agree mika/ noor/ recordings/ --format json -o agreement.json\nExit status: 0 compared, 1 less than --min-kappa, 2 bad input, 3 some recordings could not be compared."
 )]
 pub struct Args {
     /// The labels of the first person: a table or a file of ELAN; a folder with a file for each log
@@ -34,10 +39,30 @@ pub struct Args {
     /// Fail when Cohen's kappa of primitives, all recordings together, is less than this
     #[arg(long, value_name = "KAPPA", value_parser = kappa)]
     min_kappa: Option<f64>,
+    /// From the names that stand in the files to those that are compared: a YAML file, or `S1=Move,S2=Grasp,S9=mask`
+    #[arg(long, value_name = "MAP")]
+    map: Option<String>,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = Format::Text)]
+    format: Format,
+    /// Where to write it; standard output when left out
+    #[arg(long, short, value_name = "FILE")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    rules: RuleArgs,
     #[command(flatten)]
     source: SourceArgs,
     #[command(flatten)]
     many: ManyArgs,
+}
+
+/// Forms of an agreement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Tables for the terminal
+    Text,
+    /// `teachtree.agreement/1`
+    Json,
 }
 
 /// Reads a kappa.
@@ -49,14 +74,14 @@ fn kappa(text: &str) -> Result<f64, String> {
 /// The labels of a recording by track and kind.
 type Tracks = BTreeMap<(Who, Kind), Vec<Span>>;
 
-/// What both say of one recording, by kind.
-type Kinds = BTreeMap<Kind, Agreement>;
-
 /// Runs `agree`.
 pub fn run(args: &Args) -> Result<(), Failure> {
-    let logs = all_logs(&args.logs)?;
+    let mut logs = all_logs(&args.logs)?;
     args.source.check(logs.len())?;
     for labels in [&args.one, &args.other] {
+        if !labels.exists() {
+            return Err(InputError::new(labels.display().to_string(), "there is no such file or folder").into());
+        }
         if logs.len() > 1 && !is_of_several(labels) {
             let message = format!("one label file for {} recordings", logs.len());
             return Err(InputError::new(labels.display().to_string(), message)
@@ -64,7 +89,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 .into());
         }
     }
-    let compared = args.many.each("comparing", &logs, |log| compare(args, log))?;
+    for labels in [&args.one, &args.other] {
+        logs = labeled(logs, labels, &args.many)?;
+    }
+    let map = args.map.iter().fold(Labels::default(), |labels, map| labels.map(map)).names()?;
+    let compared = args.many.each("comparing", &logs, |log| compare(args, log, &map))?;
     let (mut rows, mut all, mut failures) = (Vec::new(), Kinds::new(), Vec::new());
     for (log, compared) in logs.iter().zip(compared) {
         match compared {
@@ -81,7 +110,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if rows.is_empty() {
         return Failure::all(failures);
     }
-    output::print(&text(args, &rows, &all))?;
+    write(args, &logs, &rows, &all)?;
     Failure::some(failures, rows.len())?;
     let found = all.get(&Kind::Primitive).and_then(Agreement::kappa);
     match (args.min_kappa, found) {
@@ -97,7 +126,24 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn compare(args: &Args, log: &Path) -> Result<Kinds, Failure> {
+fn write(args: &Args, logs: &[PathBuf], rows: &[(String, Kinds)], all: &Kinds) -> Result<(), InputError> {
+    let text = match args.format {
+        Format::Text => text(args, rows, all),
+        Format::Json => json(&[&args.one, &args.other].map(|path| path.display().to_string()), rows, all),
+    };
+    let Some(path) = &args.out else {
+        return if args.format == Format::Text { output::print(&text) } else { output::print_json(&text) };
+    };
+    let read = read_by(&args.source, &args.rules);
+    let map = args.map.as_deref().map(Path::new);
+    let named = [args.one.as_path(), &args.other].into_iter().chain(map);
+    let inputs: Vec<&Path> = logs.iter().chain(&read).map(PathBuf::as_path).chain(named).collect();
+    let mut files = Files::default();
+    output::add(&mut files, path, &text, &inputs)?;
+    files.commit()
+}
+
+fn compare(args: &Args, log: &Path, map: &NameMap) -> Result<Kinds, Failure> {
     let log = args.source.open(log)?;
     let opened = log.opened()?;
     let only = match *log.hands() {
@@ -105,15 +151,28 @@ fn compare(args: &Args, log: &Path) -> Result<Kinds, Failure> {
         _ => None,
     };
     let track = args.track.map(Who::from).or(only);
-    let read = |path: &Path| -> Result<Tracks, InputError> {
-        let found = labels::read(&label_file(path, &opened.log)?, &opened.log, &opened.row_time)?;
+    let read = |path: &Path| -> Result<Tracks, Failure> {
+        let file = label_file(path, &opened.log)?;
+        // The words in a data set stand for names of the rules.
+        let known = if is_of_set(&file) { Known::new(args.rules.load(&log)?.set()) } else { Known::default() };
+        let found = read_labels(&file, opened, map, &known)?;
         let mut tracks = Tracks::new();
         for interval in found.intervals {
+            let wrong = |message: &str| InputError::new(format!("{} {}", found.file, interval.place), message);
+            let label = match map.get(&interval.name) {
+                None => interval.name.clone(),
+                Some([]) => continue,
+                Some([one]) => one.clone(),
+                Some(several) => {
+                    let message = format!("`{}` is mapped to {} names, expected one", interval.name, several.len());
+                    return Err(wrong(&message).help("two people are compared name by name").into());
+                }
+            };
             let who = interval.track.or(track).ok_or_else(|| {
-                let message = "the row does not say which hand it is about, and the recording has several tracks";
-                InputError::new(format!("{} {}", found.file, interval.place), message).help("name it with --track")
+                wrong("the row does not say which hand it is about, and the recording has several tracks")
+                    .help("name it with --track")
             })?;
-            let span = Span { label: interval.name, start_s: interval.start_s, end_s: interval.end_s };
+            let span = Span { label, start_s: interval.start_s, end_s: interval.end_s };
             tracks.entry((who, interval.kind)).or_default().push(span);
         }
         // Labels without a track may stand beside others of the same one.
@@ -173,17 +232,11 @@ fn text(args: &Args, rows: &[(String, Kinds)], all: &Kinds) -> String {
 fn row(label: &str, agreement: &Agreement) -> String {
     let boundaries = agreement.all_boundaries();
     let ms = |q: f64| boundaries.quantile_s(q).map_or("-".into(), |time| format!("{} ms", fixed(time * 1e3, 0)));
-    let frames: usize = agreement
-        .frames
-        .iter()
-        .filter(|((one, other), _)| one == other && !one.is_empty())
-        .map(|(_, count)| count)
-        .sum();
     let [one, other] = boundaries.alone;
     line([
         label,
         &number(agreement.kappa()),
-        &frames.to_string(),
+        &agreement.same().to_string(),
         &boundaries.distances_s.len().to_string(),
         &format!("{one} + {other}"),
         &ms(0.5),

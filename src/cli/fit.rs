@@ -71,6 +71,7 @@ enum Format {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let logs = all_logs(&args.logs)?;
     args.truth.check(logs.len())?;
+    let logs = args.truth.labeled(logs, &args.many)?;
     let groups = args.hold_out.unwrap_or(logs.len().min(GROUPS));
     if args.hold_out.is_some() && !(2..=logs.len()).contains(&groups) {
         let message = format!("{groups} groups of {} recordings", logs.len());

@@ -46,6 +46,9 @@ const SCHEMAS: &[(&str, &str)] = &[
     ("scene.schema.json", include_str!("../../schemas/scene.schema.json")),
 ];
 
+/// How a YAML file names its schema to an editor, from its own folder.
+const SCHEMA_OF_A_FILE: &str = "# yaml-language-server: $schema=";
+
 /// Options of `list`.
 #[derive(clap::Args)]
 #[command(
@@ -125,7 +128,8 @@ impl Kind {
 
 /// The description in a file: the first sentence of its first comment, or its key `about` or `name`.
 fn about(text: &str) -> String {
-    let mut lines = text.lines().skip_while(|line| line.trim().is_empty());
+    let is_for_editors = |line: &str| line.starts_with(SCHEMA_OF_A_FILE);
+    let mut lines = text.lines().skip_while(|line| line.trim().is_empty() || is_for_editors(line));
     let Some(first) = lines.next() else { return String::new() };
     if first == "{" {
         let title = text.lines().find_map(|line| line.strip_prefix("  \"description\": \"")).unwrap_or_default();
@@ -162,6 +166,14 @@ pub fn list(args: &ListArgs) -> Result<(), Failure> {
     Ok(output::print(&text)?)
 }
 
+/// The text of a file outside the repository: its schema, which `show` prints too, stands beside it.
+fn printed(text: &str) -> String {
+    match text.strip_prefix(SCHEMA_OF_A_FILE).and_then(|rest| rest.split_once('\n')) {
+        Some((schema, rest)) => format!("{SCHEMA_OF_A_FILE}{}\n{rest}", schema.rsplit('/').next().unwrap_or(schema)),
+        None => text.to_string(),
+    }
+}
+
 /// Prints a file.
 pub fn show(args: &ShowArgs) -> Result<(), Failure> {
     let all: Vec<(String, &str)> = Kind::ALL.into_iter().flat_map(Kind::files).collect();
@@ -170,7 +182,7 @@ pub fn show(args: &ShowArgs) -> Result<(), Failure> {
     let exact: Vec<_> = all.iter().filter(|(name, _)| *name == wanted).collect();
     let found = if exact.is_empty() { all.iter().filter(|(name, _)| stem(name) == args.name).collect() } else { exact };
     match found.as_slice() {
-        [(_, text)] => Ok(output::print_data(text)?),
+        [(_, text)] => Ok(output::print_data(&printed(text))?),
         [] => {
             let error = InputError::new(&args.name, "no file of this name is in the program");
             let names = all.iter().map(|(name, _)| name.as_str());

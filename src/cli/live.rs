@@ -27,10 +27,6 @@ use std::thread;
 
 /// The largest calibration file, bytes.
 const MAX_CALIBRATION: u64 = 16 << 20;
-/// While more than this part of those that may wait do, the newest frames are not labeled …
-const MANY: usize = 2;
-/// … until only this part does.
-const FEW: usize = 16;
 
 /// Options of `live`.
 #[derive(clap::Args)]
@@ -138,8 +134,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         (Kind::Robot, Some(topics)) => foxglove::Robot::new(&args.source, topics)?.begin(outlet)?,
         _ => source::begin(&args.source, kind, outlet)?,
     }
-    let reader =
-        Reader { lines, waiting, most_waiting: kind.most_waiting(), is_timed: kind.is_timed(), is_labeling: true };
+    let reader = Reader { lines, waiting, late: kind.late(), is_timed: kind.is_timed(), is_labeling: true };
     if reader.follow(&mut feed, &mut sink)? {
         sink.take(&feed.finish()?)?;
     }
@@ -162,8 +157,8 @@ fn known(path: &Path, args: &Args) -> Result<Known, Failure> {
 struct Reader {
     lines: Receiver<Sent>,
     waiting: Arc<AtomicUsize>,
-    /// How many lines or messages may wait.
-    most_waiting: usize,
+    /// When so many lines or messages wait, the newest frames are not labeled, until only so many do.
+    late: [usize; 2],
     /// Whether the source does not wait for us.
     is_timed: bool,
     is_labeling: bool,
@@ -174,10 +169,8 @@ impl Reader {
     fn follow(mut self, feed: &mut Feed, sink: &mut Sink) -> Result<bool, Failure> {
         while let Ok(sent) = self.lines.recv() {
             let waiting = self.waiting.fetch_sub(1, Ordering::Relaxed);
-            let keeps_up = {
-                let most = if self.is_labeling { self.most_waiting / MANY } else { self.most_waiting / FEW };
-                waiting <= most
-            };
+            let [many, few] = self.late;
+            let keeps_up = waiting <= if self.is_labeling { many } else { few };
             let mut events = vec![];
             if self.is_timed && keeps_up != self.is_labeling {
                 self.is_labeling = keeps_up;

@@ -10,7 +10,7 @@ use crate::analysis::difference::{changes, extent, tracks};
 use crate::analysis::score::{self, Known, NameMap, Stage, Tally};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
 use crate::session;
-use crate::session::files::all_logs;
+use crate::session::files::{all_logs, label_file};
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -226,6 +226,11 @@ fn write_agreement(
     names: &NameMap,
     printed: &mut String,
 ) -> Result<(), Failure> {
+    // A log without labels is compared all the same.
+    let log = ours.log().path();
+    if args.truth.labels.as_ref().is_some_and(|labels| labels.is_dir() && label_file(labels, log).is_err()) {
+        return Ok(());
+    }
     let share = |analysis: &session::Analysis| {
         let known = Known::new(analysis.rules().set());
         let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, &known)?;
@@ -237,7 +242,6 @@ fn write_agreement(
     };
     let (one, other) = match (share(ours), share(theirs)) {
         (Ok(one), Ok(other)) => (one, other),
-        // A log without labels is compared all the same.
         _ if args.truth.labels.is_none() => return Ok(()),
         (Err(error), _) | (_, Err(error)) => return Err(error),
     };

@@ -81,6 +81,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::refuse_one_for_two(&outputs)?;
     let logs = all_logs(&args.logs)?;
     args.truth.check(logs.len())?;
+    let logs = args.truth.labeled(logs, &args.many)?;
     let map = args.truth.of_session().names()?;
     let sequences = args.sequences.as_deref().map(|path| Ok::<_, InputError>((path, read(path)?))).transpose()?;
     let texts = Texts { map, sequences };

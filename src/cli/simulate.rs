@@ -82,6 +82,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let commands = Commands::read(&text, &file)?;
     let ((robot, parts), scene) = (open_robot(&args.robot)?, open_scene(&args.scene)?);
     let scene_file = is_yaml(&args.scene).then(|| Path::new(&args.scene));
+    if !commands.scene.is_empty() && !scene.name.is_empty() && commands.scene != scene.name {
+        output::complain(&format!(
+            "warning: {file} is of the scene `{}`, and this one is `{}`",
+            commands.scene, scene.name
+        ));
+    }
     let present =
         args.posture.as_ref().map(|path| Posture::read(&text::read(path, MAX_POSTURE)?, &path.display().to_string()));
     let present = present.transpose()?;

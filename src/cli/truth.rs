@@ -1,11 +1,13 @@
 //! What is true of recordings: the options that name it, for the commands that compare results with a truth.
 
+use super::many::ManyArgs;
 use crate::analysis::Who;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::session::Labels;
+use crate::session::files::label_file;
 use crate::session::score::{MAX_TEXT, is_of_several};
-use crate::stream::read::text;
+use crate::stream::read::{formats, text};
 use std::path::{Path, PathBuf};
 
 /// Tracks by name.
@@ -56,12 +58,41 @@ impl TruthArgs {
         }
     }
 
+    /// Those recordings that have a label file where `--labels` is a folder of them; how many have none is a warning.
+    ///
+    /// # Errors
+    /// When none has one.
+    pub fn labeled(&self, logs: Vec<PathBuf>, many: &ManyArgs) -> Result<Vec<PathBuf>, InputError> {
+        self.labels.iter().try_fold(logs, |logs, labels| labeled(logs, labels, many))
+    }
+
     /// Where the labels are, as the library takes it.
     pub fn of_session(&self) -> Labels {
         let labels = self.labels.as_ref().map_or_else(Labels::default, Labels::file);
         let labels = self.track.into_iter().fold(labels, |labels, track| labels.track(track.into()));
         self.map.iter().fold(labels, Labels::map)
     }
+}
+
+/// Those recordings that have a label file in a folder; all where it is no folder of label files.
+///
+/// # Errors
+/// When none has one.
+pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ManyArgs) -> Result<Vec<PathBuf>, InputError> {
+    if logs.len() < 2 || !labels.is_dir() || formats::is_set(labels) {
+        return Ok(logs);
+    }
+    let all = logs.len();
+    let (with, without): (Vec<PathBuf>, Vec<PathBuf>) =
+        logs.into_iter().partition(|log| label_file(labels, log).is_ok());
+    if let (true, Some(log)) = (with.is_empty(), without.first()) {
+        label_file(labels, log)?;
+    }
+    if !without.is_empty() {
+        let (count, folder) = (without.len(), labels.display());
+        many.warn(&format!("{count} of {all} recordings have no label file in {folder}: they are left out"));
+    }
+    Ok(with)
 }
 
 /// Reads a text.

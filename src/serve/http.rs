@@ -17,7 +17,7 @@ pub const MAX_BODY: usize = 8 << 20;
 /// How long a connection may be silent.
 const SILENCE: Duration = Duration::from_secs(30);
 /// Nothing but what this server has: no script in the page itself, no frame around it, nothing from elsewhere. Colors of bars are attributes.
-const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data:; \
+const POLICY: &str = "default-src 'none'; style-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data:; \
      media-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
 /// What was asked.
@@ -96,6 +96,8 @@ pub struct Connection {
     stream: TcpStream,
     /// What was read and not used yet.
     buffer: Vec<u8>,
+    /// Where scripts of its pages may come from.
+    scripts: &'static str,
 }
 
 /// Why there is no request.
@@ -107,12 +109,13 @@ pub enum NoRequest {
 }
 
 impl Connection {
-    /// A connection that was accepted.
-    pub fn new(stream: TcpStream) -> Result<Self> {
+    /// A connection that was accepted; whether scripts of its pages compile WebAssembly.
+    pub fn new(stream: TcpStream, compiles: bool) -> Result<Self> {
         stream.set_read_timeout(Some(SILENCE))?;
         stream.set_write_timeout(Some(SILENCE))?;
         stream.set_nodelay(true)?;
-        Ok(Self { stream, buffer: Vec::new() })
+        let scripts = if compiles { "'self' 'wasm-unsafe-eval'" } else { "'self'" };
+        Ok(Self { stream, buffer: Vec::new(), scripts })
     }
 
     fn fill(&mut self) -> std::result::Result<(), NoRequest> {
@@ -199,10 +202,11 @@ impl Connection {
         let length = part.1 - part.0;
         let closes = request.is_none_or(|request| request.closes);
         let head = format!(
-            "HTTP/1.1 {status} {}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}Content-Security-Policy: {POLICY}\r\n\
+            "HTTP/1.1 {status} {}\r\nContent-Type: {kind}\r\nContent-Length: {length}\r\n{more}Content-Security-Policy: script-src {}; {POLICY}\r\n\
              X-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\nReferrer-Policy: no-referrer\r\nCache-Control: no-store\r\n\
              Cross-Origin-Opener-Policy: same-origin\r\nCross-Origin-Resource-Policy: same-origin\r\nConnection: {}\r\n\r\n",
             reason(status),
+            self.scripts,
             if closes { "close" } else { "keep-alive" },
         );
         self.stream.write_all(head.as_bytes())?;

@@ -18,6 +18,11 @@ pub trait Page: Send + Sync + 'static {
     /// The command that prints the address.
     const COMMAND: &'static str;
 
+    /// Whether scripts of the page compile WebAssembly.
+    fn compiles(&self) -> bool {
+        false
+    }
+
     /// Answers a request for a path below the token; whether it may change something.
     fn answer(&self, request: &Request, path: &str, changes: bool) -> Response;
 
@@ -93,7 +98,7 @@ impl Server {
 }
 
 fn converse<P: Page>(stream: TcpStream, gate: &Gate, page: &P) -> std::io::Result<()> {
-    let mut connection = Connection::new(stream)?;
+    let mut connection = Connection::new(stream, page.compiles())?;
     loop {
         match connection.next() {
             Ok(request) => {

@@ -230,7 +230,7 @@ pub fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
         places.find(|place| place.is_file() && (of_log.is_none() || std::fs::canonicalize(place).ok() != of_log));
     found.ok_or_else(|| {
         let names = LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS).map(|ending| format!("{stem}{ending}"));
-        let names: Vec<String> = names.collect();
+        let names: Vec<String> = names.filter(|name| !path.join(name).is_file()).collect();
         let message = format!("the log has no label file: found none of {} in {}", names.join(", "), path.display());
         InputError::new(log.display().to_string(), message)
     })

@@ -77,11 +77,7 @@ impl Labels {
             [track] => Some(track.who),
             _ => None,
         };
-        let labels = match label_file(path, &opened.log)? {
-            #[cfg(feature = "parquet")]
-            file if is_of_set(&file) => atoms::read(&file, opened, map, known)?,
-            file => labels::read(&file, &opened.log, &opened.row_time)?,
-        };
+        let labels = read_labels(&label_file(path, &opened.log)?, opened, map, known)?;
         let mut warnings = Vec::new();
         if labels.contradicted_s > 0.0 {
             let time = fixed(labels.contradicted_s, 3);
@@ -89,6 +85,21 @@ impl Labels {
         }
         Ok((Truth::of_labels(&labels, self.track.or(only), map, known)?, warnings))
     }
+}
+
+/// The labels of a recording in a file; the names of `known` are what the words in the annotations of a LeRobot set may stand for.
+#[cfg_attr(not(feature = "parquet"), expect(unused_variables, reason = "only data sets have words"))]
+pub(crate) fn read_labels(
+    file: &Path,
+    opened: &Opened,
+    map: &NameMap,
+    known: &Known,
+) -> Result<labels::Labels, InputError> {
+    #[cfg(feature = "parquet")]
+    if is_of_set(file) {
+        return atoms::read(file, opened, map, known);
+    }
+    labels::read(file, &opened.log, &opened.row_time)
 }
 
 fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {
@@ -110,7 +121,7 @@ pub fn is_of_several(path: &Path) -> bool {
 
 /// Whether a file has the labels of all episodes of a LeRobot set.
 #[cfg(any(feature = "cli", feature = "parquet"))]
-fn is_of_set(path: &Path) -> bool {
+pub(crate) fn is_of_set(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
 }
 

@@ -104,6 +104,12 @@ pub fn read(opened: &Opened, only: Option<Who>) -> Result<Labels, InputError> {
     let text = text::read(&path, MAX_BYTES)?;
     let said = said(&text);
     let found = labels::read(&path, &opened.log, &opened.row_time)?;
+    // What is read of such rows is not what stands there, and would be saved.
+    if found.contradicted_s > 0.0 {
+        let time = number(found.contradicted_s);
+        let message = format!("{time} s have two labels that differ");
+        return Err(InputError::new(&found.file, message).help("change the rows that overlap in an editor"));
+    }
     let lines = found.intervals.into_iter().map(|interval| {
         let track = interval.track.or(only).ok_or_else(|| {
             let message = "the row does not say which hand it is about, and the recording has several tracks";

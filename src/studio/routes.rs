@@ -231,7 +231,7 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
         found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));
     Ok(json!({
         "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest(), "who": studio.who,
-        "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
+        "colors": page::colors_of(rules.set()), "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
         "params": tune::params(loaded.now.rules().set()), "videos": videos.collect::<Vec<_>>(), "against": against,
     }))
 }

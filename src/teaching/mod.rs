@@ -2,11 +2,12 @@
 //!
 //! `servo` steps the world at 1 kHz of real time in a thread of its own, and is the only place of the program that reads a clock. `socket` takes what hands
 //! are asked for and sends what is felt and seen, in the messages of `protocol`; `labels` runs the rules on what is being recorded; `writing` writes recordings
-//! and lets the robot perform them; `routes` has the files of the page.
+//! and lets the robot perform them; `routes` has the files of the page, and `camera` those that find hands in pictures.
 //!
 //! Invariants: the servo waits for nobody, and nothing that comes from a socket makes memory grow: a later message replaces an earlier one.
 
 mod begin;
+mod camera;
 mod heed;
 mod labels;
 mod options;
@@ -21,6 +22,7 @@ mod tracks;
 mod writing;
 
 pub use begin::begin;
+pub use camera::HandFinder;
 pub use options::Options;
 pub use punctuality::Punctuality;
 pub use routes::Shown;

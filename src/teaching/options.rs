@@ -1,5 +1,6 @@
 //! The options of `teach --live`.
 
+use super::camera::HandFinder;
 use super::takes::Performed;
 use crate::base::scene::Scene;
 use crate::session::RulesOptions;
@@ -17,6 +18,8 @@ pub struct Options {
     pub inputs: Vec<PathBuf>,
     /// The rules that label what is recorded.
     pub rules: RulesOptions,
+    /// What finds hands in the pictures of a camera.
+    pub camera: Option<HandFinder>,
     /// Lets the robot perform a recording; a sentence where it cannot. The part that is done is reported now and then.
     #[allow(clippy::type_complexity, reason = "it is named nowhere else")]
     pub perform: Box<dyn Fn(&Path, &mut dyn FnMut(f64)) -> Result<Performed, String> + Send + Sync>,

@@ -11,7 +11,7 @@ use std::net::TcpStream;
 use std::sync::Arc;
 
 /// The modules of the page, by name.
-const MODULES: [(&str, &str); 8] = [
+const MODULES: [(&str, &str); 9] = [
     ("teach.js", include_str!("page/teach.js")),
     ("socket.js", include_str!("page/socket.js")),
     ("space.js", include_str!("page/space.js")),
@@ -20,6 +20,7 @@ const MODULES: [(&str, &str); 8] = [
     ("pad.js", include_str!("page/pad.js")),
     ("show.js", include_str!("page/show.js")),
     ("headset.js", include_str!("page/headset.js")),
+    ("camera.js", include_str!("page/camera.js")),
 ];
 
 /// Teaching as a page.
@@ -27,6 +28,10 @@ pub struct Shown(pub Arc<Teaching>);
 
 impl Page for Shown {
     const COMMAND: &'static str = "teach --live";
+
+    fn compiles(&self) -> bool {
+        self.0.options.camera.is_some()
+    }
 
     fn answer(&self, _request: &Request, path: &str, changes: bool) -> Response {
         let text = |kind, text: &str| Response { status: 200, kind, content: Content::Bytes(text.as_bytes().to_vec()) };
@@ -51,10 +56,12 @@ impl Page for Shown {
                 let replay = lock(&self.0.takes).replay();
                 replay.map_or_else(nothing, |replay| Response::json(&replay))
             }
-            _ => MODULES
-                .iter()
-                .find(|(known, _)| *known == path)
-                .map_or_else(nothing, |(_, module)| text("text/javascript; charset=utf-8", module)),
+            _ => {
+                let of_camera = || self.0.options.camera.as_ref()?.file(path.strip_prefix("camera/")?);
+                let module = MODULES.iter().find(|(known, _)| *known == path);
+                let module = module.map(|(_, module)| text("text/javascript; charset=utf-8", module));
+                module.or_else(of_camera).unwrap_or_else(nothing)
+            }
         }
     }
 
@@ -83,7 +90,8 @@ fn scene(teaching: &Teaching) -> Value {
         let fingers: Vec<&str> = hand.fingers.iter().map(|finger| finger.name()).collect();
         json!({ "side": side.name(), "fingers": fingers, "radius": hand.tip_radius.0 })
     });
-    json!({ "name": teaching.options.name, "bodies": bodies.collect::<Vec<_>>(), "hands": hands.collect::<Vec<_>>() })
+    json!({ "name": teaching.options.name, "bodies": bodies.collect::<Vec<_>>(), "hands": hands.collect::<Vec<_>>(),
+        "camera": teaching.options.camera.is_some() })
 }
 
 fn part(part: &Part) -> Value {

@@ -3,6 +3,8 @@
 
 use crate::browser::Browser;
 use crate::program::{complained, teachtree_in};
+use crate::studio::against::add_other_rules;
+use crate::studio::fit::with_labels;
 use crate::studio::{OPENED, Studio, folder};
 use std::path::Path;
 
@@ -38,6 +40,26 @@ fn the_studio_is_accessible() {
     browser.wait("document.querySelectorAll('#lanes .bar').length > 0");
     browser.eval("document.querySelectorAll('details').forEach((one) => { one.open = true; })");
     is_clean(&mut browser, "a recording");
+}
+
+#[test]
+fn a_fit_and_two_rule_sets_are_accessible() {
+    let folder = with_labels(false);
+    add_other_rules(folder.path());
+    let Some(mut browser) = Browser::start() else { return };
+    let args =
+        ["logs", "--binding", "lift.yaml", "--each", "--rules", "contact.rules", "--against", "near/contact.rules"];
+    let studio = Studio::start(folder.path(), &args);
+    studio.list();
+    browser.resize(1440, 900);
+    browser.visit(&studio.address);
+    browser.wait("document.querySelector('#recordings [data-at]') !== null");
+    browser.click("[data-at='0']");
+    browser.wait("document.querySelectorAll('#lanes .bar.other').length > 0");
+    browser.click("#tune summary");
+    browser.click("#begin-fit");
+    browser.wait("!document.querySelector('#take-fit').hidden");
+    is_clean(&mut browser, "a fit beside two rule sets");
 }
 
 #[test]

@@ -47,6 +47,14 @@ impl Browser {
         Self::start_with(&["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
     }
 
+    /// The same, with a camera: one that shows a file of JPEG pictures, or a pattern that moves.
+    pub fn start_with_camera(pictures: Option<&Path>) -> Option<Self> {
+        let pictures = pictures.map(|file| format!("--use-file-for-fake-video-capture={}", file.display()));
+        let camera = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"];
+        let drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+        Self::start_with(&[&drawing[..], &camera, &pictures.as_deref().into_iter().collect::<Vec<_>>()].concat())
+    }
+
     fn start_with(flags: &[&str]) -> Option<Self> {
         let Some(program) = installed().filter(|_| cfg!(unix)) else {
             // Past the capture of the harness: whoever runs the tests shall see it.

@@ -76,6 +76,10 @@ fn the_files_of_the_repository_keep_to_the_schemas() {
         let text = std::fs::read_to_string(file).unwrap();
         let document: Value = serde_yaml::from_str(&text).unwrap();
         let Some(kind) = kind_of(file, &document) else { continue };
+        // The first line names the schema to an editor.
+        let named = text.lines().next().and_then(|line| line.strip_prefix("# yaml-language-server: $schema="));
+        let place = named.and_then(|named| file.parent()?.join(named).canonicalize().ok());
+        assert_eq!(place, Some(root().join(format!("schemas/{kind}.schema.json"))), "{}", file.display());
         counts.iter_mut().find(|(name, _)| *name == kind).unwrap().1 += 1;
         pairs.push((schema(kind), document));
     }

@@ -103,6 +103,8 @@ mod studio;
 #[cfg(feature = "world")]
 mod subjects;
 #[cfg(all(feature = "teach", unix))]
+mod teach_camera;
+#[cfg(all(feature = "teach", unix))]
 mod teach_live;
 #[cfg(all(feature = "teach", unix))]
 mod teach_page;

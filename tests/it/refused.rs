@@ -35,38 +35,38 @@ fn sizes_and_masses_that_nothing_has_are_refused_at_their_line() {
         (
             "[15 mm, 80 mm]",
             "[1e-9 mm, 80 mm]",
-            "scene.yaml:5:121: bodies.peg.parts.0: has a radius of 1e-12 m, expected 0.1 mm to 10 m",
+            "scene.yaml:6:121: bodies.peg.parts.0: has a radius of 1e-12 m, expected 0.1 mm to 10 m",
         ),
         (
             "[15 mm, 80 mm]",
             "[15 mm, 1e300 m]",
-            "scene.yaml:5:121: bodies.peg.parts.0: has a height of 1e300 m, expected 0.1 mm to 10 m",
+            "scene.yaml:6:121: bodies.peg.parts.0: has a height of 1e300 m, expected 0.1 mm to 10 m",
         ),
         (
             "{box: [30 mm, 40 mm, 40 mm], at: [21.5668 mm, 21.",
             "{box: [30 mm, 11 m, 40 mm], at: [21.5668 mm, 21.",
-            "scene.yaml:16:5: bodies.holder.parts.1: has an edge of 11 m",
+            "scene.yaml:17:5: bodies.holder.parts.1: has an edge of 11 m",
         ),
-        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:5:29: bodies.peg.mass: found 1e300 kg, expected 0.1 g to 1000 kg"),
+        ("mass: 40 g", "mass: 1e300 kg", "scene.yaml:6:29: bodies.peg.mass: found 1e300 kg, expected 0.1 g to 1000 kg"),
         (
             "mass: 40 g, ",
             "",
-            "scene.yaml:5:8: bodies.peg: is an object without mass, expected one such as `mass: 50 g`",
+            "scene.yaml:6:8: bodies.peg: is an object without mass, expected one such as `mass: 50 g`",
         ),
         (
             "mass: 40 g, friction: 0.2",
             "mass: 40 g, friction: 55",
-            "scene.yaml:5:45: bodies.peg.friction: found 55, expected 0 to 10",
+            "scene.yaml:6:45: bodies.peg.friction: found 55, expected 0 to 10",
         ),
         (
             "position: [-90 mm",
             "position: [-1e300 m",
-            "scene.yaml:5:60: bodies.peg.position: found -1e300 m, expected at most 1000 m",
+            "scene.yaml:6:60: bodies.peg.position: found -1e300 m, expected at most 1000 m",
         ),
         (
             "tip_radius: 10 mm",
             "tip_radius: 10 m",
-            "scene.yaml:24:56: hands.right.tip_radius: found 10 m, expected 0.1 mm to 100 mm",
+            "scene.yaml:25:56: hands.right.tip_radius: found 10 m, expected 0.1 mm to 100 mm",
         ),
     ] {
         let scene = file(&folder, "scene.yaml", &sound.replacen(from, to, 1));

@@ -75,6 +75,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let tour = "use \"contact.rules\"\ntask tour = push_and_trace+\n";
     std::fs::write(folder.path().join("tour.rules"), tour).unwrap();
 
+    std::fs::write(folder.path().join("mika.csv"), "label,start_s,end_s\nA,0,1\nB,1,3\n").unwrap();
+    std::fs::write(folder.path().join("noor.csv"), "label,start_s,end_s\nA,0,1.5\nB,1.5,2\n").unwrap();
     let mut documents = vec![
         run(&["analyze", "two.csv", "--format", "json"]),
         run(&["analyze", "cut.csv", "--format", "json"]),
@@ -85,6 +87,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
         run(&["explain", "one.csv", "--rules", "tour.rules", "--at", "5s", "--format", "json"]),
         run(&["inspect", "two.csv", "--format", "json"]),
         run(&["score", "one.csv", "two.csv", "--format", "json"]),
+        run(&["agree", "mika.csv", "noor.csv", "one.csv", "--format", "json"]),
         run(&["fit", "one.csv", "cut.csv", "--params", "press_on", "--anyway", "--format", "json"]),
         run(&["check", "wrong.rules", "--format", "json"]),
         std::fs::read_to_string(folder.path().join("commands.json")).unwrap(),

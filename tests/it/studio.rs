@@ -1,8 +1,8 @@
 //! The studio: its server as a program sees it, and its page in a real browser.
 
-mod against;
+pub mod against;
 mod editor;
-mod fit;
+pub mod fit;
 mod labels;
 mod page;
 mod server;

@@ -17,17 +17,17 @@ fn visited(folder: &Path, scene: &str) -> Option<(Browser, Teaching)> {
 }
 
 /// Waits until the scene is drawn, and what there is on the page is at hand.
-fn shown(browser: &mut Browser) {
+pub fn shown(browser: &mut Browser) {
     browser.wait("document.querySelector('#servo')?.textContent.includes('kHz')");
     browser.eval("import('./teach.js').then((module) => { window.page = module.page; })");
     browser.wait("Boolean(window.page?.hands?.hand.at)");
 }
 
-fn no_complaints(browser: &Browser) {
+pub fn no_complaints(browser: &Browser) {
     assert!(browser.complaints.is_empty(), "{:#?}", browser.complaints);
 }
 
-fn numbers(browser: &mut Browser, expression: &str) -> Vec<f64> {
+pub fn numbers(browser: &mut Browser, expression: &str) -> Vec<f64> {
     browser.eval(expression).as_array().unwrap().iter().map(|number| number.as_f64().unwrap()).collect()
 }
 

@@ -126,8 +126,18 @@ impl Kind {
 
     /// How many lines or messages may wait.
     pub fn most_waiting(self) -> usize {
-        // Several topics send at a time, and images are not among them.
-        if self.has_topics() { 8192 } else { 256 }
+        match self {
+            // Several topics send at a time, and images are not among them.
+            _ if self.has_topics() => 8192,
+            // These do not wait while the rows of the calibration are analyzed.
+            Self::Datagrams => 4096,
+            _ => 256,
+        }
+    }
+
+    /// When so many wait, the newest frames are not labeled, until only so many do.
+    pub fn late(self) -> [usize; 2] {
+        if self.has_topics() { [4096, 512] } else { [128, 16] }
     }
 
     /// Whether it has topics, each with messages of its own.

@@ -13,7 +13,7 @@ use crate::robot::{self, Robot};
 use crate::serve::Server;
 use crate::session::{Log, RulesOptions};
 use crate::stream::atomic_write;
-use crate::teaching::{self, Options, Performed, Punctuality, Shown, Teaching};
+use crate::teaching::{self, HandFinder, Options, Performed, Punctuality, Shown, Teaching};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -38,6 +38,9 @@ pub struct LiveArgs {
     /// With --live: rule files that label what is recorded; the shipped ones when left out
     #[arg(long = "rules", value_name = "FILE")]
     rules: Vec<PathBuf>,
+    /// With --live: the folder of the npm package @mediapipe/hands; the page then follows your hands by a camera
+    #[arg(long, value_name = "FOLDER")]
+    camera: Option<PathBuf>,
     /// With --live: the address under which a proxy on this machine shows the page to others with TLS, such as https://teach.example.org
     #[arg(long, value_name = "ORIGIN", value_parser = origin)]
     behind: Option<String>,
@@ -53,6 +56,7 @@ impl LiveArgs {
             ("--port", self.port.is_some()),
             ("--no-open", self.no_open),
             ("--rules", !self.rules.is_empty()),
+            ("--camera", self.camera.is_some()),
             ("--behind", self.behind.is_some()),
         ];
         match given.into_iter().find(|(_, is_given)| *is_given && !self.live) {
@@ -88,6 +92,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         out,
         inputs,
         rules: rules.clone(),
+        camera: args.live.camera.as_deref().map(HandFinder::open).transpose()?,
         perform: Box::new(move |file, progress| perform(file, &rules, &robot, progress)),
     };
     let (teaching, ended) = teaching::begin(options).map_err(|error| in_scene(&args.scene, error))?;

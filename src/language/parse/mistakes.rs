@@ -106,6 +106,9 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         let comma = scan.span(found.saturating_sub(1), found);
         return finding.fix("a demand follows its primitive without a comma", comma, "");
     }
+    if expects(&[Rule::comma]) && word == "last" {
+        return finding.fix("write `over` before `last`", gap, " over ");
+    }
     if expects(&[Rule::comma]) && !expects(&[Rule::demand]) && kind(found) == Some(Kind::Word) {
         return finding.fix("write `,` between them", gap, ", ");
     }

@@ -20,6 +20,7 @@ use crate::analysis::{Analysis, Segment, Track};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::engine::inspect::Inspector;
+use crate::language::Rules;
 use changes::Book;
 use decimate::rounded;
 use serde_json::{Map, Value, json};
@@ -162,6 +163,16 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
 }
 
 /// The colours of the primitives that there are.
+/// The colors of all labels that rules can give, by name.
+pub fn colors_of(rules: &Rules) -> Map<String, Value> {
+    let color = |label| {
+        let name = rules.label_name(label);
+        let color = palette::color(&name, rules.meaning_for(label, None)).hex();
+        (name, color.into())
+    };
+    rules.labels().map(color).collect()
+}
+
 fn colors(tracks: &[Track]) -> Map<String, Value> {
     let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabeled));
     segments

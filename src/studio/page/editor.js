@@ -133,6 +133,8 @@ async function run() {
   drawFindings();
   bar();
   if (again) { again = false; return run(); }
+  // What was typed in the meantime runs when its pause is over.
+  if (unsent) return;
   clearTimeout(later);
   // Explanations and shades follow when the hand rests.
   later = setTimeout(() => { if (current.at === at && isSound() && !refused && !unsent) open(at); }, 900);

@@ -3,14 +3,14 @@
 import { added, draw, escaped, fitting, GUTTER, lanes, plotWidth, seconds, setTime, state, view } from "./bench.js";
 import { effective, moved, replaced } from "./lines.js";
 import { current, onOpen } from "./recording.js";
-import { get, post, put } from "./server.js";
+import { get, post, put, say as sayAt } from "./server.js";
 
 const BAR = 20, GAP = 3, INK = "#16191f", AUTO = "#9aa4b2";
 const byId = (id) => document.getElementById(id);
 const place = byId("labeling"), name = byId("label-name"), who = byId("label-by"), status = byId("label-status"), conflict = byId("conflict");
 
 /** The lines that are shown, the version of the file that they came from, and what they were before. */
-const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined };
+const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined, unreadable: undefined };
 
 const tracks = () => view.data.tracks;
 const sign = () => ({ by: who.value.trim(), at: new Date().toISOString().slice(0, 19) + "Z" });
@@ -21,7 +21,7 @@ const spansOf = (number, kind) => effective(tracks()[number], labels.shown || la
 const nameOf = { primitive: "labels", task: "label tasks" };
 
 function colorOf(number, kind, label) {
-  if (kind === "primitive") return view.data.colors[label] || AUTO;
+  if (kind === "primitive") return current.answer?.colors[label] || AUTO;
   return tracks()[number].tasks.find((task) => task.task === label)?.color || AUTO;
 }
 
@@ -103,7 +103,8 @@ function bar() {
   byId("undo").disabled = !labels.undo.length;
   byId("redo").disabled = !labels.redo.length;
   const pinned = labels.lines.filter((line) => line.pinned).length;
-  status.textContent = labels.theirs ? "not saved" : labels.saving || labels.unsaved ? "saving …" : `${pinned} pinned label${pinned === 1 ? "" : "s"}${labels.version ? ", saved" : ""}`;
+  if (labels.unreadable) return say(labels.unreadable, true);
+  say(labels.theirs ? "not saved" : labels.saving || labels.unsaved ? "saving …" : `${pinned} pinned label${pinned === 1 ? "" : "s"}${labels.version ? ", saved" : ""}`);
 }
 
 // ---- changing
@@ -184,8 +185,8 @@ const commands = {
   },
 };
 
-function say(text) {
-  status.textContent = text;
+function say(text, isWrong = false) {
+  sayAt(status, text, isWrong);
 }
 
 // ---- saving: one request at a time, the last state wins
@@ -208,7 +209,7 @@ async function save() {
     } else {
       labels.saving = undefined;
       bar();
-      return say(error.message);
+      return say(error.message, true);
     }
   }
   labels.saving = undefined;
@@ -337,8 +338,41 @@ document.addEventListener("keydown", (event) => {
 });
 
 for (const id of ["undo", "redo", "split", "merge", "unknown", "release", "accept"]) byId(id).addEventListener("click", () => commands[id]());
-name.addEventListener("change", () => { if (name.value) commands.rename(name.value); });
-name.addEventListener("keydown", (event) => { if (event.key === "Escape") name.blur(); });
+// Letters choose in the list as they are typed, which Enter takes; by pointer a choice is taken at once.
+let isTyped = false;
+function take() {
+  isTyped = false;
+  if (name.value) commands.rename(name.value);
+}
+/** The keys are about the label again. */
+function leave() {
+  const { number, kind, at } = labels.selected || {};
+  const label = lanes.querySelector(`[data-label="${number} ${kind} ${at}"]`);
+  if (label) label.focus({ preventScroll: true });
+  else name.blur();
+}
+name.addEventListener("pointerdown", () => { isTyped = false; });
+name.addEventListener("change", () => {
+  if (isTyped) return;
+  take();
+  leave();
+});
+name.addEventListener("blur", () => { if (isTyped) take(); });
+name.addEventListener("keydown", (event) => {
+  if (event.key === "Enter" || event.key === "Escape") {
+    if (event.key === "Escape") {
+      isTyped = false;
+      bar();
+    } else if (isTyped) {
+      take();
+    }
+    leave();
+    event.preventDefault();
+    event.stopPropagation();
+  } else if (event.key !== "Tab" && event.key !== "Shift") {
+    isTyped = true;
+  }
+});
 
 who.value = localStorage.getItem("teachtree.who") || "";
 who.addEventListener("change", () => localStorage.setItem("teachtree.who", who.value.trim()));
@@ -349,7 +383,7 @@ async function write(form, replace) {
   } catch (error) {
     // A file that is there may have been corrected elsewhere.
     if (error.status === 409 && confirm(`${error.message}. Replace it?`)) return write(form, true);
-    say(error.message);
+    say(error.message, true);
   }
 }
 for (const form of ["elan", "lerobot"]) byId(`export-${form}`).addEventListener("click", () => write(form, false));
@@ -361,8 +395,7 @@ onOpen((answer, again) => {
   if (again && (labels.saving || labels.unsaved || labels.theirs)) return;
   if (!again) Object.assign(labels, { undo: [], redo: [], selected: undefined, theirs: undefined });
   conflict.hidden = !labels.theirs;
-  Object.assign(labels, { lines: answer.labels?.lines || [], version: answer.labels?.version || "", shown: undefined });
+  Object.assign(labels, { lines: answer.labels?.lines || [], version: answer.labels?.version || "", shown: undefined, unreadable: answer.label_error });
   name.dataset.kind = "";
   bar();
-  if (answer.label_error) say(answer.label_error);
 });

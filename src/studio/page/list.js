@@ -27,7 +27,7 @@ export function listen(open) {
 export function take(next) {
   list = next;
   fill(filters.task, "any task", list.recordings.flatMap((one) => (one.tasks || []).map(([, task]) => task.split(" ")[0])));
-  fill(filters.issue, "any issue or none", list.recordings.flatMap((one) => one.issues || []), [["!", "with an issue"], ["-", "without issues"]]);
+  fill(filters.issue, "any issues", list.recordings.flatMap((one) => one.issues || []), [["!", "with an issue"], ["-", "without issues"]]);
   offerOrder();
   draw();
 }
@@ -97,7 +97,7 @@ function row(number) {
   }
   const numbers = [];
   if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${percent(one.confidence)}</span>`);
-  if (one.issue_count) numbers.push(`<span class="issues" title="${escaped((one.issues || []).join(", "))}">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}</span>`);
+  if (one.issue_count) numbers.push(`<span class="issues" title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
   if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
   if (one.against?.error) numbers.push(`<span class="no" title="${escaped(one.against.error)}">other rules do not run</span>`);

@@ -1,6 +1,6 @@
 // The recording that is open: what the server knows of it, drawn by the scripts of the report.
 
-import { load, nameOf, panels, seconds, setTime, show, state, view } from "./bench.js";
+import { escaped, load, nameOf, panels, seconds, setTime, show, state, view } from "./bench.js";
 import { get, tell } from "./server.js";
 
 const byId = (id) => document.getElementById(id);
@@ -36,6 +36,10 @@ export async function open(at, to = {}) {
   const { data } = answer;
   byId("title").textContent = answer.name;
   byId("facts").textContent = `${seconds(data.end - data.start)} at ${Number(data.rate.toPrecision(4))} Hz; rules ${answer.rules.join(", ")}`;
+  const issues = byId("issues"), count = data.issues.length;
+  issues.hidden = !count;
+  issues.querySelector("summary").textContent = `${count} issue${count === 1 ? "" : "s"} of the recording`;
+  issues.querySelector("ul").innerHTML = data.issues.map(([start, end, kind, channel, message]) => `<li>${escaped(`${kind} ${channel}: ${message}`)} <span class="quiet">${start.toFixed(3)} – ${seconds(end)}</span></li>`).join("");
   document.title = `${answer.name} – teachtree studio`;
   load(data, titles);
   listeners.forEach((opened) => opened(answer, Boolean(again)));

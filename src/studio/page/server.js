@@ -16,10 +16,17 @@ export const get = (path) => ask("GET", path);
 export const put = (path, body) => ask("PUT", path, body);
 export const post = (path, body) => ask("POST", path, body);
 
+/** Shows a sentence at a place; one that is wrong in the color of errors, a report with its lines. */
+export function say(place, text = "", isWrong = false) {
+  place.textContent = text;
+  place.classList.toggle("wrong", isWrong);
+  place.classList.toggle("report", text.includes("\n"));
+}
+
 const message = document.getElementById("message");
 
 /** Shows a sentence above the recording; nothing takes it away. */
 export function tell(text = "") {
-  message.textContent = text;
+  say(message, text, true);
   message.hidden = !text;
 }

@@ -7,7 +7,7 @@ import "./fit.js";
 import { follow as followLabels } from "./labels.js";
 import * as list from "./list.js";
 import { current, open } from "./recording.js";
-import { get, tell } from "./server.js";
+import { get, say, tell } from "./server.js";
 import "./tune.js";
 import "./video.js";
 
@@ -53,8 +53,9 @@ function agreement(next) {
     const changed = next.better || next.worse ? `; ${next.better} better, ${next.worse} worse` : "";
     parts.push(`${parts.length ? "in" : "Agrees with the labels: in"} ${next.labeled} recordings ${words(next.score, next.base)}${changed}`);
   }
-  place.textContent = parts.join("; ");
-  place.hidden = !parts.length;
+  const wrong = row?.score_error;
+  say(place, wrong || parts.join("; ") || "No labels to compare with yet", Boolean(wrong));
+  place.hidden = current.at === undefined;
 }
 
 async function choose(at) {

@@ -2,7 +2,7 @@
 
 import { draw, drawPanel, escaped, panels, readOut, showTracks, signals, view } from "./bench.js";
 import { current, onOpen, open } from "./recording.js";
-import { post, tell } from "./server.js";
+import { post, say, tell } from "./server.js";
 
 const STEPS = 400;
 const byId = (id) => document.getElementById(id);
@@ -11,7 +11,11 @@ const place = byId("params"), filter = byId("filter-params"), state = byId("tune
 let params = [];
 /** The values that differ from the files, by name. */
 const values = {};
-let asking = false, again = false, later;
+let asking = false, again = false, later, typing;
+/** Why the values that are shown are not those that run. */
+let wrong;
+/** A field in which a person types is read after such a pause, ms. */
+const PAUSE = 500;
 
 const valueOf = (param) => values[param.name] ?? param.value;
 const isGeometric = ({ low, high }) => low > 0 && high >= 4 * low;
@@ -27,8 +31,23 @@ function rows() {
 <input type="number" step="any" min="${low}" max="${high}" value="${value}" aria-label="${escaped(text)}"><button type="button" class="reset" aria-label="${escaped(`${name} as in the file`)}" title="as in the file: ${param.value}"${name in values ? "" : " hidden"}>↺</button>
 <input type="range" min="0" max="${STEPS}" value="${Math.round(shareOf(param, value) * STEPS)}" aria-label="${escaped(text)}" aria-valuetext="${escaped(`${value} ${unit}`)}"></li>`;
   }).join("");
-  const changed = Object.keys(values).length;
-  byId("write-params").disabled = byId("reset-params").disabled = !changed;
+  offer();
+}
+
+/** Values that run can be written. */
+function offer() {
+  const changed = Object.keys(values).length > 0;
+  byId("write-params").disabled = !changed || Boolean(wrong) || typing !== undefined;
+  byId("reset-params").disabled = !changed && !wrong;
+}
+
+/** Says why what is shown does not run; nothing where it does. */
+function refuse(text, param) {
+  wrong = text;
+  say(state, text, Boolean(text));
+  place.querySelectorAll("[aria-invalid]").forEach((field) => field.removeAttribute("aria-invalid"));
+  if (param) place.querySelector(`[data-param="${CSS.escape(param.name)}"] input[type=number]`)?.setAttribute("aria-invalid", "true");
+  offer();
 }
 
 /** One row as its value is, without taking the focus from what is being moved. */
@@ -42,11 +61,13 @@ function update(param, from) {
     row.classList.toggle("changed", param.name in values);
     row.querySelector(".reset").hidden = !(param.name in values);
   }
-  byId("write-params").disabled = byId("reset-params").disabled = !Object.keys(values).length;
+  offer();
 }
 
 function set(param, value, from) {
-  if (!Number.isFinite(value) || value < param.low || value > param.high) return;
+  clearTimeout(typing);
+  typing = undefined;
+  if (!Number.isFinite(value) || value < param.low || value > param.high) return refuse(`${param.name}: expected ${param.low} to ${param.high}${param.unit ? ` ${param.unit}` : ""}`, param);
   if (value === param.value) delete values[param.name]; else values[param.name] = value;
   update(param, from);
   lines(param);
@@ -77,20 +98,31 @@ async function run() {
   try {
     const { tracks, colors } = await post(`api/recording/${at}/params`, values);
     if (current.at === at) showTracks(tracks, colors);
-    state.textContent = `analyzed in ${Math.round(performance.now() - began)} ms`;
+    refuse();
+    say(state, `analyzed in ${Math.round(performance.now() - began)} ms`);
     tell();
   } catch (error) {
-    state.textContent = error.message;
+    refuse(error.message);
   }
   asking = false;
   if (again) { again = false; return run(); }
+  if (wrong) return;
   // Explanations and shades follow when the hand rests.
   later = setTimeout(() => { if (current.at === at && !held) open(at); }, 700);
 }
 
 place.addEventListener("input", (event) => {
   const param = params.find((one) => one.name === event.target.closest("[data-param]")?.dataset.param);
-  if (param) set(param, event.target.type === "range" ? atShare(param, event.target.value / STEPS) : event.target.valueAsNumber, event.target);
+  if (!param) return;
+  if (event.target.type === "range") return set(param, atShare(param, event.target.value / STEPS), event.target);
+  // Half a number is another number.
+  clearTimeout(typing);
+  typing = setTimeout(() => set(param, event.target.valueAsNumber, event.target), PAUSE);
+  offer();
+});
+place.addEventListener("change", (event) => {
+  const param = params.find((one) => one.name === event.target.closest("[data-param]")?.dataset.param);
+  if (param && typing !== undefined) set(param, event.target.valueAsNumber, event.target);
 });
 place.addEventListener("click", (event) => {
   if (!event.target.closest(".reset")) return;
@@ -110,9 +142,9 @@ byId("write-params").addEventListener("click", async () => {
     const { files } = await post(`api/recording/${current.at}/params/save`, {});
     for (const name of Object.keys(values)) delete values[name];
     await open(current.at);
-    state.textContent = `written: ${files.join(", ")}`;
+    say(state, `written: ${files.join(", ")}`);
   } catch (error) {
-    state.textContent = error.message;
+    say(state, error.message, true);
   }
 });
 byId("reload-rules").addEventListener("click", async () => {
@@ -121,9 +153,10 @@ byId("reload-rules").addEventListener("click", async () => {
     await post("api/rules", {});
     for (const name of Object.keys(values)) delete values[name];
     await open(current.at);
-    state.textContent = "the rule files are read again";
+    refuse();
+    say(state, "the rule files are read again");
   } catch (error) {
-    state.textContent = error.message;
+    say(state, error.message, true);
   }
 });
 

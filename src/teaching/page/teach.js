@@ -1,5 +1,6 @@
 // Teaching by hand: the newest state is drawn, and what the hands are asked for is sent, about 60 times a second.
 
+import { offerCamera } from "./camera.js";
 import { Stage } from "./draw.js";
 import { Hands } from "./hands.js";
 import { offerHeadset } from "./headset.js";
@@ -107,7 +108,7 @@ async function begin() {
       // The arrow is the force of the finger on the object: it ends at the fingertip.
       return length(force) > 0.02 ? [[add(tip, scale(force, PER_NEWTON)), tip, stage.paint.force]] : [];
     }));
-    return { active: hands.active, arrows, colors, target: replay ? undefined : hands.hand.at };
+    return { active: hands.active, arrows, colors, target: replay || hands.isTracked ? undefined : hands.hand.at };
   }
 
   let last = performance.now();
@@ -136,6 +137,8 @@ async function begin() {
   // What hands are asked for does not wait for pictures.
   setInterval(() => hands.send(), 16);
   const headset = offerHeadset(find("headset"), stage, hands, { turn, state: () => state, picture, act });
+  const own = { button: find("camera"), picture: find("camera-picture"), status: find("camera-status") };
+  page.camera = offerCamera(own, stage, hands);
   connect();
   requestAnimationFrame(frame);
 }

@@ -108,7 +108,7 @@ fn the_opening_has_a_closed_form_with_one_motor_and_with_two() {
 #[test]
 fn what_slides_but_is_no_gripper_is_refused() {
     let beside = changed(&[("at: [97 mm, 8 mm, 0 mm]", "at: [97 mm, 8 mm, 3 mm]")]).unwrap_err();
-    assert!(beside.contains("gripper.yaml:19: `index` slides 3.0 mm beside the line of the thumb"), "{beside}");
+    assert!(beside.contains("gripper.yaml:20: `index` slides 3.0 mm beside the line of the thumb"), "{beside}");
     let against = changed(&[("ratio: 1}", "ratio: -1}")]).unwrap_err();
     assert!(against.contains("`index` opens while the thumb closes, and both are driven by one joint"), "{against}");
     let askew = changed(&[("pad: [0, -1, 0]", "pad: [1, -1, 0]")]).unwrap_err();

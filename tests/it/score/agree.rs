@@ -2,6 +2,7 @@
 
 use crate::program::{all_said, complained, teachtree_in};
 use crate::studio::folder;
+use serde_json::json;
 use teachtree::analysis::agreement::{Agreement, Span};
 
 fn spans(rows: &[(&str, f64, f64)]) -> Vec<Span> {
@@ -37,6 +38,38 @@ fn kappa_and_distances_are_those_computed_by_hand() {
     }
 }
 
+/// In JSON, with other names: what is mapped to `mask` is not compared.
+#[test]
+fn the_agreement_is_also_json_and_labels_can_be_renamed() {
+    let folder = folder();
+    std::fs::write(folder.path().join("mika.csv"), ONE.replace("Grasp", "S2")).unwrap();
+    std::fs::write(folder.path().join("noor.csv"), OTHER).unwrap();
+    let args = ["agree", "mika.csv", "noor.csv", "logs/a.csv", "--binding", "lift.yaml"];
+    let json = |more: &[&str]| -> serde_json::Value {
+        let output = teachtree_in(folder.path(), &[&args[..], &["--format", "json"], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", complained(&output));
+        serde_json::from_str(&all_said(&output)).unwrap()
+    };
+    let found = json(&["--map", "S2=Grasp"]);
+    assert_eq!(found["schema"], "teachtree.agreement/1");
+    assert_eq!((&found["people"], &found["tasks"]), (&json!(["mika.csv", "noor.csv"]), &json!(null)));
+    assert_eq!(found["primitives"]["all"]["kappa"], 0.4);
+    assert_eq!(found["primitives"]["confusion"][0], json!({ "first": "Grasp", "second": "Grasp", "frames": 15 }));
+    assert_eq!(found["primitives"]["rows"][0]["log"], "logs/a.csv");
+    let masked = json(&["--map", "S2=mask"]);
+    assert_eq!(masked["primitives"]["all"]["alone_frames"], json!([0, 25]));
+    let output = teachtree_in(folder.path(), &[&args[..], &["--map", "S2=Grasp|Move"]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        complained(&output).contains("mika.csv row 3: `S2` is mapped to 2 names, expected one"),
+        "{}",
+        complained(&output)
+    );
+    let output = teachtree_in(folder.path(), &[&args[..], &["-o", "noor.csv"]].concat());
+    assert_eq!(output.status.code(), Some(2));
+    assert_eq!(std::fs::read_to_string(folder.path().join("noor.csv")).unwrap(), OTHER);
+}
+
 #[test]
 fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
     let folder = folder();
@@ -55,12 +88,15 @@ fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
     assert!(printed.contains("kappa 0.600, the same label on 80.0 % of 150 frames"), "{printed}");
     assert!(printed.contains("logs/c7.csv") && printed.contains("1.000"), "{printed}");
     assert!(said("noor", "mika").contains("kappa 0.600, the same label on 80.0 % of 150 frames"));
-    // A label file that is missing is said, and the others are compared.
+    // What one of them did not label is left out.
     std::fs::remove_file(folder.path().join("noor/b.labels.csv")).unwrap();
-    let args = ["agree", "mika", "noor", "logs", "--binding", "lift.yaml", "-q"];
+    let args = ["agree", "mika", "noor", "logs", "--binding", "lift.yaml"];
     let output = teachtree_in(folder.path(), &args);
-    assert_eq!(output.status.code(), Some(3));
-    assert!(complained(&output).contains("b.csv") && complained(&output).contains("has no label file"));
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(complained(&output), "warning: 1 of 3 recordings have no label file in noor: they are left out\n");
+    assert!(all_said(&output).contains("of 100 frames that both labeled"));
+    let output = teachtree_in(folder.path(), &["agree", "mika", "nobody", "logs", "--binding", "lift.yaml"]);
+    assert!(complained(&output).contains("nobody: there is no such file or folder"), "{}", complained(&output));
     // One file of one recording is not that of several.
     let args = ["agree", "mika/a.labels.csv", "noor", "logs", "--binding", "lift.yaml"];
     assert!(complained(&teachtree_in(folder.path(), &args)).contains("one label file for 3 recordings"));

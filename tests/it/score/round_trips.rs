@@ -141,6 +141,14 @@ fn annotations_of_a_set_are_labels_in_the_words_that_were_written() {
     let (accuracy, ..) = shares(&scored);
     // 10 of 344 frames at 20 Hz.
     assert!((accuracy - 334.0 / 344.0).abs() < 1e-6, "{accuracy}");
+    // Two people, in words of their own.
+    let agreed =
+        teachtree_in(folder.path(), &["agree", "plain", "worded", "set#0", "--binding", "b.yaml", "--format", "json"]);
+    let agreed: Value = serde_json::from_str(&said(&agreed)).unwrap_or_else(|_| panic!("{}", complained(&agreed)));
+    assert_eq!(agreed["primitives"]["all"]["same_frames"], 334, "{agreed:#}");
+    let labels = agreed["primitives"]["labels"].as_array().unwrap();
+    let grasp = labels.iter().find(|label| label["label"] == "Grasp").unwrap();
+    assert_eq!(grasp["boundaries"]["median_ms"], 500.0, "{agreed:#}");
     // A label holds until the next one, a task until the primitive that closes it: a Move behind the Release is none of it.
     let mut moved = document.clone();
     let mut after = moved["episodes"]["0"]["atoms"].as_array().unwrap().last().unwrap().clone();

@@ -7,11 +7,17 @@ use crate::program::{all_said, teachtree_in};
 use serde_json::json;
 use std::path::Path;
 
-/// A folder with recordings, and in `near/` the shipped rules with a `near_on` of 30 mm in the place of 50 mm, by which Approach begins five frames later.
-pub fn with_other_rules() -> tempfile::TempDir {
+/// A folder with recordings, and other rules.
+fn with_other_rules() -> tempfile::TempDir {
     let folder = folder();
+    add_other_rules(folder.path());
+    folder
+}
+
+/// Adds `near/`: the shipped rules with a `near_on` of 30 mm in the place of 50 mm, by which Approach begins five frames later.
+pub fn add_other_rules(folder: &Path) {
     let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules");
-    std::fs::create_dir(folder.path().join("near")).unwrap();
+    std::fs::create_dir(folder.join("near")).unwrap();
     for name in ["contact.rules", "single_hand.rules", "stream.rules"] {
         let text = std::fs::read_to_string(rules.join(name)).unwrap();
         let changed = text.lines().map(|line| match line.starts_with("param near_on") {
@@ -19,9 +25,8 @@ pub fn with_other_rules() -> tempfile::TempDir {
             false => line.to_string(),
         });
         let text = changed.collect::<Vec<_>>().join("\n") + "\n";
-        std::fs::write(folder.path().join("near").join(name), text).unwrap();
+        std::fs::write(folder.join("near").join(name), text).unwrap();
     }
-    folder
 }
 
 const AGAINST: [&str; 6] = ["logs", "--binding", "lift.yaml", "--each", "--against", "near/contact.rules"];

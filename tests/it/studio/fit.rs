@@ -11,7 +11,7 @@ const OPENED: [&str; 6] = ["logs", "--binding", "lift.yaml", "--each", "--rules"
 
 /// A folder with four recordings, in which Approach begins where `near_on` is 30 mm by their labels, and rules in which only that param and the threshold
 /// beside it have a range; with `all` all params keep theirs.
-fn with_labels(all: bool) -> tempfile::TempDir {
+pub fn with_labels(all: bool) -> tempfile::TempDir {
     let folder = folder();
     std::fs::copy(folder.path().join("logs/a.csv"), folder.path().join("logs/d.csv")).unwrap();
     let rules = Path::new(env!("CARGO_MANIFEST_DIR")).join("rules");

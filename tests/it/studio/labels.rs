@@ -51,6 +51,21 @@ fn labels_are_saved_beside_the_recording_and_scored() {
     assert_eq!((emptied.status, file.exists()), (200, false));
 }
 
+/// Rows that overlap are read as less than what stands there, which would then be saved.
+#[test]
+fn a_file_whose_rows_overlap_stays_as_it_is() {
+    let folder = folder();
+    let file = folder.path().join("logs/a.labels.csv");
+    let text = "track,kind,label,start_s,end_s,pinned,by,at\nright,primitive,Move,12,14,pinned,mika,\nright,primitive,Approach,13.5,20,pinned,mika,\n";
+    std::fs::write(&file, text).unwrap();
+    let studio = Studio::start(folder.path(), &OPENED);
+    let said = studio.get("api/recording/0")["label_error"].as_str().unwrap().to_string();
+    assert!(said.contains("0.5 s have two labels that differ"), "{said}");
+    let body = json!({ "base": "", "lines": [line("Grasp", 20.7, 21.0)] });
+    assert_eq!(studio.change("PUT", "api/recording/0/labels", &body).status, 422);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), text);
+}
+
 #[test]
 fn two_windows_do_not_lose_each_others_labels() {
     let folder = folder();
