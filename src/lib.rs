@@ -69,7 +69,10 @@ mod teaching;
 #[cfg(all(not(feature = "internals"), feature = "world"))]
 mod world;
 
-// Tests, benches and measuring examples look behind the interface.
+// Tests, benches, fuzz targets and measuring examples look behind the interface.
+#[cfg(all(feature = "internals", feature = "cli", feature = "net"))]
+#[doc(hidden)]
+pub use cli::foxglove;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod analysis;

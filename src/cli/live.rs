@@ -7,7 +7,7 @@ mod foxglove;
 #[cfg(feature = "net")]
 mod hub;
 #[cfg(feature = "net")]
-mod protocol;
+pub mod protocol;
 #[cfg(feature = "net")]
 mod server;
 mod source;

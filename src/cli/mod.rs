@@ -47,6 +47,9 @@ mod test;
 mod trace;
 mod truth;
 
+#[cfg(all(feature = "internals", feature = "net"))]
+pub use live::protocol as foxglove;
+
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
 use crate::stream::atomic_write;

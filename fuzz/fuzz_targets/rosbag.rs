@@ -1,0 +1,2 @@
+#![no_main]
+teachtree_fuzz::target!(teachtree_fuzz::logs::rosbag);

@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# The short forms of the campaigns of docs/reliability.md: ten minutes in all once everything is built. Fuzzing needs `cargo fuzz` and a nightly toolchain, and
+# is skipped without them; faults of files need `strace`, and are skipped likewise.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+step() { printf '\n== %s (%s s)\n' "$*" "$SECONDS"; }
+
+step "kills, full disks, two programs at once"
+TEACHTREE_KILLS=5 cargo test --test it -- faults::
+
+step "damaged files, and rows that cannot be"
+PROPTEST_CASES=1000 cargo test --test it -- no_damage_to never_panics::
+
+step "the engine against the reference"
+PROGRAMS=500 cargo test --test it -- --ignored many_programs
+
+step "silent changes"
+cargo run --release --example damage -- 5
+
+if cargo fuzz --version >/dev/null 2>&1 && cargo +nightly --version >/dev/null 2>&1; then
+    step "seeds"
+    python3 fuzz/seeds.py
+    fuzz/run.sh 8
+else
+    step "fuzzing is skipped: it needs cargo-fuzz and a nightly toolchain"
+fi
+step "all campaigns are over"
