@@ -39,13 +39,10 @@ pub fn binding(data: &[u8]) {
         file("foreign.csv", text.as_bytes());
         let mut lines = text.lines();
         let titles: Vec<&str> = lines.next().expect("titles").split(',').collect();
-        let row = |line: &str| {
-            titles
-                .iter()
-                .zip(line.split(','))
-                .map(|(title, cell)| (title.to_string(), cell.parse().unwrap_or(f64::NAN)))
-        };
-        lines.map(|line| row(line).collect()).collect()
+        let number = |cell: &str| cell.parse().unwrap_or(f64::NAN);
+        let row =
+            |line: &str| titles.iter().zip(line.split(',')).map(|(it, cell)| (it.to_string(), number(cell))).collect();
+        lines.map(row).collect()
     });
     let rows = &*ROWS;
     let binding = file("fuzz.binding.yaml", data);

@@ -14,7 +14,9 @@ const HEAD: usize = 1 + 4 + 8;
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct Advertised {
+    /// Its number.
     pub id: u64,
+    /// Its name.
     pub topic: String,
     #[serde(default)]
     encoding: String,
@@ -48,8 +50,11 @@ impl Advertised {
 /// What a server sends as text.
 #[derive(Debug)]
 pub enum FromServer {
+    /// Channels that are new.
     Advertise(Vec<Advertised>),
+    /// Numbers of channels that are gone.
     Unadvertise(Vec<u64>),
+    /// Anything else.
     Other,
 }
 
@@ -155,7 +160,9 @@ pub fn data(subscription: u32, time_ns: u64, payload: &[u8]) -> Vec<u8> {
 pub enum FromClient {
     /// Numbers of subscriptions, and their channels.
     Subscribe(Vec<(u32, u64)>),
+    /// Numbers of subscriptions.
     Unsubscribe(Vec<u32>),
+    /// Anything else.
     Other,
 }
 
