@@ -12,7 +12,7 @@ use std::path::Path;
 const PICTURE: &[u8] = include_bytes!("../fixtures/camera/right_hand.jpg");
 /// Where its tips of thumb, index and middle finger, and its wrist, are in the frame of the camera: to the right of the picture, down, away, m.
 const POINTS: [[f64; 3]; 4] =
-    [[0.0061, 0.0632, 0.4773], [-0.0799, 0.0048, 0.4792], [-0.0885, -0.022, 0.4798], [0.0662, -0.0147, 0.3926]];
+    [[0.006, 0.063, 0.477], [-0.08, 0.005, 0.479], [-0.089, -0.022, 0.48], [0.066, -0.015, 0.393]];
 
 fn distance(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
