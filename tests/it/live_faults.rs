@@ -168,3 +168,59 @@ fn what_lasts_too_long_is_final_in_parts() {
     let last = rows.rows.last().unwrap()[0];
     assert!(ends.values().all(|end| (end - last).abs() < 0.02), "{ends:?} {last}");
 }
+
+/// One cell that is wrong, two, or the last one, is reported as of a whole log, and changes no segment and no task.
+#[test]
+fn a_sample_that_cannot_be_is_reported_and_changes_nothing() {
+    let plain = Rows::of(&demonstration("pick_and_place"));
+    let (rules, calibration) = learned(&plain);
+    let named = |rows: &Rows| {
+        let [before, after] = events(rows, &rules, &calibration);
+        let all = || before.iter().chain(&after);
+        let segments = all().filter(|event| event.is_final()).filter_map(LiveEvent::segment);
+        let mut names: Vec<String> = segments.map(|it| format!("{} {:?}", it.primitive(), it.object())).collect();
+        names.extend(all().filter(|it| it.is_final()).filter_map(LiveEvent::task).map(|it| it.name().to_string()));
+        let issues: Vec<String> = all()
+            .filter_map(LiveEvent::issue)
+            .filter(|issue| issue.kind != "not_a_number")
+            .map(|issue| format!("{} {}", issue.kind.name(), issue.channel))
+            .collect();
+        (names, issues)
+    };
+    let (wanted, none) = named(&plain);
+    assert!(wanted.len() > 6 && none.is_empty(), "{wanted:?} {none:?}");
+    let last = plain.rows.len() - 1;
+    type Change = fn(f64) -> f64;
+    let lost: Change = |value| (value * 1e6).round();
+    let cases: [(&str, &[usize], Change, &str); 9] = [
+        ("box.velocity.y", &[1900], lost, "impossible_jump box.velocity"),
+        ("box.angular_velocity.z", &[1900], |_| 30.0, "impossible_jump box.angular_velocity"),
+        ("contact.box.base.force.z", &[100], |value| value * 1e4, "impossible_jump contact.box.base.force"),
+        ("right.thumb.position.x", &[1900, 1901], |_| 2.0, "impossible_jump right.thumb.position"),
+        ("right.thumb.force.y", &[400], |_| 900.0, "impossible_jump right.thumb.force"),
+        ("box.position.z", &[0], |_| 1.0, "impossible_jump box.position"),
+        ("box.position.z", &[last], |_| 1.0, "impossible_jump box.position"),
+        ("box.rotation.w", &[1900], lost, "implausible_rotation box.rotation"),
+        ("box.rotation.w", &[1900], |value| value * 3.0, "implausible_rotation box.rotation"),
+    ];
+    for (column, at, change, reported) in cases {
+        let mut rows = plain.clone();
+        let column_at = rows.titles.iter().position(|title| title == column).unwrap();
+        at.iter().for_each(|at| rows.rows[*at][column_at] = change(rows.rows[*at][column_at]));
+        let (names, issues) = named(&rows);
+        assert_eq!(issues, [reported], "{column} {at:?}");
+        assert_eq!(names, wanted, "{column} {at:?}");
+    }
+}
+
+/// What changes for good was measured, and no row waits for more than a moment.
+#[test]
+fn what_changes_and_stays_is_no_fault_of_a_row() {
+    let mut rows = Rows::of(&demonstration("pick_and_place"));
+    let (rules, calibration) = learned(&rows);
+    let column = rows.titles.iter().position(|title| title == "right.thumb.force.y").unwrap();
+    rows.rows[1900..1903].iter_mut().for_each(|row| row[column] = 900.0);
+    let [before, after] = events(&rows, &rules, &calibration);
+    assert_eq!(issues(before.iter().chain(&after)), Vec::<String>::new());
+    assert_eq!(crate::live_log::reported(before.iter().chain(&after)), whole(&rules.analyze(&rows.log()).unwrap()));
+}

@@ -22,7 +22,7 @@ use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::Run;
 use crate::graph::{Graph, lower};
 use crate::stream::issue::{Issue, IssueKind};
-use crate::stream::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation};
+use crate::stream::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation, Screen};
 use crate::stream::read::table::Want;
 use event::Inner;
 pub use event::LiveEvent;
@@ -102,6 +102,7 @@ pub struct Live {
     wants: Vec<Option<f64>>,
     time_at: usize,
     columns: Vec<usize>,
+    screen: Screen,
     admission: Admission,
     derivation: Derivation,
     evaluator: Option<Evaluator>,
@@ -165,7 +166,7 @@ impl Live {
         analysis::check_rate(rules.set(), rate_hz).map_err(mismatch)?;
         let reads_later = |name: &str| analysis::reads_later(rules.set(), name);
         let kept = channels.iter().map(|channel| reads_later(&channel.name)).collect();
-        let admission = Admission::new(&used, rate_hz);
+        let (screen, admission) = (Screen::new(&used), Admission::new(&used, rate_hz));
         let derivation = Derivation::new(scene.inner().clone(), channels, learned, used);
         Ok(Self {
             graph: lower(rules.set()),
@@ -174,6 +175,7 @@ impl Live {
             wants,
             time_at,
             columns: places,
+            screen,
             admission,
             derivation,
             evaluator: None,
@@ -222,6 +224,32 @@ impl Live {
 
     /// Takes a row in SI.
     fn take(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
+        for issue in self.screen.push(time_s, values) {
+            self.event(Inner::Issue(issue));
+        }
+        self.admit_rows()
+    }
+
+    /// Admits the rows whose samples are known to be possible or not.
+    fn admit_rows(&mut self) -> Result<(), Error> {
+        while let Some((time_s, values)) = self.screen.release() {
+            let admitted = self.admit(time_s, &values);
+            self.screen.reuse((time_s, values));
+            admitted?;
+        }
+        Ok(())
+    }
+
+    /// No row comes after the last one, for now.
+    fn end_rows(&mut self) -> Result<(), Error> {
+        for issue in self.screen.finish() {
+            self.event(Inner::Issue(issue));
+        }
+        self.admit_rows()?;
+        self.end_stretch()
+    }
+
+    fn admit(&mut self, time_s: f64, values: &[f64]) -> Result<(), Error> {
         let Admitted { issues, ends, bridged, is_frame } = self.admission.take(time_s, values);
         for issue in issues {
             self.event(Inner::Issue(issue));
@@ -243,7 +271,7 @@ impl Live {
     /// The source was interrupted: all segments and tasks end, and everything restarts with the next row.
     #[cfg(feature = "cli")]
     pub(crate) fn interrupt(&mut self) -> Result<Vec<LiveEvent>, Error> {
-        self.end_stretch()?;
+        self.end_rows()?;
         self.admission.restart();
         Ok(std::mem::take(&mut self.events))
     }
@@ -260,7 +288,7 @@ impl Live {
     /// # Errors
     /// As [`push`](Self::push).
     pub fn finish(mut self) -> Result<Vec<LiveEvent>, Error> {
-        self.end_stretch()?;
+        self.end_rows()?;
         Ok(self.events)
     }
 

@@ -22,7 +22,7 @@ use nalgebra::Vector3;
 use std::ops::Range;
 
 /// The most samples in a row that are taken out.
-const LASTS: usize = 2;
+pub(in crate::stream) const LASTS: usize = 2;
 
 /// How far apart samples must be to be out.
 #[derive(Clone, Copy, Debug)]
@@ -67,12 +67,17 @@ const LONE_SPIN: Limits = Limits::new(20.0, 5000.0, 1, 0.5);
 /// How many times as long as usual a quaternion must be, or as short. Those that were averaged or interpolated between turns are a little short.
 const OTHER_LENGTH: f64 = 1.25;
 
+/// Whether a quaternion of this length is no rotation where others have the usual one.
+pub(in crate::stream) fn is_other_length(length: f64, usual: f64) -> bool {
+    length > usual * OTHER_LENGTH || length < usual / OTHER_LENGTH
+}
+
 /// How many rows are looked at together.
 const CHUNK: usize = 1024;
 
 /// What a channel measures, of those that are looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Kind {
+pub(in crate::stream) enum Kind {
     Place,
     Turn,
     Press,
@@ -106,8 +111,33 @@ impl Kind {
         }
     }
 
+    /// A component of a sample that is calm changes by less.
+    fn calm(self) -> f64 {
+        match self {
+            // The change of a unit quaternion is 0.5 at least, and its components are four; lengths differ a little.
+            Self::Turn => 0.1,
+            // Each of three components may have its part in a jump.
+            kind => kind.limits().least / 2.0,
+        }
+    }
+
+    /// A sample; `None` of what is not measured, or cannot be by itself: that is no neighbour.
+    fn sample(self, row: usize, time: f64, mut value: [f64; 4]) -> Option<Sample> {
+        if !value.iter().all(|value| value.abs() <= LARGEST) {
+            return None;
+        }
+        if self == Self::Turn {
+            let length = value.iter().map(|component| component * component).sum::<f64>().sqrt();
+            if length < NO_ROTATION {
+                return None;
+            }
+            value.iter_mut().for_each(|component| *component /= length);
+        }
+        Some(Sample { row, time, value })
+    }
+
     /// Whether it is the change of a pose.
-    const fn is_rate(self) -> bool {
+    pub(in crate::stream) const fn is_rate(self) -> bool {
         matches!(self, Self::Speed | Self::Spin)
     }
 
@@ -143,16 +173,24 @@ impl Kind {
 
 /// A sample of a channel; the fourth component of a vector is zero.
 #[derive(Clone, Copy, Debug)]
-struct Sample {
-    row: usize,
+pub(in crate::stream) struct Sample {
+    pub row: usize,
     time: f64,
     value: [f64; 4],
 }
 
+impl Sample {
+    /// The same, its row counted from another one.
+    pub fn counted_from(self, first: usize) -> Self {
+        Self { row: self.row.saturating_sub(first), ..self }
+    }
+}
+
 /// Looks at the samples of a channel one after the other, with no more than four in mind: the last one that was good, those that may be out,
 /// and the one after them.
+#[derive(Clone, Debug)]
 pub struct Jumps {
-    kind: Kind,
+    pub(in crate::stream) kind: Kind,
     recent: Vec<Sample>,
     rows: usize,
     /// The first samples but those in mind; `None` once they are known to be good, or reported.
@@ -162,9 +200,16 @@ pub struct Jumps {
 }
 
 /// Samples that cannot be.
-struct Out {
-    samples: Vec<Sample>,
+pub(in crate::stream) struct Out {
+    pub samples: Vec<Sample>,
     jump: f64,
+}
+
+impl Out {
+    /// The same jump of other samples.
+    pub fn with(&self, samples: Vec<Sample>) -> Self {
+        Self { samples, jump: self.jump }
+    }
 }
 
 impl Jumps {
@@ -212,8 +257,37 @@ impl Jumps {
         self.at_the_end().is_none()
     }
 
+    /// Looks at the sample of one row: the components, of which a vector has three and a fourth that is zero. Which samples are out.
+    pub(in crate::stream) fn push(&mut self, row: usize, time: f64, value: [f64; 4]) -> Option<Out> {
+        let sample = self.kind.sample(row, time, value)?;
+        // Almost all samples are calm, and that is soon seen.
+        if let (None, [before]) = (&self.first, self.recent.as_mut_slice())
+            && before.value.iter().zip(&sample.value).all(|(was, is)| (is - was).abs() < self.kind.calm())
+        {
+            *before = sample;
+            self.settled = true;
+            return None;
+        }
+        self.take(sample)
+    }
+
+    /// The first row of which later ones decide whether it is out.
+    pub(in crate::stream) fn undecided(&self) -> Option<usize> {
+        let sample = match &self.first {
+            Some(first) => first.first().or(self.recent.first()),
+            None => self.recent.get(1),
+        };
+        sample.map(|sample| sample.row)
+    }
+
+    /// Begins anew, amid a log.
+    pub(in crate::stream) fn restart(&mut self) {
+        self.recent.clear();
+        (self.first, self.settled) = (None, false);
+    }
+
     /// The last samples, when nothing comes after their jump that would bear them out.
-    fn at_the_end(&self) -> Option<Out> {
+    pub(in crate::stream) fn at_the_end(&self) -> Option<Out> {
         let (before, out) = self.recent.split_first()?;
         let next = out.first()?;
         let is_out = self.first.is_none() && self.settled && self.kind.cannot(before, next);
@@ -227,12 +301,7 @@ impl Jumps {
             [before] => Some(before),
             _ => return false,
         };
-        let most = match self.kind {
-            // The change of a unit quaternion is 0.5 at least, and its components are four; lengths differ a little.
-            Kind::Turn => 0.1,
-            // Each of three components may have its part in a jump.
-            kind => kind.limits().least / 2.0,
-        };
+        let most = self.kind.calm();
         let is_calm = |(component, part): (usize, &&[f64])| {
             let Some(first) = part.first().filter(|first| part.len() == rows && first.abs() < LARGEST / 2.0) else {
                 return false;
@@ -248,20 +317,13 @@ impl Jumps {
         parts.iter().enumerate().all(is_calm) && are_rotations()
     }
 
-    /// A sample of some components; `None` of what is not measured, or cannot be by itself: that is no neighbour.
+    /// A sample of some components.
     fn sample(&self, row: usize, time: f64, parts: &[&[f64]], at: usize) -> Option<Sample> {
         let mut value = [0.0; 4];
         for (component, part) in value.iter_mut().zip(parts) {
-            *component = part.get(at).copied().filter(|value| value.abs() <= LARGEST)?;
+            *component = part.get(at).copied()?;
         }
-        if self.kind == Kind::Turn {
-            let length = value.iter().map(|component| component * component).sum::<f64>().sqrt();
-            if length < NO_ROTATION {
-                return None;
-            }
-            value.iter_mut().for_each(|component| *component /= length);
-        }
-        Some(Sample { row, time, value })
+        self.kind.sample(row, time, value)
     }
 
     fn take(&mut self, sample: Sample) -> Option<Out> {
@@ -380,34 +442,44 @@ fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Ve
         let mut sorted: Vec<f64> = lengths.iter().map(|(_, length)| *length).collect();
         sorted.sort_by(f64::total_cmp);
         let Some(usual) = sorted.get(sorted.len() / 2).copied() else { continue };
-        let of_other_length = |length: f64| length > usual * OTHER_LENGTH || length < usual / OTHER_LENGTH;
-        let out: Vec<(usize, f64)> = lengths.into_iter().filter(|(_, length)| of_other_length(*length)).collect();
+        let out: Vec<(usize, f64)> =
+            lengths.into_iter().filter(|(_, length)| is_other_length(*length, usual)).collect();
         // Lengths that vary all along are another fault, of which the usual length says enough.
         let (Some((first, length)), Some((last, _))) = (out.first(), out.last()) else { continue };
         if out.len() > sorted.len() / 10 {
             continue;
         }
-        let [start_s, end_s] = [first, last].map(|row| recording.time.get(*row).copied().unwrap_or_default());
-        let samples = if out.len() == 1 {
-            "1 sample is no rotation: it".into()
-        } else {
-            format!("{} samples are no rotations: the first", out.len())
-        };
-        let rounded = |value: f64| Shown((value * 1e3).round() / 1e3);
-        let message = format!(
-            "{samples} is {} long at {} s, others are {}; taken as not measured",
-            rounded(*length),
-            Shown(start_s),
-            rounded(usual)
-        );
-        issues.push(Issue { kind: IssueKind::IMPLAUSIBLE_ROTATION, start_s, end_s, channel: channel.clone(), message });
+        let span = [first, last].map(|row| recording.time.get(*row).copied().unwrap_or_default());
+        issues.push(of_other_length(&channel, out.len(), span, [*length, usual]));
         unmeasure(recording, &columns, out.iter().map(|(row, _)| *row));
     }
     issues
 }
 
+/// What is said of quaternions of another length: how many, from when to when, the length of the first one, and the usual one.
+pub(in crate::stream) fn of_other_length(
+    channel: &str,
+    count: usize,
+    [start_s, end_s]: [f64; 2],
+    [length, usual]: [f64; 2],
+) -> Issue {
+    let samples = if count == 1 {
+        "1 sample is no rotation: it".into()
+    } else {
+        format!("{count} samples are no rotations: the first")
+    };
+    let rounded = |value: f64| Shown((value * 1e3).round() / 1e3);
+    let message = format!(
+        "{samples} is {} long at {} s, others are {}; taken as not measured",
+        rounded(length),
+        Shown(start_s),
+        rounded(usual)
+    );
+    Issue { kind: IssueKind::IMPLAUSIBLE_ROTATION, start_s, end_s, channel: channel.into(), message }
+}
+
 /// Whether a pose moves otherwise than its rate says: the rate is outside what the pose changes by between the rows about it.
-fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, out: &Out) -> bool {
+pub(in crate::stream) fn is_contradicted(recording: &Recording, channel: &str, kind: Kind, out: &Out) -> bool {
     let (Some(first), Some(last)) = (out.samples.first(), out.samples.last()) else { return false };
     let rows = first.row.saturating_sub(1)..(last.row + 2).min(recording.time.len());
     let secs = (recording.time[rows.end - 1] - recording.time[rows.start]) / (rows.len() - 1).max(1) as f64;
@@ -449,7 +521,8 @@ fn changes(recording: &Recording, channel: &str, kind: Kind, rows: Range<usize>)
     Some(samples.windows(2).filter_map(change).collect())
 }
 
-fn issue(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
+/// What is said of samples that are out.
+pub(in crate::stream) fn issue(channel: &str, kind: Kind, samples: &[Sample], worst: &Out) -> Option<Issue> {
     let (first, last, shown) = (samples.first()?, samples.last()?, worst.samples.first()?);
     let rounded = |value: f64| Shown((value * 1e4).round() / 1e4);
     let [a, b, c, d] = shown.value.map(rounded);
