@@ -26,6 +26,8 @@ pub enum Form {
     Mcap,
     Npy,
     Npz,
+    Zarr,
+    Bag,
     /// A file that is only damaged byte by byte.
     Bytes,
 }

@@ -5,6 +5,7 @@
 mod alter;
 mod outcome;
 mod sources;
+mod written;
 
 use alter::{Altered, Random};
 use clap::Parser;

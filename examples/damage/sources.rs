@@ -1,8 +1,8 @@
 //! The recordings that are damaged: those that come with the project, and shipped demonstrations written in every format.
 
 use crate::alter::{self, Altered, Form, Random, Table};
+use crate::written;
 use std::fmt::Write as _;
-use std::io::{Cursor, Write as _};
 use std::path::{Path, PathBuf};
 use teachtree::base::recording::Recording;
 use teachtree::stream::read::formats;
@@ -27,8 +27,8 @@ const DEMOS: &[(&str, &str, &str)] = &[
 /// Shipped demonstrations that are written in each format.
 const TAUGHT: [&str; 4] = ["pick_and_place", "peg_in_hole", "turn_screw", "push"];
 
-/// The topic of MCAP, and the name of the array.
-const TOPIC: &str = "log";
+/// The topic of bags, and the name of the array.
+pub const TOPIC: &str = "log";
 
 /// A recording that is damaged.
 pub struct Source {
@@ -134,8 +134,9 @@ fn taught(name: &str, folder: &Path) -> Result<Vec<Source>, Box<dyn std::error::
     // Units are those of SI, which other formats do not repeat.
     let name_of = |title: &String| title.split(" [").next().unwrap_or_default().to_string();
     let table = Table { titles: titled.titles.iter().map(name_of).collect(), rows: titled.rows.clone() };
-    let topic = folder.join("topic.binding.yaml");
-    std::fs::write(&topic, binding(&table))?;
+    let [topic, fields] = ["topic", "fields"].map(|name| folder.join(format!("{name}.binding.yaml")));
+    std::fs::write(&topic, binding(&table, "."))?;
+    std::fs::write(&fields, binding(&table, written::BETWEEN))?;
     let forms = [
         ("CSV", "log.csv", plain, None),
         ("JSON lines", "log.jsonl", Form::JsonLines, None),
@@ -143,6 +144,8 @@ fn taught(name: &str, folder: &Path) -> Result<Vec<Source>, Box<dyn std::error::
         ("MCAP", "log.mcap", Form::Mcap, Some(topic)),
         ("NPY", "log.npy", Form::Npy, None),
         ("NPZ", "log.npz", Form::Npz, None),
+        ("ROS 1 bag", "log.bag", Form::Bag, Some(fields)),
+        ("Zarr", "log.zarr.zip", Form::Zarr, None),
     ];
     let mut sources = Vec::new();
     for (format, file, form, binding) in forms {
@@ -156,17 +159,18 @@ fn taught(name: &str, folder: &Path) -> Result<Vec<Source>, Box<dyn std::error::
     Ok(sources)
 }
 
-/// A binding that takes the columns of a topic by their names.
-fn binding(table: &Table) -> String {
+/// A binding that takes the columns of a topic by their names, in which `between` stands for each point.
+fn binding(table: &Table, between: &str) -> String {
     let mut text = format!("time: {TOPIC}.time\nchannels:\n");
+    let field = |name: &str| format!("{TOPIC}.{}", name.replace('.', between));
     for title in table.titles.iter().filter(|title| title.as_str() != "time") {
         // Each vector is named once, by its first component.
         match title.rsplit_once('.') {
             Some((channel, "x")) if table.titles.contains(&format!("{channel}.w")) => {}
-            Some((channel, "x")) => _ = writeln!(text, "  {channel}: {TOPIC}.{channel}.<xyz>"),
-            Some((channel, "w")) => _ = writeln!(text, "  {channel}: {TOPIC}.{channel}.<wxyz>"),
+            Some((channel, "x")) => _ = writeln!(text, "  {channel}: {}{between}<xyz>", field(channel)),
+            Some((channel, "w")) => _ = writeln!(text, "  {channel}: {}{between}<wxyz>", field(channel)),
             Some((_, "y" | "z")) => {}
-            _ => _ = writeln!(text, "  {title}: {TOPIC}.{title}"),
+            _ => _ = writeln!(text, "  {title}: {}", field(title)),
         }
     }
     text
@@ -192,94 +196,14 @@ impl Form {
                 let lines: Vec<String> = preamble.iter().cloned().chain(rows).collect();
                 Some((lines.join("\n") + "\n").into_bytes())
             }
-            Self::JsonLines => {
-                Some((objects(table).map(|(_, object)| object).collect::<Vec<_>>().join("\n") + "\n").into_bytes())
-            }
-            Self::Parquet(plain) => parquet(plain, table),
-            Self::Mcap => mcap(table),
-            Self::Npy => Some(npy(table)),
-            Self::Npz => {
-                let mut file = zip::ZipWriter::new(Cursor::new(Vec::new()));
-                file.start_file(format!("{TOPIC}.npy"), zip::write::SimpleFileOptions::default()).ok()?;
-                file.write_all(&npy(table)).ok()?;
-                Some(file.finish().ok()?.into_inner())
-            }
+            Self::JsonLines => Some(written::lines(table)),
+            Self::Parquet(plain) => written::parquet(plain, table),
+            Self::Mcap => written::mcap(table),
+            Self::Npy => Some(written::npy(table)),
+            Self::Npz => written::zip([(format!("{TOPIC}.npy"), written::npy(table))]),
+            Self::Zarr => written::zip(written::zarr(table)),
+            Self::Bag => Some(written::bag(table)),
             Self::Bytes => None,
         }
     }
-}
-
-/// The number of a cell; what is none was not measured.
-fn number(cell: &str) -> f64 {
-    cell.trim().parse().unwrap_or(f64::NAN)
-}
-
-/// Each row as an object of JSON, with its stamp.
-fn objects(table: &Table) -> impl Iterator<Item = (f64, String)> {
-    table.rows.iter().map(|row| {
-        let cell = |(title, cell): (&String, &String)| match cell.parse::<f64>() {
-            Ok(value) if value.is_finite() => format!("\"{title}\": {cell}"),
-            _ if cell.is_empty() => format!("\"{title}\": null"),
-            _ => format!("\"{title}\": {}", serde_json::Value::from(cell.as_str())),
-        };
-        let cells: Vec<String> = table.titles.iter().zip(row).map(cell).collect();
-        let time = table.titles.iter().position(|title| title == "time").and_then(|at| row.get(at));
-        (time.map_or(f64::NAN, |time| number(time)), format!("{{{}}}", cells.join(", ")))
-    })
-}
-
-fn parquet(plain: &Recording, table: &Table) -> Option<Vec<u8>> {
-    let column = |at: usize| {
-        table.rows.iter().map(|row| row.get(at).map_or(f64::NAN, |cell| number(cell))).collect::<Vec<f64>>()
-    };
-    let mut recording = Recording { scene: plain.scene.clone(), ..Recording::default() };
-    for (at, title) in table.titles.iter().enumerate() {
-        if title == "time" {
-            recording.time = column(at);
-        } else if let Some(like) = plain.columns.get(title) {
-            let mut copy = like.clone();
-            copy.values = column(at);
-            recording.columns.insert(title.clone(), copy);
-        }
-    }
-    let folder = tempfile::tempdir().ok()?;
-    let path = folder.path().join("log.parquet");
-    formats::write_table(&recording, &path).ok()?;
-    std::fs::read(&path).ok()
-}
-
-fn mcap(table: &Table) -> Option<Vec<u8>> {
-    let mut out = Cursor::new(Vec::new());
-    {
-        let mut writer = mcap::WriteOptions::new().create(&mut out).ok()?;
-        let channel = writer.add_channel(0, TOPIC, "json", &std::collections::BTreeMap::new()).ok()?;
-        for (sequence, (time, object)) in (0..).zip(objects(table)) {
-            let nanos = (time * 1e9).round() as u64;
-            let header =
-                mcap::records::MessageHeader { channel_id: channel, sequence, log_time: nanos, publish_time: nanos };
-            writer.write_to_known_channel(&header, object.as_bytes()).ok()?;
-        }
-        writer.finish().ok()?;
-    }
-    Some(out.into_inner())
-}
-
-/// A structured array.
-fn npy(table: &Table) -> Vec<u8> {
-    let fields: Vec<String> = table.titles.iter().map(|title| format!("('{title}', '<f8')")).collect();
-    let mut header =
-        format!("{{'descr': [{}], 'fortran_order': False, 'shape': ({},), }}", fields.join(", "), table.rows.len());
-    while (header.len() + 13) % 64 != 0 {
-        header.push(' ');
-    }
-    header.push('\n');
-    let mut bytes = b"\x93NUMPY\x02\x00".to_vec();
-    bytes.extend((header.len() as u32).to_le_bytes());
-    bytes.extend(header.bytes());
-    let cells = table
-        .rows
-        .iter()
-        .flat_map(|row| (0..table.titles.len()).map(|at| row.get(at).map_or(f64::NAN, |cell| number(cell))));
-    bytes.extend(cells.flat_map(f64::to_le_bytes));
-    bytes
 }
