@@ -13,6 +13,8 @@ mod annotate_forms;
 mod audit;
 #[cfg(feature = "world")]
 mod both_hands;
+#[cfg(all(feature = "world", feature = "cli", feature = "parquet"))]
+mod bounds;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod browser;
 #[cfg(feature = "world")]
