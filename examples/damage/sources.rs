@@ -4,7 +4,6 @@ use crate::alter::{self, Altered, Form, Random, Table};
 use crate::written;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
-use teachtree::base::recording::Recording;
 use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 use teachtree::{Error, Log};

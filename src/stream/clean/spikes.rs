@@ -450,7 +450,7 @@ fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Ve
             continue;
         }
         let span = [first, last].map(|row| recording.time.get(*row).copied().unwrap_or_default());
-        issues.push(of_other_length(&channel, out.len(), span, [*length, usual]));
+        issues.push(of_other_length(channel, out.len(), span, [*length, usual]));
         unmeasure(recording, &columns, out.iter().map(|(row, _)| *row));
     }
     issues
