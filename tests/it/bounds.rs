@@ -92,8 +92,8 @@ fn memory_of_readers_is_a_multiple_of_their_input() {
     let cases = [
         ("log.csv", false, 0.5),
         ("log.csv", true, 8.0),
-        ("log.parquet", false, 0.5),
-        ("log.parquet", true, 16.0),
+        ("log.parquet", false, 16.0),
+        ("log.parquet", true, 64.0),
         ("log.jsonl", true, 4.0),
         ("log.npy", true, 8.0),
     ];
