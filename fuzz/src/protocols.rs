@@ -112,6 +112,7 @@ pub fn teaching(data: &[u8]) {
             out: scratch().join("taught.csv"),
             inputs: Vec::new(),
             rules: RulesOptions::default(),
+            camera: None,
             perform: Box::new(|_, _| Err("nothing is performed".into())),
         };
         let (teaching, _) = teaching::begin(options).expect("a scene at rest");

@@ -3,14 +3,14 @@
 use super::many::ManyArgs;
 use super::rules::{RuleArgs, load_files};
 use super::source::SourceArgs;
-use super::truth::TruthArgs;
+use super::truth::{TruthArgs, lacks_labels};
 use super::{Failure, output};
 use crate::analysis::Analysis;
 use crate::analysis::difference::{changes, extent, tracks};
 use crate::analysis::score::{self, Known, NameMap, Stage, Tally};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
 use crate::session;
-use crate::session::files::{all_logs, label_file};
+use crate::session::files::all_logs;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -227,8 +227,8 @@ fn write_agreement(
     printed: &mut String,
 ) -> Result<(), Failure> {
     // A log without labels is compared all the same.
-    let log = ours.log().path();
-    if args.truth.labels.as_ref().is_some_and(|labels| labels.is_dir() && label_file(labels, log).is_err()) {
+    if let Some(labels) = args.truth.labels.as_ref().filter(|labels| lacks_labels(labels, ours.log().path())) {
+        let _ = writeln!(printed, "  no label file in {}: which agrees better is not known", labels.display());
         return Ok(());
     }
     let share = |analysis: &session::Analysis| {

@@ -74,17 +74,18 @@ impl TruthArgs {
     }
 }
 
+/// Whether a folder of label files has none for a log.
+pub fn lacks_labels(labels: &Path, log: &Path) -> bool {
+    labels.is_dir() && !formats::is_set(labels) && label_file(labels, log).is_err()
+}
+
 /// Those recordings that have a label file in a folder; all where it is no folder of label files.
 ///
 /// # Errors
 /// When none has one.
 pub fn labeled(logs: Vec<PathBuf>, labels: &Path, many: &ManyArgs) -> Result<Vec<PathBuf>, InputError> {
-    if logs.len() < 2 || !labels.is_dir() || formats::is_set(labels) {
-        return Ok(logs);
-    }
     let all = logs.len();
-    let (with, without): (Vec<PathBuf>, Vec<PathBuf>) =
-        logs.into_iter().partition(|log| label_file(labels, log).is_ok());
+    let (without, with): (Vec<PathBuf>, Vec<PathBuf>) = logs.into_iter().partition(|log| lacks_labels(labels, log));
     if let (true, Some(log)) = (with.is_empty(), without.first()) {
         label_file(labels, log)?;
     }

@@ -223,6 +223,11 @@ fn a_page_shows_what_the_robot_did() {
     let printed = String::from_utf8(said.stdout).unwrap();
     assert!(printed.starts_with("refused  task 1 (right pick_and_place): no grasp, thumb cannot reach"), "{printed}");
     assert!(!std::path::Path::new(&path("none.csv")).exists());
+    assert_eq!(String::from_utf8(said.stderr).unwrap(), "");
+    // Another scene is tried all the same, with a warning.
+    let elsewhere = teachtree(&["simulate", &refused, "--scene", "push", "-o", &path("none.csv")]);
+    let warning = "is of the scene `pick and place`, and this one is `push`";
+    assert!(complained(&elsewhere).contains(warning), "{}", complained(&elsewhere));
     // What the command reads is not written over.
     let lost = simulate(&commands);
     assert_eq!(lost.status.code(), Some(2));

@@ -49,9 +49,9 @@ proptest! {
     }
 }
 
-/// `PROGRAMS=1000000 cargo test --release --test it -- --ignored --nocapture many_programs`: so many from `SEED` on, on all cores.
+/// So many programs as `PROGRAMS` says, from `SEED` on, on all cores.
 #[test]
-#[ignore = "minutes, as long as wanted"]
+#[ignore = "minutes: `PROGRAMS=1000000 cargo test --release --test it -- --ignored --nocapture many_programs`"]
 fn many_programs_and_logs() {
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let (programs, first) = (number("PROGRAMS", 10_000), number("SEED", 0));

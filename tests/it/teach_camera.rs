@@ -7,6 +7,7 @@ use crate::teach_live::Teaching;
 use crate::teach_page::{no_complaints, numbers, shown};
 use std::io::Write as _;
 use std::path::Path;
+use teachtree::teaching::HandFinder;
 
 /// A right hand that is rendered with an angle of view of 60°: the generic hand of the WebXR input profiles (npm `@webxr-input-profiles/assets`, MIT license).
 const PICTURE: &[u8] = include_bytes!("../fixtures/camera/right_hand.jpg");
@@ -65,18 +66,7 @@ fn a_hand_is_found_in_the_picture_of_a_camera() {
 fn package_in(folder: &Path) -> std::path::PathBuf {
     let package = folder.join("hands");
     std::fs::create_dir(&package).unwrap();
-    for name in [
-        "hands.js",
-        "hands.binarypb",
-        "hand_landmark_full.tflite",
-        "hands_solution_packed_assets_loader.js",
-        "hands_solution_packed_assets.data",
-        "hands_solution_simd_wasm_bin.js",
-        "hands_solution_simd_wasm_bin.wasm",
-        "hands_solution_simd_wasm_bin.data",
-        "hands_solution_wasm_bin.js",
-        "hands_solution_wasm_bin.wasm",
-    ] {
+    for (name, _) in HandFinder::FILES {
         std::fs::write(package.join(name), "").unwrap();
     }
     package

@@ -126,12 +126,12 @@ impl Kind {
 
     /// How many lines or messages may wait.
     pub fn most_waiting(self) -> usize {
-        match self {
+        match (self.has_topics(), self) {
             // Several topics send at a time, and images are not among them.
-            _ if self.has_topics() => 8192,
+            (true, _) => 8192,
             // These do not wait while the rows of the calibration are analyzed.
-            Self::Datagrams => 4096,
-            _ => 256,
+            (false, Self::Datagrams) => 4096,
+            (false, _) => 256,
         }
     }
 

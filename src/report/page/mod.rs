@@ -162,7 +162,6 @@ fn track(track: &Track, changes: Vec<Value>, tried: Vec<Value>) -> Value {
     })
 }
 
-/// The colours of the primitives that there are.
 /// The colors of all labels that rules can give, by name.
 pub fn colors_of(rules: &Rules) -> Map<String, Value> {
     let color = |label| {
@@ -173,6 +172,7 @@ pub fn colors_of(rules: &Rules) -> Map<String, Value> {
     rules.labels().map(color).collect()
 }
 
+/// The colors of the primitives that there are.
 fn colors(tracks: &[Track]) -> Map<String, Value> {
     let segments = tracks.iter().flat_map(|track| track.segments.iter().chain(&track.relabeled));
     segments

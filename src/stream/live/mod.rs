@@ -1,7 +1,7 @@
 //! Logs that are still being made: rows in one at a time, frames out as soon as no later row can change them.
 //!
-//! [`Screen`] takes out samples that cannot be, [`admission`] makes an even sequence of frames of the rows; [`Derivation`] derives the channels of the rules, in windows, as
-//! [`crate::stream::streaming`] does of a file. What a whole log shows of its sensors comes from a [`Calibration`].
+//! [`Screen`] takes out samples that cannot be, [`admission`] makes an even sequence of frames of the rows; [`Derivation`] derives the channels of the rules, in
+//! windows, as [`crate::stream::streaming`] does of a file. What a whole log shows of its sensors comes from a [`Calibration`].
 
 mod admission;
 mod calibration;

@@ -114,9 +114,9 @@ impl Screen {
             let Some(Channel { name, columns, jumps, lengths }) = self.channels.get_mut(at) else { continue };
             let mut value = [0.0; 4];
             value.iter_mut().zip(&*columns).for_each(|(part, at)| *part = values.get(*at).copied().unwrap_or(f64::NAN));
-            let length = value.iter().map(|part| part * part).sum::<f64>().sqrt();
             let mut rows = Vec::new();
-            if let Some(lengths) = lengths
+            let length = || value.iter().map(|part| part * part).sum::<f64>().sqrt();
+            if let Some((lengths, length)) = lengths.as_mut().map(|lengths| (lengths, length()))
                 && length > NO_ROTATION
             {
                 if let Some((other, usual)) = lengths.push(number, length)

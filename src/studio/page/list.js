@@ -97,7 +97,7 @@ function row(number) {
   }
   const numbers = [];
   if (one.confidence !== null && one.confidence !== undefined) numbers.push(`<span title="how sure the least sure task is">sure ${percent(one.confidence)}</span>`);
-  if (one.issue_count) numbers.push(`<span class="issues" title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
+  if (one.issue_count) numbers.push(`<span title="of the recording; they are listed when it is open">${one.issue_count} issue${one.issue_count > 1 ? "s" : ""}: ${escaped((one.issues || []).join(", "))}</span>`);
   if (one.labels) numbers.push(`<span title="labels that a person set">${one.labels} pinned</span>`);
   if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
   if (one.against?.error) numbers.push(`<span class="no" title="${escaped(one.against.error)}">other rules do not run</span>`);

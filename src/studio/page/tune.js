@@ -41,8 +41,8 @@ function offer() {
   byId("reset-params").disabled = !changed && !wrong;
 }
 
-/** Says why what is shown does not run; nothing where it does. */
-function refuse(text, param) {
+/** Says why what is shown does not run; without a reason, it runs. */
+function judge(text, param) {
   wrong = text;
   say(state, text, Boolean(text));
   place.querySelectorAll("[aria-invalid]").forEach((field) => field.removeAttribute("aria-invalid"));
@@ -67,7 +67,7 @@ function update(param, from) {
 function set(param, value, from) {
   clearTimeout(typing);
   typing = undefined;
-  if (!Number.isFinite(value) || value < param.low || value > param.high) return refuse(`${param.name}: expected ${param.low} to ${param.high}${param.unit ? ` ${param.unit}` : ""}`, param);
+  if (!Number.isFinite(value) || value < param.low || value > param.high) return judge(`${param.name}: expected ${param.low} to ${param.high}${param.unit ? ` ${param.unit}` : ""}`, param);
   if (value === param.value) delete values[param.name]; else values[param.name] = value;
   update(param, from);
   lines(param);
@@ -98,11 +98,11 @@ async function run() {
   try {
     const { tracks, colors } = await post(`api/recording/${at}/params`, values);
     if (current.at === at) showTracks(tracks, colors);
-    refuse();
+    judge();
     say(state, `analyzed in ${Math.round(performance.now() - began)} ms`);
     tell();
   } catch (error) {
-    refuse(error.message);
+    judge(error.message);
   }
   asking = false;
   if (again) { again = false; return run(); }
@@ -132,9 +132,13 @@ place.addEventListener("click", (event) => {
 filter.addEventListener("input", rows);
 
 function reset() {
+  clearTimeout(typing);
+  typing = undefined;
   const changed = Object.keys(values);
   changed.forEach((name) => delete values[name]);
-  params.filter((param) => changed.includes(param.name)).forEach((param) => { update(param); lines(param); });
+  // Fields with what was refused are drawn anew too.
+  rows();
+  params.filter((param) => changed.includes(param.name)).forEach(lines);
 }
 byId("reset-params").addEventListener("click", () => { reset(); run(); });
 byId("write-params").addEventListener("click", async () => {
@@ -153,7 +157,7 @@ byId("reload-rules").addEventListener("click", async () => {
     await post("api/rules", {});
     for (const name of Object.keys(values)) delete values[name];
     await open(current.at);
-    refuse();
+    judge();
     say(state, "the rule files are read again");
   } catch (error) {
     say(state, error.message, true);

@@ -63,15 +63,17 @@ export function offerCamera({ button, picture, status }, stage, hands) {
 
   async function begin() {
     say("The camera is being started …");
-    stream = await navigator.mediaDevices.getUserMedia({ video: { width: 640, height: 480, facingMode: "user" } });
-    picture.srcObject = stream;
-    picture.hidden = false;
-    button.textContent = "End the camera";
+    button.disabled = true;
+    const own = stream = await navigator.mediaDevices.getUserMedia({ video: { width: 640, height: 480, facingMode: "user" } });
+    Object.assign(picture, { srcObject: stream, hidden: false });
+    Object.assign(button, { textContent: "End the camera", disabled: false });
     await picture.play();
     const finder = await findsHands();
-    hands.isTracked = true;
-    finder.onResults((found) => see(found, performance.now()));
-    while (stream) {
+    // The person may have ended the camera in the meantime, and begun again.
+    const isOn = () => stream === own;
+    finder.onResults((found) => { if (isOn()) see(found, performance.now()); });
+    hands.isTracked ||= isOn();
+    while (isOn()) {
       await finder.send({ image: picture });
       await new Promise((resolve) => requestAnimationFrame(resolve));
     }
@@ -81,12 +83,10 @@ export function offerCamera({ button, picture, status }, stage, hands) {
   async function end() {
     stream?.getTracks().forEach((track) => track.stop());
     stream = undefined;
-    picture.srcObject = null;
-    picture.hidden = true;
+    Object.assign(picture, { srcObject: null, hidden: true });
     known.clear();
-    hands.isTracked = false;
-    hands.epoch = undefined;
-    button.textContent = "Use my own hands (camera)";
+    Object.assign(hands, { isTracked: false, epoch: undefined });
+    Object.assign(button, { textContent: "Use my own hands (camera)", disabled: false });
     say("");
   }
 

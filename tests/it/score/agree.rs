@@ -88,18 +88,45 @@ fn recordings_of_folders_add_up_and_whoever_swaps_people_changes_nothing() {
     assert!(printed.contains("kappa 0.600, the same label on 80.0 % of 150 frames"), "{printed}");
     assert!(printed.contains("logs/c7.csv") && printed.contains("1.000"), "{printed}");
     assert!(said("noor", "mika").contains("kappa 0.600, the same label on 80.0 % of 150 frames"));
-    // What one of them did not label is left out.
-    std::fs::remove_file(folder.path().join("noor/b.labels.csv")).unwrap();
-    let args = ["agree", "mika", "noor", "logs", "--binding", "lift.yaml"];
-    let output = teachtree_in(folder.path(), &args);
-    assert_eq!(output.status.code(), Some(0));
-    assert_eq!(complained(&output), "warning: 1 of 3 recordings have no label file in noor: they are left out\n");
-    assert!(all_said(&output).contains("of 100 frames that both labeled"));
-    let output = teachtree_in(folder.path(), &["agree", "mika", "nobody", "logs", "--binding", "lift.yaml"]);
-    assert!(complained(&output).contains("nobody: there is no such file or folder"), "{}", complained(&output));
     // One file of one recording is not that of several.
     let args = ["agree", "mika/a.labels.csv", "noor", "logs", "--binding", "lift.yaml"];
     assert!(complained(&teachtree_in(folder.path(), &args)).contains("one label file for 3 recordings"));
+}
+
+/// Where label files are in a folder, recordings without one are left out with one warning.
+#[test]
+fn what_nobody_labeled_is_left_out() {
+    let folder = folder();
+    for (person, names) in [("mika", &["a", "b", "c7"][..]), ("noor", &["a", "c7"])] {
+        std::fs::create_dir(folder.path().join(person)).unwrap();
+        for name in names {
+            std::fs::write(folder.path().join(person).join(format!("{name}.labels.csv")), ONE).unwrap();
+        }
+    }
+    let warning = "warning: 1 of 3 recordings have no label file in noor: they are left out\n";
+    let run = |args: &[&str]| teachtree_in(folder.path(), &[args, &["--binding", "lift.yaml"]].concat());
+    for args in [&["agree", "mika", "noor", "logs"][..], &["score", "logs", "--labels", "noor"]] {
+        let output = run(args);
+        assert_eq!((output.status.code(), complained(&output).as_str()), (Some(0), warning), "{args:?}");
+    }
+    assert!(all_said(&run(&["agree", "mika", "noor", "logs"])).contains("of 100 frames that both labeled"));
+    assert!(all_said(&run(&["score", "logs", "--labels", "noor"])).contains("2 recordings"));
+    // Rules are compared all the same.
+    let compared = all_said(&run(&["diff", "contact.rules", "contact.rules", "logs", "--labels", "noor"]));
+    assert_eq!(
+        compared.matches("  no label file in noor: which agrees better is not known\n").count(),
+        1,
+        "{compared}"
+    );
+    // Nothing is left.
+    std::fs::create_dir(folder.path().join("nobody")).unwrap();
+    for (person, message) in
+        [("nobody", "the log has no label file"), ("noone", "noone: there is no such file or folder")]
+    {
+        let output = run(&["agree", "mika", person, "logs"]);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(complained(&output).contains(message), "{}", complained(&output));
+    }
 }
 
 #[test]
