@@ -104,9 +104,11 @@ fn a_pick_and_place_is_taught_by_pointer_wheel_and_keys() {
     browser.click("[data-robot='0']");
     browser.wait("document.querySelector('#robot progress, #watch') !== null");
     // It takes as long as it takes, and goes on.
-    while browser.eval("document.querySelector('#robot progress') !== null") == true {
-        let part = browser.eval("document.querySelector('#robot progress')?.value ?? 2").as_f64().unwrap();
-        browser.wait(&format!("(document.querySelector('#robot progress')?.value ?? 2) > {part}"));
+    const DONE: &str = "document.querySelector('#robot progress')?.value ?? 2";
+    let mut part = 0.0;
+    while part < 2.0 {
+        browser.wait(&format!("({DONE}) > {part}"));
+        part = browser.eval(DONE).as_f64().unwrap();
     }
     assert!(browser.text("#robot").contains("✓ The robot did it."), "{}", browser.text("#robot"));
     browser.click("#watch");

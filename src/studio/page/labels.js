@@ -76,6 +76,9 @@ added.drawn.push(() => {
 
 // ---- which label is meant
 
+// Letters choose in the list as they are typed, which Enter takes; by pointer a choice is taken at once.
+let isTyped = false;
+
 /** The label that is selected, else that of the first hand at the time cursor. */
 function meant() {
   const chosen = labels.selected || { number: 0, kind: "primitive" };
@@ -85,6 +88,7 @@ function meant() {
 }
 
 function select(number, kind, at) {
+  if (isTyped) take();
   labels.selected = at === undefined ? undefined : { number, kind, at };
   bar();
   draw();
@@ -93,12 +97,13 @@ function select(number, kind, at) {
 /** What the toolbar says and offers. */
 function bar() {
   const one = view.data && meant(), kind = one?.kind || "primitive";
-  const names = current.answer?.names[kind] || [];
+  const names = current.answer?.names[kind] || [], typed = isTyped && name.value;
   if (name.dataset.kind !== kind || name.options.length !== names.length + 1) {
     name.innerHTML = `<option value="">label …</option>${names.map((label) => `<option>${escaped(label)}</option>`).join("")}`;
     name.dataset.kind = kind;
   }
-  name.value = labels.selected && one && names.includes(one.span.label) ? one.span.label : "";
+  // What is being typed stays when an answer of the server comes.
+  name.value = typed || (labels.selected && one && names.includes(one.span.label) ? one.span.label : "");
   byId("label-what").textContent = labels.selected && one ? `${one.track.who} ${kind}, ${one.span.start.toFixed(3)} – ${seconds(one.span.end)}` : "";
   byId("undo").disabled = !labels.undo.length;
   byId("redo").disabled = !labels.redo.length;
@@ -338,8 +343,6 @@ document.addEventListener("keydown", (event) => {
 });
 
 for (const id of ["undo", "redo", "split", "merge", "unknown", "release", "accept"]) byId(id).addEventListener("click", () => commands[id]());
-// Letters choose in the list as they are typed, which Enter takes; by pointer a choice is taken at once.
-let isTyped = false;
 function take() {
   isTyped = false;
   if (name.value) commands.rename(name.value);
@@ -393,6 +396,7 @@ onOpen((answer, again) => {
   if (!who.value) who.value = answer.who;
   // The rules may be others; what is being changed stays.
   if (again && (labels.saving || labels.unsaved || labels.theirs)) return;
+  if (!again) isTyped = false;
   if (!again) Object.assign(labels, { undo: [], redo: [], selected: undefined, theirs: undefined });
   conflict.hidden = !labels.theirs;
   Object.assign(labels, { lines: answer.labels?.lines || [], version: answer.labels?.version || "", shown: undefined, unreadable: answer.label_error });

@@ -139,14 +139,18 @@ fn labels_are_named_split_merged_and_taken_back_by_keys() {
     browser.click("[data-label='0 primitive 1']");
     browser.key("m");
     saved(folder.path(), "a.labels.csv", |text| primitives(text) == ["Push"]);
+    // An answer of the server that comes late does not disturb what is typed meanwhile.
+    browser.eval("window.fetch = ((fetch) => (...one) => new Promise((go) => setTimeout(go, 1000)).then(() => fetch(...one)))(window.fetch)");
     browser.key("Delete");
-    saved(folder.path(), "a.labels.csv", str::is_empty);
     // Letters choose in the list, Enter takes what they chose, and then keys are about the label again.
     browser.click("[data-label='0 primitive 1']");
     browser.key("e");
     browser.wait("document.activeElement.id === 'label-name'");
     browser.key("P");
     browser.wait("document.querySelector('#label-name').value.startsWith('P')");
+    saved(folder.path(), "a.labels.csv", str::is_empty);
+    browser.wait("!document.querySelector('#label-status').textContent.startsWith('saving')");
+    assert_eq!(browser.eval("document.querySelector('#label-name').value.startsWith('P')"), true);
     browser.key("Enter");
     let name = browser.eval("document.querySelector('#label-name').value");
     saved(folder.path(), "a.labels.csv", |text| primitives(text) == [name.as_str().unwrap()]);
