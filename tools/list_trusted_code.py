@@ -1,14 +1,28 @@
-"""Lists the dependencies that run code while building (build scripts, procedural macros) or contain `unsafe`: docs/dependencies.md.
+"""Lists the dependencies that run code while building (build scripts, procedural macros) or contain `unsafe`, and who audited them: docs/dependencies.md.
 
-    python3 tools/list_trusted_code.py > docs/dependencies.md
+    python3 tools/list_trusted_code.py > docs/dependencies.md                       # audits from their addresses
+    python3 tools/list_trusted_code.py NAME=AUDITS.toml … > docs/dependencies.md    # audits from files
 
-Dependencies of the program with its default features on Linux, without those of tests. `unsafe` is counted in sources, comments left out.
+Dependencies of the program with its default features on Linux, without those of tests. `unsafe` is counted in sources, comments left out. A version is audited
+where published audits of `cargo vet` lead to it: that of a whole version, and those of the differences after it.
 """
 
 import json
 import pathlib
 import re
 import subprocess
+import sys
+import tomllib
+import urllib.request
+
+RAW = "https://raw.githubusercontent.com"
+AUDITS = {
+    "Bytecode Alliance": f"{RAW}/bytecodealliance/wasmtime/main/supply-chain/audits.toml",
+    "Google": f"{RAW}/google/rust-crate-audits/main/audits.toml",
+    "Mozilla": f"{RAW}/mozilla/supply-chain/main/audits.toml",
+}
+# What must have been looked for. Google's criteria say how sure `unsafe` code is; 0 to 2 are accepted there.
+ENOUGH = {"safe-to-deploy", "ub-risk-0", "ub-risk-1", "ub-risk-1-thorough", "ub-risk-2", "ub-risk-2-thorough"}
 
 # What each direct dependency does here; others are named by the one that brings them.
 DOES = {
@@ -96,7 +110,50 @@ def unsafe_count(package):
     return count
 
 
-def main():
+def audits(texts):
+    """The audits of each package: who audited, the version before or none, the version."""
+    found = {}
+    for who, text in texts.items():
+        for package, entries in tomllib.loads(text).get("audits", {}).items():
+            for entry in entries:
+                criteria = entry.get("criteria", [])
+                if not ENOUGH & set([criteria] if isinstance(criteria, str) else criteria):
+                    continue
+                of_package = found.setdefault(package, [])
+                if "version" in entry:
+                    of_package.append((who, None, entry["version"]))
+                elif "delta" in entry:
+                    before, after = (part.strip() for part in entry["delta"].split("->"))
+                    of_package.append((who, before, after))
+    return found
+
+
+def auditors(audits, version):
+    """Whose audits lead to a version; empty where none do."""
+    reached = {None: set()}
+    while True:
+        further = next(((who, before, after) for who, before, after in audits if before in reached and after not in reached), None)
+        if further is None:
+            return ", ".join(sorted(reached.get(version, ())))
+        who, before, after = further
+        reached[after] = reached[before] | {who}
+
+
+def audited(audits, version):
+    """Who audited a version, or the last one that was audited."""
+    if who := auditors(audits, version):
+        return who
+    others = {after for _, _, after in audits if auditors(audits, after)}
+    last = max(others, key=lambda other: [int(part) for part in re.findall(r"\d+", other.split("@")[0])], default=None)
+    return f"only {last}" if last else ""
+
+
+def main(arguments):
+    if arguments:
+        texts = {name: pathlib.Path(file).read_text() for name, file in (argument.split("=", 1) for argument in arguments)}
+    else:
+        texts = {name: urllib.request.urlopen(address, timeout=60).read().decode() for name, address in AUDITS.items()}
+    known = audits(texts)
     found = metadata()
     brings = used(found)
     rows = []
@@ -111,8 +168,10 @@ def main():
         name = package["name"]
         by = sorted(brings[package["id"]] - {name})
         does = DOES.get(name) or "for " + ", ".join(by[:3]) + (", …" if len(by) > 3 else "")
-        rows.append(f"| {name} {package['version']} | {builds} | {unsafe or ''} | {does} |")
-    print(HEAD.format(rows=len(rows), all=len(brings)))
+        who = audited(known.get(name, []), package["version"])
+        rows.append(f"| {name} {package['version']} | {builds} | {unsafe or ''} | {does} | {who} |")
+    wholly = sum(not row.endswith("|  |") and "| only " not in row for row in rows)
+    print(HEAD.format(rows=len(rows), all=len(brings), audited=wholly, sources=", ".join(sorted(texts))))
     print("\n".join(rows))
 
 
@@ -122,10 +181,14 @@ Of the {all} packages that the program contains, these {rows} run code while the
 what each is used for. It is made by `python3 tools/list_trusted_code.py > docs/dependencies.md`. The count is that of the word in the sources of a package: parts
 that are compiled on other systems or with other features are included. teachtree forbids `unsafe` in its own code.
 
+*Audited by* names those whose published audits ({sources}, for `cargo vet`) lead to this version, each difference included; these
+are {audited} packages. `only 1.2.3` is the last version to which audits lead. Audits by publisher (`wildcard-audits`) are not counted, and the authors of teachtree
+audited no package.
+
 `cargo deny check` tests licenses, sources and advisories of all packages ([deny.toml](../deny.toml)).
 
-| package | runs while built | `unsafe` | use |
-|---|---|---|---|"""
+| package | runs while built | `unsafe` | use | audited by |
+|---|---|---|---|---|"""
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,6 +1,6 @@
 //! URDF: the text of a robot description in, a tree of links and joints out; the only file that names the XML crate.
 //!
-//! Read are joints (revolute, continuous, prismatic, fixed; `mimic` without offset), their limits, masses and inertias, and collision shapes that are boxes,
+//! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, of which soft ones are narrower, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
 use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};
@@ -10,11 +10,14 @@ use crate::base::error::InputError;
 use crate::base::shown::Shown;
 use nalgebra::{Isometry3, Matrix3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node, ParsingOptions};
+use std::borrow::Cow;
 use std::f64::consts::PI;
 
 /// The largest URDF text that is read, in bytes, and how many nodes it may have.
 const MAX_BYTES: usize = 4 << 20;
 const MAX_NODES: u32 = 200_000;
+/// So many undeclared prefixes are let through.
+const MAX_PREFIXES: usize = 8;
 /// What a joint has that says nothing of it: torque, N m, speed, rad/s, armature, kg m^2.
 const USUAL_TORQUE: f64 = 1.0;
 const USUAL_SPEED: f64 = 6.0;
@@ -28,8 +31,8 @@ pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
-    let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|error| {
+    let declared = with_prefixes(text);
+    let document = Document::parse_with_options(&declared, options()).map_err(|error| {
         let at = error.pos();
         InputError::new(format!("{file}:{}:{}", at.row, at.col), format!("is no XML: {error}"))
     })?;
@@ -39,6 +42,24 @@ pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
         return Err(reader.error(root, format!("found `{}`, expected `robot`", root.tag_name().name())));
     }
     reader.tree(root)
+}
+
+const fn options<'a>() -> ParsingOptions<'a> {
+    ParsingOptions { nodes_limit: MAX_NODES, allow_dtd: false, entity_resolver: None }
+}
+
+/// The text with declarations of the prefixes that it uses without them: files have elements for simulators, such as `drake:`, which are passed over.
+fn with_prefixes(text: &str) -> Cow<'_, str> {
+    let mut declared = Cow::Borrowed(text);
+    for _ in 0..MAX_PREFIXES {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse_with_options(&declared, options())
+        else {
+            break;
+        };
+        let Some(at) = declared.find("<robot").map(|at| at + "<robot".len()) else { break };
+        declared.to_mut().insert_str(at, &format!(" xmlns:{prefix}=\"{prefix}\""));
+    }
+    declared
 }
 
 /// The inertia of a body that is as near to this one as many files are wrong: where one moment is more than the other two together, as in files of
@@ -146,8 +167,8 @@ impl<'a> Reader<'a> {
             let mut link = self.link(node, name)?;
             if let Some((joint, parent, _)) = joints.iter().find(|(_, _, child)| *child == name) {
                 link.parent = tree.link(parent).unwrap_or(0);
-                link.parent_from_joint = self.origin(*joint)?;
                 link.joint = self.joint(*joint, &tree.dofs)?;
+                link.parent_from_joint = self.origin(*joint)? * self.offset(*joint, link.joint.as_ref())?;
             }
             tree.links.push(link);
             at += 1;
@@ -174,7 +195,10 @@ impl<'a> Reader<'a> {
             let name = self.name(*node, "name")?;
             let limit = children(*node, "limit").next();
             let of = |key: &str, or: f64| limit.map_or(Ok(or), |limit| self.number(limit, key, or));
-            let range = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
+            let [low, high] = if kind == "continuous" { [-PI, PI] } else { [of("lower", 0.0)?, of("upper", 0.0)?] };
+            let soft = children(*node, "safety_controller").next();
+            let soft = |key: &str, or: f64| soft.map_or(Ok(or), |soft| self.number(soft, key, or));
+            let range = [low.max(soft("soft_lower_limit", low)?), high.min(soft("soft_upper_limit", high)?)];
             if range[0] >= range[1] {
                 let message = format!(
                     "`{name}` goes from {} to {}, expected the smaller end first",
@@ -187,16 +211,14 @@ impl<'a> Reader<'a> {
             let dynamics = children(*node, "dynamics").next();
             let moving = |key: &str| dynamics.map_or(Ok(0.0), |dynamics| self.number(dynamics, key, 0.0));
             let speed = some(of("velocity", 0.0)?, USUAL_SPEED);
-            dofs.push(Dof {
-                name: name.into(),
-                range,
-                torque: some(of("effort", 0.0)?, USUAL_TORQUE),
-                speed,
-                acceleration: speed / SPEEDS_UP_S,
-                armature: USUAL_ARMATURE,
-                damping: moving("damping")?.max(0.0),
-                friction: moving("friction")?.max(0.0),
-            });
+            let torque = some(of("effort", 0.0)?, USUAL_TORQUE);
+            let (damping, friction) = (moving("damping")?.max(0.0), moving("friction")?.max(0.0));
+            // A joint that its motor could not bring to its speed has numbers of a simulator, not its own.
+            let moves = damping * speed + friction < torque;
+            let [damping, friction] = if moves { [damping, friction] } else { [0.0; 2] };
+            let acceleration = speed / SPEEDS_UP_S;
+            let armature = USUAL_ARMATURE;
+            dofs.push(Dof { name: name.into(), range, torque, speed, acceleration, armature, damping, friction });
         }
         Ok(dofs)
     }
@@ -211,9 +233,6 @@ impl<'a> Reader<'a> {
         let (mut driver, mut ratio) = (name, 1.0);
         if let Some(mimic) = children(node, "mimic").next() {
             (driver, ratio) = (self.name(mimic, "joint")?, self.number(mimic, "multiplier", 1.0)?);
-            if self.number(mimic, "offset", 0.0)? != 0.0 {
-                return Err(self.error(mimic, "a `mimic` with an offset is not supported".into()));
-            }
         }
         let dof = dofs
             .iter()
@@ -226,6 +245,15 @@ impl<'a> Reader<'a> {
         let axis = Unit::try_new(Vector3::from(axis), 1e-6)
             .ok_or_else(|| self.error(node, format!("`{name}` has an axis without direction")))?;
         Ok(Some(Joint { name: name.into(), kind, axis, dof, ratio }))
+    }
+
+    /// The motion of a joint by the offset of its `mimic`: about its own axis it is part of the joint's place.
+    fn offset(&self, node: Node<'a, 'a>, joint: Option<&Joint>) -> Result<Isometry3<f64>, InputError> {
+        let (Some(joint), Some(mimic)) = (joint, children(node, "mimic").next()) else {
+            return Ok(Isometry3::identity());
+        };
+        let offset = self.number(mimic, "offset", 0.0)?;
+        Ok(Joint { ratio: 1.0, ..joint.clone() }.motion(offset))
     }
 
     fn link(&self, node: Node<'a, 'a>, name: &str) -> Result<Link, InputError> {

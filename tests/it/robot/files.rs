@@ -68,6 +68,29 @@ fn a_hand_in_urdf_needs_only_its_fingertips_named() {
     let wanted =
         nalgebra::Point3::new(0.05 + 0.05 * near.cos() + 0.04 * far.cos(), 0.0, 0.05 * near.sin() + 0.04 * far.sin());
     assert!((tip - wanted).norm() < 1e-12, "{tip} and {wanted}");
+    let changed = |from: &str, to: &str| {
+        let text = urdf.replace(from, to);
+        assert_ne!(text, urdf);
+        open(Box::leak(text.into_boxed_str())).unwrap()
+    };
+    // A joint that mimics another one with an offset is bent by it where the other one is straight.
+    let offset = changed("<mimic ", "<mimic offset=\"0.3\" ");
+    let tip = offset.hands[&teachtree::base::hands::Side::Right].fingers[0].posture(&[0.0; robot::MAX_DOFS]).tip;
+    let wanted = nalgebra::Point3::new(0.05 + 0.05 + 0.04 * 0.3_f64.cos(), 0.0, 0.04 * 0.3_f64.sin());
+    assert!((tip - wanted).norm() < 1e-12, "{tip} and {wanted}");
+    // Soft limits are narrower.
+    let soft = "<safety_controller soft_lower_limit=\"-0.3\" soft_upper_limit=\"1\" k_velocity=\"1\"/></joint>";
+    let robot = changed("</joint>", soft);
+    assert_eq!(robot.tree.dofs[0].range, [-0.3, 0.4]);
+    // Friction against which no motor could move is a simulator's number.
+    let friction = |damping: f64| {
+        let dynamics = format!("<dynamics damping=\"{damping}\" friction=\"0.1\"/></joint>");
+        let dof = changed("</joint>", &dynamics).tree.dofs[0].clone();
+        [dof.damping, dof.friction]
+    };
+    assert_eq!([friction(0.07), friction(0.09)], [[0.07, 0.1], [0.0; 2]], "of 0.5 N m at 5 rad/s");
+    // Elements for other programs need no declaration of their prefix.
+    changed("</robot>", "<drake:joint name=\"x\"/></robot>");
     let wrong = |from: &str, to: &str| {
         let text: &'static str = Box::leak(urdf.replace(from, to).into_boxed_str());
         open(text).unwrap_err().to_string()
