@@ -80,7 +80,9 @@ struct Reader<'a> {
 }
 
 fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = Node<'a, 'a>> {
-    node.children().filter(move |child| child.tag_name().name() == name)
+    // Elements of simulators may have the same names under a prefix of their own.
+    let wanted = (node.tag_name().namespace(), name);
+    node.children().filter(move |child| (child.tag_name().namespace(), child.tag_name().name()) == wanted)
 }
 
 impl<'a> Reader<'a> {
