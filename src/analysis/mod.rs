@@ -240,7 +240,8 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
 }
 
 impl Track {
-    fn new(who: Who) -> Self {
+    /// A track without segments.
+    pub(crate) fn new(who: Who) -> Self {
         Self { who, segments: Vec::new(), relabeled: Vec::new(), tasks: Vec::new(), composites: Vec::new() }
     }
 }

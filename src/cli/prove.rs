@@ -7,7 +7,7 @@ use super::truth::{TruthArgs, lacks_labels};
 use super::{Failure, output};
 use crate::analysis::Analysis;
 use crate::analysis::difference::{changes, extent, tracks};
-use crate::analysis::score::{self, Known, NameMap, Stage, Tally};
+use crate::analysis::score::{Comparison, Known, NameMap, Side, compare};
 use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
 use crate::session;
 use crate::session::files::all_logs;
@@ -231,21 +231,27 @@ fn write_agreement(
         let _ = writeln!(printed, "  no label file in {}: which agrees better is not known", labels.display());
         return Ok(());
     }
-    let share = |analysis: &session::Analysis| {
-        let known = Known::new(analysis.rules().set());
-        let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, &known)?;
-        let mut all = Tally::default();
-        score::score(&truth, analysis.found(), Stage::Relabeled, analysis.meta())?
-            .iter()
-            .for_each(|row| all.add(&row.tally));
-        Ok::<_, Failure>((all.accuracy(), all.scored_s()))
+    let known = [ours, theirs].map(|analysis| Known::new(analysis.rules().set()));
+    let truth = |analysis: &session::Analysis, known: &Known| {
+        let (truth, _) = args.truth.of_session().of(analysis.log().opened()?, analysis.found(), names, known)?;
+        Ok::<_, Failure>(truth)
     };
-    let (one, other) = match (share(ours), share(theirs)) {
-        (Ok(one), Ok(other)) => (one, other),
-        _ if args.truth.labels.is_none() => return Ok(()),
-        (Err(error), _) | (_, Err(error)) => return Err(error),
+    let [of_ours, of_theirs] = &known;
+    let compared = truth(ours, of_ours).and_then(|one| {
+        let other = truth(theirs, of_theirs)?;
+        let one = Side { truth: &one, found: ours.found(), meta: ours.meta(), known: of_ours };
+        let other = Side { truth: &other, found: theirs.found(), meta: theirs.meta(), known: of_theirs };
+        Ok(compare([&one, &other])?)
+    });
+    let Comparison { accuracy, scored_s, unknown } = match compared {
+        Ok(compared) => compared,
+        Err(_) if args.truth.labels.is_none() => return Ok(()),
+        Err(error) => return Err(error),
     };
-    if let ((Some(one), scored_s), (Some(other), _)) = (one, other) {
+    for (primitive, time) in unknown {
+        let _ = writeln!(printed, "  the labels do not know {primitive}: {time:.1} s with it are not compared");
+    }
+    if let [Some(one), Some(other)] = accuracy {
         let better = match (other - one) * 100.0 {
             by if by > 0.05 => format!("{} agrees better", args.other.display()),
             by if by < -0.05 => format!("{} agrees better", args.one.display()),

@@ -61,6 +61,20 @@ impl Analysis {
         Ok(Self { found, meta, rules: rules.clone(), log: log.clone(), run })
     }
 
+    /// A log without rules: a track for each hand and for both, without segments.
+    ///
+    /// # Errors
+    /// What is wrong with the log.
+    #[cfg(feature = "studio")]
+    pub(crate) fn without_rules(log: &Log) -> Result<Self, Error> {
+        let rules = Rules::of_channels()?;
+        let mut analysis = Self::new(&rules, log)?;
+        let hands = log.hands();
+        let both = (hands.len() > 1).then_some(Who::Both);
+        analysis.found.tracks = hands.into_iter().map(Who::Hand).chain(both).map(Lane::new).collect();
+        Ok(analysis)
+    }
+
     /// The tracks that the log has: left, right, both.
     pub fn tracks(&self) -> impl Iterator<Item = Track<'_>> {
         self.found.tracks.iter().map(|inner| Track { inner })

@@ -119,6 +119,13 @@ impl Rules {
         Self::load(&request).ok()
     }
 
+    /// The channels of a log without a tree: rules by which a log is shown when its own rules do not run.
+    #[cfg(feature = "studio")]
+    pub(crate) fn of_channels() -> Result<Self, Error> {
+        let texts = vec![("channels".into(), "use \"stream.rules\"\n".into())];
+        Self::load(&Request { texts, ..Request::default() })
+    }
+
     pub(crate) fn load(request: &Request) -> Result<Self, Error> {
         let loaded = language::load(request);
         let sources = Arc::new(loaded.sources);

@@ -2,6 +2,7 @@
 
 use super::score;
 use crate::analysis::difference::{Extent, changes, extent};
+use crate::analysis::score::Comparison;
 use crate::report::page;
 use crate::session::Analysis;
 use serde_json::{Value, json};
@@ -17,8 +18,8 @@ pub enum Against {
     Both {
         /// How much the results differ.
         extent: Extent,
-        /// How much of the time the others agree with labels, 0 to 1; `None` without labels.
-        accuracy: Option<f64>,
+        /// How well the rules and the others agree with labels; `None` without labels.
+        labels: Option<Comparison>,
     },
     /// Why the other rules did not run.
     Failed(String),
@@ -34,15 +35,19 @@ impl Against {
         let (one, two) = (now.found(), other.found());
         let extent = extent(one, two, &changes(one, two));
         // Labels that cannot be read are in the row already.
-        let accuracy = score::tally(other).ok().flatten().and_then(|tally| tally.accuracy());
-        Self::Both { extent, accuracy }
+        let labels = score::compared(now, other).ok().flatten();
+        Self::Both { extent, labels }
     }
 
     /// The value of a row of the list.
     pub fn json(&self) -> Value {
         match self {
-            Self::Both { extent, accuracy } => json!({ "frames": extent.frames, "of_frames": extent.of_frames,
-                "segments": extent.segments, "of_segments": extent.of_segments, "accuracy": accuracy }),
+            Self::Both { extent, labels } => {
+                let [own, other] = labels.as_ref().map_or([None; 2], |labels| labels.accuracy);
+                let unknown = labels.as_ref().map(|labels| &labels.unknown);
+                json!({ "frames": extent.frames, "of_frames": extent.of_frames, "segments": extent.segments,
+                    "of_segments": extent.of_segments, "own": own, "accuracy": other, "unknown": unknown })
+            }
             Self::Failed(error) => json!({ "error": error }),
         }
     }

@@ -5,7 +5,7 @@
 
 use super::project::Studio;
 use super::tune;
-use crate::base::diagnostic::{Diagnostic, Severity};
+use crate::base::diagnostic::{Diagnostic, Severity, Source};
 use crate::base::error::{ErrorKind, InputError};
 use crate::language::{MAX_BYTES, Request};
 use crate::lsp::Sheet;
@@ -51,7 +51,28 @@ impl Studio {
 
     fn sheet(&self, at: usize, texts: &BTreeMap<String, String>) -> Result<Sheet, Error> {
         let loaded = self.loaded(at)?;
-        Ok(Sheet::new(&self.request(loaded.base.log(), texts)))
+        let sheet = Sheet::new(&self.request(loaded.log(), texts));
+        let mut state = self.state();
+        if loaded.epoch == state.epoch {
+            let read = |source: &&Source| !texts.contains_key(&source.name);
+            state.remember(sheet.sources().files.iter().filter(read));
+        }
+        drop(state);
+        Ok(sheet)
+    }
+
+    /// The files that a sheet reads and those with an edit: their texts as they are in the files and as they are now.
+    fn files(&self, sheet: &Sheet, edits: &BTreeMap<String, String>) -> Vec<Value> {
+        let state = self.state();
+        let read = sheet.sources().files.iter().map(|source| &source.name);
+        // A file that is no longer used keeps its text.
+        let left = edits.keys().filter(|name| !read.clone().any(|known| known == *name));
+        let files = read.clone().chain(left).filter_map(|name| {
+            let base = state.texts.get(name)?;
+            let is_own = text::read(Path::new(name), MAX_BYTES).is_ok();
+            Some(json!({ "name": name, "base": base, "text": edits.get(name).unwrap_or(base), "own": is_own }))
+        });
+        files.collect()
     }
 
     /// The rule files of a recording: their texts as they are in the files and as they are now, and what is wrong with them.
@@ -59,18 +80,12 @@ impl Studio {
     /// # Errors
     /// A recording or rules that cannot be read.
     pub fn texts(&self, at: usize) -> Result<Value, Error> {
-        let loaded = self.loaded(at)?;
         let (version, edits) = {
             let state = self.state();
             (state.edit_version, state.edits.clone())
         };
         let sheet = self.sheet(at, &edits)?;
-        let files = loaded.base.rules().set().sources.files.iter().map(|source| {
-            let on_disk = text::read(Path::new(&source.name), MAX_BYTES);
-            json!({ "name": source.name, "base": source.text, "text": edits.get(&source.name).unwrap_or(&source.text),
-                "own": on_disk.is_ok() })
-        });
-        Ok(json!({ "version": version, "files": files.collect::<Vec<_>>(), "findings": findings(&sheet) }))
+        Ok(json!({ "version": version, "files": self.files(&sheet, &edits), "findings": findings(&sheet) }))
     }
 
     /// Looks at texts and, where they have no error, runs them over a recording at once and over the others in the background. An answer with `error` has the
@@ -80,10 +95,13 @@ impl Studio {
     /// Texts of files that are none of the rules, or cannot be written; a recording that cannot be read.
     pub fn edit(&self, at: usize, sent: Texts) -> Result<Value, Error> {
         let loaded = self.loaded(at)?;
-        let base = &loaded.base.rules().set().sources.files;
+        let (version, before, params, base) = {
+            let state = self.state();
+            (state.edit_version, state.edits.clone(), state.params.clone(), state.texts.clone())
+        };
         let mut texts = BTreeMap::new();
         for (name, text) in sent.files {
-            let Some(source) = base.iter().find(|source| source.name == name) else {
+            let Some(was) = base.get(&name) else {
                 return Err(argument(InputError::new(name, "is no file of the rules")));
             };
             if text.len() as u64 > MAX_BYTES {
@@ -92,8 +110,8 @@ impl Studio {
             }
             // A page knows one kind of line end only.
             let text = text.replace("\r\n", "\n");
-            let text = if source.text.contains("\r\n") { text.replace('\n', "\r\n") } else { text };
-            if text == source.text {
+            let text = if was.contains("\r\n") { text.replace('\n', "\r\n") } else { text };
+            if text == *was {
                 continue;
             }
             if !Path::new(&name).is_file() {
@@ -102,17 +120,17 @@ impl Studio {
             }
             texts.insert(name, text);
         }
-        let (version, before, params) = {
-            let state = self.state();
-            (state.edit_version, state.edits.clone(), state.params.clone())
-        };
         if version != sent.version {
             return Ok(
                 json!({ "error": "another window has changed these rules", "version": version, "files": before }),
             );
         }
         let sheet = self.sheet(at, &texts)?;
-        let mut answer = json!({ "version": version, "findings": findings(&sheet), "sound": sheet.is_sound() });
+        // The page has those of the rule files as they are.
+        let is_new = |file: &Value| !loaded.base.sources().files.iter().any(|source| file["name"] == source.name);
+        let more: Vec<Value> = self.files(&sheet, &texts).into_iter().filter(is_new).collect();
+        let mut answer =
+            json!({ "version": version, "more": more, "findings": findings(&sheet), "sound": sheet.is_sound() });
         if !sheet.is_sound() {
             return Ok(answer);
         }
@@ -122,7 +140,7 @@ impl Studio {
                 state.edit_version += 1;
             });
         }
-        let refreshed = self.refresh(at);
+        let refreshed = self.refresh_running(at);
         let refused = match &refreshed {
             Ok(_) => None,
             Err(error) => Some(error.to_string()),
@@ -140,8 +158,8 @@ impl Studio {
         fields.insert("version".into(), json!(version));
         fields.insert("refused".into(), json!(refused));
         if let Ok(now) = refreshed {
-            fields.insert("lanes".into(), page::tracks(now.now.found()));
-            fields.insert("params".into(), tune::params(now.now.rules().set()));
+            fields.insert("lanes".into(), page::tracks(now.now.shown.found()));
+            fields.insert("params".into(), tune::params(now.now.set()));
         }
         Ok(answer)
     }

@@ -3,7 +3,8 @@
 
 use super::corrected::corrected;
 use super::labels;
-use super::project::{Loaded, Studio};
+use super::loaded::Loaded;
+use super::project::Studio;
 use crate::analysis::Analysis as Found;
 use crate::analysis::eaf::eaf;
 use crate::base::error::{ErrorKind, InputError};
@@ -32,9 +33,9 @@ fn keep(path: &Path, replace: bool) -> Result<(), Refused> {
 
 /// What was found in a recording, with its labels in its place.
 fn found(loaded: &Loaded) -> Result<Found, Error> {
-    let opened = loaded.now.log().opened()?;
+    let opened = loaded.log().opened()?;
     let labels = labels::read(opened, loaded.only()).map_err(argument)?;
-    Ok(corrected(loaded.now.found(), &labels.lines, &opened.row_time))
+    Ok(corrected(loaded.now.runs()?.found(), &labels.lines, &opened.row_time))
 }
 
 fn argument(error: InputError) -> Error {
@@ -46,9 +47,9 @@ fn argument(error: InputError) -> Error {
 /// # Errors
 /// A file that is there without `replace`, labels that cannot be read, a place that cannot be written.
 pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
-    let path = labels::beside(loaded.now.log().path(), "eaf");
+    let path = labels::beside(loaded.log().path(), "eaf");
     keep(&path, replace)?;
-    let text = eaf(&found(loaded)?, loaded.now.meta());
+    let text = eaf(&found(loaded)?, loaded.now.shown.meta());
     atomic_write::write(&path, |out| out.write_all(text.as_bytes())).map_err(argument)?;
     Ok(path)
 }

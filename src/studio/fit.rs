@@ -81,7 +81,7 @@ impl Studio {
         let edits = self.state().edits.clone();
         let options = self.rules.clone().buffers(tune::buffers(&edits));
         let first = self.loaded(at)?;
-        let rules = options.clone().for_log(first.base.log())?;
+        let rules = options.clone().for_log(first.log())?;
         let mut recordings = Vec::new();
         for number in 0..self.recordings.len() {
             if self.fitting().stopped {
@@ -89,7 +89,7 @@ impl Studio {
             }
             // What cannot be analyzed is said in the list.
             let Ok(loaded) = self.loaded(number) else { continue };
-            let log = loaded.base.log();
+            let log = loaded.log();
             let file = labels::file(&log.opened()?.log);
             let own = options.clone().for_log(log)?;
             if !file.is_file() || own.digest() != rules.digest() {
@@ -114,7 +114,7 @@ impl Studio {
             return Err(argument(error.help("`param NAME = VALUE in LOW .. HIGH` declares one")));
         }
         let space = space(rules.set(), &sites);
-        let request = options.request_for(first.base.log());
+        let request = options.request_for(first.log());
         let runner = Runner::new(recordings, rules.set().clone(), request, Stage::Relabeled);
         let groups = runner.names().len().min(GROUPS);
         let mut objectives = |points: &[Vec<f64>]| {

@@ -13,6 +13,7 @@ mod edits;
 mod export;
 mod fit;
 mod labels;
+mod loaded;
 mod project;
 mod queue;
 mod routes;

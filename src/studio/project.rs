@@ -3,16 +3,18 @@
 //! A recording is read once and stays in memory while there is room; rules with other params are evaluated over the frames that are there. Rows of the list
 //! hold only what the list shows.
 
-use super::against::{Against, Other};
+use super::against::Against;
 use super::labels::{self, Labels, Line, Refused};
+use super::loaded::{Agreement, Loaded, Now, Outcome};
 use super::{score, tune};
 use crate::analysis::Who;
 use crate::analysis::score::{Known, Tally};
+use crate::base::diagnostic::Source;
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::files;
 use crate::session::{Analysis, Error, LogOptions, RulesOptions};
 use crate::stream::read::formats;
-use serde_json::{Map, Value, json};
+use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -44,7 +46,7 @@ pub struct Options {
 pub struct Studio {
     /// In the order of the list.
     pub recordings: Vec<Recording>,
-    source: LogOptions,
+    pub(super) source: LogOptions,
     pub(super) rules: RulesOptions,
     /// Other rules that these are held against, with their name.
     pub against: Option<(String, RulesOptions)>,
@@ -98,12 +100,23 @@ pub struct State {
     /// Texts of rule files that differ from the files, by the name of the file, and how often they were changed.
     pub edits: BTreeMap<String, String>,
     pub edit_version: u64,
+    /// Texts of rule files as they were read, by the name of the file.
+    pub texts: BTreeMap<String, String>,
     /// One for each recording.
     pub rows: Vec<Row>,
     /// What a thread is at.
     pub claimed: BTreeSet<usize>,
     /// Recordings in memory; the one that was used last is the last.
     open: Vec<(usize, Arc<Loaded>)>,
+}
+
+impl State {
+    /// Keeps the texts of rule files that were read for the first time.
+    pub(super) fn remember<'a>(&mut self, read: impl Iterator<Item = &'a Source>) {
+        for source in read {
+            self.texts.entry(source.name.clone()).or_insert_with(|| source.text.clone());
+        }
+    }
 }
 
 /// What the list shows of a recording.
@@ -121,21 +134,6 @@ pub struct Row {
     pub against: Option<Against>,
 }
 
-/// What is known of the label file of a recording.
-#[derive(Clone, Default)]
-pub struct Agreement {
-    /// The version of the file; empty where there is none.
-    version: String,
-    /// How many of its lines a person set.
-    pinned: usize,
-    /// By the rules of now.
-    now: Option<Tally>,
-    /// By the rules as they are in the files.
-    base: Option<Tally>,
-    /// Why the labels cannot be scored.
-    error: Option<String>,
-}
-
 /// What was found, in brief.
 #[derive(Clone)]
 pub struct Summary {
@@ -145,66 +143,6 @@ pub struct Summary {
     /// The kinds of issues, each once.
     issues: BTreeSet<String>,
     issue_count: usize,
-}
-
-/// A recording in memory.
-pub struct Loaded {
-    /// Of which generation and epoch `now` is.
-    generation: u64,
-    epoch: u64,
-    /// By the rules as they are in the files.
-    pub base: Analysis,
-    /// By the rules with the texts and params that were changed.
-    pub now: Analysis,
-    /// By the rules that these are held against, or why there is nothing.
-    pub other: Option<Other>,
-}
-
-impl Loaded {
-    /// How many values it has, about.
-    fn values(&self) -> usize {
-        let recording = self.now.log().opened().map(|opened| &opened.recording);
-        recording.map_or(0, |recording| 2 * recording.columns.len() * recording.time.len())
-    }
-
-    /// The only track, which labels that name none are about.
-    pub fn only(&self) -> Option<Who> {
-        match self.now.found().tracks.as_slice() {
-            [track] => Some(track.who),
-            _ => None,
-        }
-    }
-
-    /// What is known of the label file.
-    fn agreement(&self) -> Agreement {
-        let read = || {
-            let opened = self.now.log().opened()?;
-            let labels = labels::read(opened, self.only()).map_err(|error| Error::new(error, ErrorKind::Argument))?;
-            let now = score::tally(&self.now)?;
-            let base = if self.base.meta() == self.now.meta() { now.clone() } else { score::tally(&self.base)? };
-            let pinned = labels.lines.iter().filter(|line| line.pinned).count();
-            Ok::<_, Error>(Agreement { version: labels.version, pinned, now, base, error: None })
-        };
-        read().unwrap_or_else(|error| Agreement { error: Some(error.to_string()), ..Agreement::default() })
-    }
-}
-
-impl Agreement {
-    /// The keys of a row of the list.
-    fn put(&self, fields: &mut Map<String, Value>) {
-        fields.insert("label_version".into(), json!(self.version));
-        fields.insert("labels".into(), json!(self.pinned));
-        fields.insert("score".into(), json!(self.now.as_ref().map(score::brief)));
-        fields.insert("base".into(), json!(self.base.as_ref().map(score::brief)));
-        if let Some(error) = &self.error {
-            fields.insert("score_error".into(), json!(error));
-        }
-    }
-
-    /// By how much more of the time the rules agree with the labels now, 0 to 1.
-    fn gain(&self) -> Option<f64> {
-        Some(self.now.as_ref()?.accuracy()? - self.base.as_ref()?.accuracy()?)
-    }
 }
 
 impl Studio {
@@ -254,10 +192,10 @@ impl Studio {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The recording by the rules of now, read and analyzed unless it is there.
+    /// The recording by the rules of now, read and analyzed unless it is there. Where the rules do not run it has no lanes.
     ///
     /// # Errors
-    /// What is wrong with the recording, or with the rules for it.
+    /// What is wrong with the recording.
     pub fn loaded(&self, at: usize) -> Result<Arc<Loaded>, Error> {
         let (generation, epoch, params, edits, known) = {
             let mut state = self.state();
@@ -272,8 +210,12 @@ impl Studio {
         if let Some(known) = known.as_ref().filter(|known| known.generation == generation) {
             return Ok(Arc::clone(known));
         }
-        let loaded = Arc::new(self.analyzed(at, known, (generation, epoch), (&params, &edits))?);
+        let now = Now { generation, epoch, params: &params, edits: &edits };
+        let loaded = Arc::new(self.analyzed(at, known.as_deref(), &now)?);
         let mut state = self.state();
+        if state.epoch == epoch {
+            state.remember(loaded.base.sources().files.iter());
+        }
         state.open.retain(|(number, _)| *number != at);
         state.open.push((at, Arc::clone(&loaded)));
         let mut values: usize = state.open.iter().map(|(_, one)| one.values()).sum();
@@ -283,52 +225,58 @@ impl Studio {
         Ok(loaded)
     }
 
-    fn analyzed(
-        &self,
-        at: usize,
-        known: Option<Arc<Loaded>>,
-        (generation, epoch): (u64, u64),
-        (params, edits): (&BTreeMap<String, String>, &BTreeMap<String, String>),
-    ) -> Result<Loaded, Error> {
-        let other = known.as_ref().filter(|known| known.epoch == epoch).and_then(|known| known.other.clone());
-        let base = match known {
-            Some(known) if known.epoch == epoch => known.base.clone(),
-            Some(known) => {
-                let rules = self.rules.clone().for_log(known.base.log())?;
-                known.base.by_rules(&rules)?
-            }
-            None => {
+    /// Analyzes a recording, with what is known of it from before.
+    ///
+    /// # Errors
+    /// What is wrong with the recording.
+    fn analyzed(&self, at: usize, known: Option<&Loaded>, now: &Now) -> Result<Loaded, Error> {
+        let Now { generation, epoch, params, edits } = *now;
+        let same = known.filter(|known| known.epoch == epoch);
+        let other = same.and_then(|known| known.other.clone());
+        let by = |of: &Analysis, rules: &RulesOptions| {
+            let found = rules.clone().for_log(of.log()).and_then(|rules| of.by_rules(&rules));
+            Outcome::of(found, of.log(), &rules.clone().request_for(of.log()))
+        };
+        let base = match (same, known) {
+            (Some(same), _) => same.base.clone(),
+            (None, Some(known)) => by(&known.base.shown, &self.rules)?,
+            (None, None) => {
                 let recording = self.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))?;
                 let log = self.source.clone().open(&recording.log)?;
                 log.read()?;
-                self.rules.clone().for_log(&log)?.analyze(&log)?
+                let found = self.rules.clone().for_log(&log).and_then(|rules| rules.analyze(&log));
+                Outcome::of(found, &log, &self.rules.clone().request_for(&log))?
             }
         };
         let edited = self.rules.clone().buffers(tune::buffers(edits));
-        let written = if edits.is_empty() { base.rules().clone() } else { edited.clone().for_log(base.log())? };
-        let own = params.iter().filter(|(name, _)| written.set().param(name).is_some());
-        let with = own.fold(edited, |rules, (name, value)| rules.param(name, value));
-        let now = match params.is_empty() && edits.is_empty() {
-            true => base.clone(),
-            false => base.by_rules(&with.for_log(base.log())?)?,
+        // Params of rules that do not run are those of other recordings.
+        let now = match (edits.is_empty(), params.is_empty() || base.runs().is_err()) {
+            (true, true) => base.clone(),
+            (is_written, _) => {
+                let log = base.shown.log();
+                let written = if is_written { Ok(base.shown.rules().clone()) } else { edited.clone().for_log(log) };
+                let takes = |name: &String| written.as_ref().is_ok_and(|rules| rules.set().param(name).is_some());
+                let own = params.iter().filter(|(name, _)| takes(name));
+                by(&base.shown, &own.fold(edited, |rules, (name, value)| rules.param(name, value)))?
+            }
         };
         let by_other = |rules: &RulesOptions| {
-            let found = rules.clone().for_log(base.log()).and_then(|rules| base.by_rules(&rules));
+            let found = rules.clone().for_log(base.shown.log()).and_then(|rules| base.shown.by_rules(&rules));
             found.map(Arc::new).map_err(|error| error.to_string())
         };
         let other = other.or_else(|| self.against.as_ref().map(|(_, rules)| by_other(rules)));
         Ok(Loaded { generation, epoch, base, now, other })
     }
-
     /// Analyzes a recording and puts what was found into its row.
+    ///
+    /// # Errors
+    /// As [`loaded`](Self::loaded).
     pub fn refresh(&self, at: usize) -> Result<Arc<Loaded>, Error> {
         let loaded = self.loaded(at);
-        let outcome = match &loaded {
-            Ok(loaded) => Ok(summary(&loaded.now)),
-            Err(error) => Err(error.to_string()),
-        };
+        let ran = loaded.as_ref().map_err(Error::clone).and_then(|loaded| loaded.now.runs());
+        let outcome = ran.map(summary).map_err(|error| error.to_string());
         let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
-        let both = |loaded: &Arc<Loaded>| loaded.other.as_ref().map(|other| Against::of(&loaded.now, other));
+        let both = |loaded: &Arc<Loaded>| Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?));
         let against = loaded.as_ref().ok().and_then(both);
         let mut state = self.state();
         let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
@@ -340,6 +288,16 @@ impl Studio {
         }
         state.revision += 1;
         loaded
+    }
+
+    /// The same, of rules that run.
+    ///
+    /// # Errors
+    /// Also why the rules do not run.
+    pub fn refresh_running(&self, at: usize) -> Result<Arc<Loaded>, Error> {
+        let loaded = self.refresh(at)?;
+        loaded.now.runs()?;
+        Ok(loaded)
     }
 
     /// The list, as the page takes it.
@@ -404,7 +362,7 @@ impl Studio {
     /// A recording or a label file that cannot be read.
     pub fn labels(&self, at: usize) -> Result<Labels, Error> {
         let loaded = self.loaded(at)?;
-        labels::read(loaded.now.log().opened()?, loaded.only()).map_err(|error| Error::new(error, ErrorKind::Argument))
+        labels::read(loaded.log().opened()?, loaded.only()).map_err(|error| Error::new(error, ErrorKind::Argument))
     }
 
     /// Saves the labels of a recording in the place of version `base`, and scores them.
@@ -415,8 +373,8 @@ impl Studio {
         let loaded = self.loaded(at)?;
         let saved = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
-            let known = Known::new(loaded.now.rules().set());
-            labels::write(loaded.now.log().opened()?, loaded.only(), base, lines, &known)
+            let known = Known::new(loaded.now.set());
+            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known)
         };
         self.refresh(at)?;
         Ok(saved)
@@ -428,12 +386,12 @@ impl Studio {
     /// Values that the rules do not take; those of before stay.
     pub fn turn(&self, at: usize, values: &BTreeMap<String, f64>) -> Result<Arc<Loaded>, Error> {
         let argument = |error| Error::new(error, ErrorKind::Argument);
-        let params = tune::overrides(self.loaded(at)?.now.rules().set(), values).map_err(argument)?;
+        let params = tune::overrides(self.loaded(at)?.now.runs()?.rules().set(), values).map_err(argument)?;
         let before = self.state().params.clone();
         if params != before {
             self.renew(|state| state.params = params);
         }
-        let turned = self.refresh(at);
+        let turned = self.refresh_running(at);
         if turned.is_err() {
             self.renew(|state| state.params = before);
             self.refresh(at)?;
@@ -447,10 +405,14 @@ impl Studio {
     /// Files that come with the program, were changed since, or cannot be written.
     pub fn save_params(&self, at: usize) -> Result<Vec<String>, Error> {
         let loaded = self.loaded(at)?;
-        let params = self.state().params.clone();
+        let now = loaded.now.runs()?.rules().set();
+        let (params, edits, texts) = {
+            let state = self.state();
+            (state.params.clone(), state.edits.clone(), state.texts.clone())
+        };
         let files = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
-            let saved = tune::save(loaded.base.rules().set(), loaded.now.rules().set(), &params);
+            let saved = tune::save(&texts, now, &edits, &params);
             saved.map_err(|error| Error::new(error, ErrorKind::Argument))?
         };
         self.reload();
@@ -463,6 +425,7 @@ impl Studio {
             state.epoch += 1;
             state.params.clear();
             state.edits.clear();
+            state.texts.clear();
             state.edit_version += 1;
             state.rows.iter_mut().for_each(|row| row.confidence = None);
         });

@@ -50,11 +50,16 @@ impl Studio {
             // What went wrong is in the row.
             Job::Analyze(at) => _ = self.refresh(at),
             Job::Confidence(at) => {
-                let least = self.loaded(at).and_then(|loaded| loaded.base.clone().with_confidence()).map(|analysis| {
-                    let shares =
-                        analysis.found().tracks.iter().flat_map(|track| &track.tasks).filter_map(|it| it.confidence);
-                    shares.reduce(f64::min)
-                });
+                let least =
+                    self.loaded(at).and_then(|loaded| loaded.base.runs()?.clone().with_confidence()).map(|analysis| {
+                        let shares = analysis
+                            .found()
+                            .tracks
+                            .iter()
+                            .flat_map(|track| &track.tasks)
+                            .filter_map(|it| it.confidence);
+                        shares.reduce(f64::min)
+                    });
                 let mut state = self.state();
                 if let Some(row) = state.rows.get_mut(at) {
                     row.confidence = Some(least.unwrap_or_default());

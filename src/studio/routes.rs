@@ -2,7 +2,8 @@
 
 use super::edits::{Place, Texts};
 use super::labels::{Labels, Line, Refused};
-use super::project::{Loaded, Studio};
+use super::loaded::Loaded;
+use super::project::Studio;
 use super::video::videos;
 use super::{against, export, tune};
 use crate::analysis::UNKNOWN;
@@ -97,7 +98,7 @@ fn answer(request: &Request, path: &str, changes: bool, studio: &Studio) -> Resp
         }),
         (true, ["params"]) => body(request, |values: BTreeMap<String, f64>| {
             let loaded = studio.turn(at, &values)?;
-            Ok(Response::json(&page::tracks(loaded.now.found())))
+            Ok(Response::json(&page::tracks(loaded.now.shown.found())))
         }),
         (true, ["fit"]) => Response::json(&studio.begin_fit(at)),
         (false, ["rules"]) => answered(studio.texts(at)),
@@ -159,7 +160,7 @@ fn body<T: DeserializeOwned>(request: &Request, answer: impl FnOnce(T) -> Result
 fn video(at: &str, place: &str, studio: &Studio) -> Response {
     let found = number(at, studio).zip(place.parse::<usize>().ok()).and_then(|(at, place)| {
         let loaded = studio.loaded(at).ok()?;
-        videos(loaded.now.log()).ok()?.into_iter().nth(place)
+        videos(loaded.log()).ok()?.into_iter().nth(place)
     });
     let Some(video) = found else { return nothing() };
     match File::open(&video.file) {
@@ -180,12 +181,15 @@ fn explained(request: &Request, at: usize, studio: &Studio) -> Response {
     let question = request.asked("track").and_then(Who::from_name).into_iter().fold(question, Question::track);
     let question =
         request.asked("why_not").filter(|name| !name.is_empty()).into_iter().fold(question, Question::why_not);
-    answered(studio.loaded(at).and_then(|loaded| Ok(json!({ "text": loaded.now.explain(&question)?.to_string() }))))
+    answered(
+        studio.loaded(at).and_then(|loaded| Ok(json!({ "text": loaded.now.runs()?.explain(&question)?.to_string() }))),
+    )
 }
 
-/// The page, with the place of a recording in it and, above its replay, that of videos.
+/// The page, with the place of a recording in it and, above its replay, that of videos; its keys stand with those of the report.
 fn index() -> String {
     let bench = page::PLACE.replace("<div id=\"side\">", "<div id=\"side\">\n<div id=\"videos\" hidden></div>");
+    let bench = bench.replace("</p>\n</details>", &format!("</p>\n{}</details>", include_str!("page/keys.html")));
     INDEX.replace("<!--bench-->", &bench)
 }
 
@@ -212,13 +216,16 @@ fn list(request: &Request, studio: &Studio) -> Response {
 
 /// All that the page shows of a recording.
 fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, Error> {
-    let analysis = &loaded.now;
+    let analysis = &loaded.now.shown;
     let recording = &analysis.log().opened()?.recording;
     let mismatch = |error| Error::new(error, crate::base::error::ErrorKind::Mismatch);
     let data = page::data(&analysis.explained()?, recording, analysis.meta()).map_err(mismatch)?;
-    let rules = analysis.rules();
+    let failed = loaded.now.runs().err().map(|error| error.to_string());
+    // Rules that do not run have no params to be turned.
+    let params = loaded.now.runs().map_or_else(|_| json!([]), |analysis| tune::params(analysis.rules().set()));
+    let files: Vec<&str> = loaded.now.sources().files.iter().map(|source| source.name.as_str()).collect();
     let name = studio.recordings.get(at).map(|recording| &recording.name);
-    let known = Known::new(rules.set());
+    let known = Known::new(loaded.now.set());
     let tasks: Vec<&str> = known.tasks.iter().map(String::as_str).chain([UNKNOWN]).collect();
     // What is wrong with labels or videos does not keep the recording from being shown.
     let (labels, label_error) = match studio.labels(at) {
@@ -230,8 +237,8 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
     let videos =
         found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));
     Ok(json!({
-        "name": name, "data": data, "rules": rules.files().collect::<Vec<_>>(), "digest": rules.digest(), "who": studio.who,
-        "colors": page::colors_of(rules.set()), "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
-        "params": tune::params(loaded.now.rules().set()), "videos": videos.collect::<Vec<_>>(), "against": against,
+        "name": name, "data": data, "rules": files, "failed": failed, "who": studio.who,
+        "colors": page::colors_of(loaded.now.set()), "names": { "primitive": known.primitives, "task": tasks }, "labels": labels, "label_error": label_error,
+        "params": params, "videos": videos.collect::<Vec<_>>(), "against": against,
     }))
 }

@@ -1,7 +1,7 @@
 //! How well rules agree with the labels of a recording: the counts of `score --labels`.
 
 use super::labels;
-use crate::analysis::score::{Known, NameMap, Stage, Tally, score};
+use crate::analysis::score::{Comparison, Known, NameMap, Side, Stage, Tally, Truth, compare, score};
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::{Analysis, Error, Labels};
 use serde_json::{Value, json};
@@ -11,18 +11,38 @@ use serde_json::{Value, json};
 /// # Errors
 /// Labels that cannot be read, or that name what the rules do not have.
 pub fn tally(analysis: &Analysis) -> Result<Option<Tally>, Error> {
+    let Some((truth, _)) = truth(analysis)? else { return Ok(None) };
+    let rows = score(&truth, analysis.found(), Stage::Relabeled, analysis.meta()).map_err(argument)?;
+    let mut all = Tally::default();
+    rows.iter().for_each(|row| all.add(&row.tally));
+    Ok(Some(all))
+}
+
+/// How well two results of a recording agree with its labels; none where it has no label file.
+///
+/// # Errors
+/// As [`tally`].
+pub fn compared(now: &Analysis, other: &Analysis) -> Result<Option<Comparison>, Error> {
+    let (Some((one, known)), Some((two, known_by_other))) = (truth(now)?, truth(other)?) else { return Ok(None) };
+    let one = Side { truth: &one, found: now.found(), meta: now.meta(), known: &known };
+    let two = Side { truth: &two, found: other.found(), meta: other.meta(), known: &known_by_other };
+    compare([&one, &two]).map(Some).map_err(argument)
+}
+
+/// The labels of a recording, in the names of the rules.
+fn truth(analysis: &Analysis) -> Result<Option<(Truth, Known)>, Error> {
     let opened = analysis.log().opened()?;
     let file = labels::file(&opened.log);
     if !file.is_file() {
         return Ok(None);
     }
-    let argument = |error: InputError| Error::new(error, ErrorKind::Argument);
     let known = Known::new(analysis.rules().set());
     let (truth, _) = Labels::file(file).of(opened, analysis.found(), &NameMap::default(), &known).map_err(argument)?;
-    let rows = score(&truth, analysis.found(), Stage::Relabeled, analysis.meta()).map_err(argument)?;
-    let mut all = Tally::default();
-    rows.iter().for_each(|row| all.add(&row.tally));
-    Ok(Some(all))
+    Ok(Some((truth, known)))
+}
+
+fn argument(error: InputError) -> Error {
+    Error::new(error, ErrorKind::Argument)
 }
 
 /// The measures that the page shows; what cannot be said is `null`.

@@ -57,12 +57,17 @@ pub fn buffers(texts: &BTreeMap<String, String>) -> BTreeMap<PathBuf, String> {
     texts.iter().filter_map(|(name, text)| Some((path(name)?, text.clone()))).collect()
 }
 
-/// Writes the texts of rules, with values of params in the place of those that stand in them, into their files; all files or none. `base` are the rules as the
-/// files were read. Returns the files that were written.
+/// Writes the texts of rules, with values of params in the place of those that stand in them, into their files; all files or none. `read` are the texts of the
+/// files as they were read, `edits` those that were changed. Returns the files that were written.
 ///
 /// # Errors
 /// A file that comes with the program or was changed since it was read, or that cannot be written.
-pub fn save(base: &Rules, now: &Rules, values: &BTreeMap<String, String>) -> Result<Vec<String>, InputError> {
+pub fn save(
+    read: &BTreeMap<String, String>,
+    now: &Rules,
+    edits: &BTreeMap<String, String>,
+    values: &BTreeMap<String, String>,
+) -> Result<Vec<String>, InputError> {
     let sites = param_sites(now);
     let changes: Vec<(&ParamSite, String)> =
         sites.iter().filter_map(|site| Some((site, values.get(&site.name)?.clone()))).collect();
@@ -72,28 +77,32 @@ pub fn save(base: &Rules, now: &Rules, values: &BTreeMap<String, String>) -> Res
     let rewritten: BTreeMap<usize, String> = param_sites::rewritten(now, &changes).into_iter().collect();
     let mut files = Files::default();
     let mut names = Vec::new();
-    for (at, source) in now.sources.files.iter().enumerate() {
-        let text = rewritten.get(&at).unwrap_or(&source.text);
-        let was = base.sources.files.iter().find(|known| known.name == source.name);
-        let was = was.map_or(&source.text, |known| &known.text);
+    let files_of_now = now.sources.files.iter().enumerate();
+    let texts = files_of_now.map(|(at, source)| {
+        (&source.name, rewritten.get(&at).unwrap_or(&source.text), read.get(&source.name).unwrap_or(&source.text))
+    });
+    // A file that is no longer used keeps what was changed in it.
+    let left = edits.iter().filter(|(name, _)| !now.sources.files.iter().any(|source| source.name == **name));
+    let left = left.filter_map(|(name, text)| Some((name, text, read.get(name)?)));
+    for (name, text, was) in texts.chain(left) {
         if text == was {
             continue;
         }
-        let on_disk = text::read(Path::new(&source.name), MAX_BYTES);
+        let on_disk = text::read(Path::new(name), MAX_BYTES);
         if on_disk.as_ref().ok() != Some(was) {
             let error = match on_disk {
-                Ok(_) => InputError::new(&source.name, "was changed since the studio read it")
+                Ok(_) => InputError::new(name, "was changed since the studio read it")
                     .help("keep a copy of your text, reload the rules and change them again"),
                 Err(_) => {
-                    let name = source.name.strip_prefix("rules/").unwrap_or(&source.name);
-                    InputError::new(&source.name, "comes with the program and cannot be written")
-                        .help(format!("`teachtree show {name} > {name}` makes a copy of your own; start the studio with --rules and that folder's files"))
+                    let file = name.strip_prefix("rules/").unwrap_or(name);
+                    InputError::new(name, "comes with the program and cannot be written")
+                        .help(format!("`teachtree show {file} > {file}` makes a copy of your own; start the studio with --rules and that folder's files"))
                 }
             };
             return Err(error);
         }
-        files.add(Path::new(&source.name), |out| out.write_all(text.as_bytes()))?;
-        names.push(source.name.clone());
+        files.add(Path::new(name), |out| out.write_all(text.as_bytes()))?;
+        names.push(name.clone());
     }
     files.commit()?;
     Ok(names)

@@ -264,8 +264,11 @@ impl Browser {
     /// Presses a key.
     pub fn key(&mut self, key: &str) {
         let mut event = json!({ "type": "keyDown", "key": key });
-        if key.chars().count() == 1 {
-            event["text"] = key.into();
+        match key {
+            // By its text a button is pressed.
+            "Enter" => event["text"] = "\r".into(),
+            _ if key.chars().count() == 1 => event["text"] = key.into(),
+            _ => {}
         }
         self.call("Input.dispatchKeyEvent", event);
         self.call("Input.dispatchKeyEvent", json!({ "type": "keyUp", "key": key }));

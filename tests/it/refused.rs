@@ -223,3 +223,17 @@ fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
     let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(help.contains("`simulate` refuses such commands"), "{help}");
 }
+
+#[test]
+fn a_table_without_a_header_is_told_what_is_expected() {
+    let folder = tempfile::tempdir().unwrap();
+    let log = file(&folder, "bare.csv", "0.0,1.5,2\n0.1,1,2\n0.2,1,2\n");
+    for args in [&["analyze", log.as_str()][..], &["analyze", &log, "--scene", "scenes/pick_and_place.yaml"]] {
+        let printed = refused(args);
+        assert!(
+            printed.contains("bare.csv row 1: the columns have no names, expected a header such as `time [s],"),
+            "{printed}"
+        );
+        assert!(printed.contains("help: add a header, or name the columns by their numbers in a binding"), "{printed}");
+    }
+}

@@ -4,6 +4,7 @@
 //! error at 0; rates lie between 0 and 1.
 
 mod alignment;
+mod comparison;
 mod contact;
 mod json;
 mod layout;
@@ -17,6 +18,7 @@ mod tasks;
 mod truth;
 
 pub use alignment::MAX_PAIRS;
+pub use comparison::{Comparison, Side, compare};
 pub use json::{SCHEMA, json};
 pub use map::{Known, NameMap, TaskParts};
 pub use overlap::{Matches, OVERLAPS};

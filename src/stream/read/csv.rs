@@ -46,6 +46,13 @@ pub(in crate::stream) fn read_source(
     path: &Path,
     scene: Option<&Path>,
 ) -> Result<Read, InputError> {
+    let is_untitled = |(at, title): (usize, &String)| *title == (at + 1).to_string();
+    let header = source.header();
+    if !header.is_empty() && header.iter().enumerate().all(is_untitled) {
+        let message = "the columns have no names, expected a header such as `time [s],right.palm.position.x [m],…`";
+        let error = InputError::new(&source.header_place, message);
+        return Err(error.help("add a header, or name the columns by their numbers in a binding: `time: 1`"));
+    }
     let (own, events) = (source.scene.take(), std::mem::take(&mut source.events));
     let scene = match (scene, own) {
         (Some(scene), _) => read_scene(scene)?,

@@ -99,10 +99,11 @@ export function tellDifferences() {
   if (!counts) return;
   const name = against.rules;
   const parts = [counts.frames ? `${counts.frames} of ${counts.of_frames} frames and ${counts.segments} of ${counts.of_segments} segments differ from ${name}` : `no difference to ${name}`];
-  if (row.score && counts.accuracy !== null) {
-    const by = Math.round((row.score.accuracy - counts.accuracy) * 1000);
-    parts.push(`the rules agree with the labels in ${percent(row.score.accuracy)} of the time, ${name} in ${percent(counts.accuracy)}${by ? `: ${by > 0 ? "the rules" : name} better` : ""}`);
+  if (counts.own !== null && counts.accuracy !== null) {
+    const by = Math.round((counts.own - counts.accuracy) * 1000);
+    parts.push(`the rules agree with the labels in ${percent(counts.own)} of the time, ${name} in ${percent(counts.accuracy)}${by ? `: ${by > 0 ? "the rules" : name} better` : ""}`);
   }
+  for (const [primitive, time] of Object.entries(counts.unknown ?? {})) parts.push(`the labels do not know ${primitive}: ${time.toFixed(1)} s with it are not compared`);
   words.textContent = parts.join("; ");
 }
 

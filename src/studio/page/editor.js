@@ -19,7 +19,10 @@ const plain = (text) => text.replaceAll("\r\n", "\n");
 const chosen = () => rules.files.find((file) => file.name === choice.value);
 const textOf = (file) => rules.texts[file.name] ?? file.base;
 const changed = () => Object.keys(rules.texts).length > 0;
-const isSound = () => !rules.findings.some((one) => one.severity === "error");
+const isError = (one) => one.severity === "error";
+const isSound = () => !rules.findings.some(isError);
+/** Whether texts have errors that are only here; errors of the files are in the files. */
+const isHeld = () => changed() && !isSound();
 
 // ---- drawing
 
@@ -71,8 +74,32 @@ function take({ version, files, findings }) {
   conflict.hidden = true;
   const before = choice.value, text = area.value;
   options();
+  if (!isSound()) showErrors();
   if (before !== choice.value || !chosen() || plain(textOf(chosen())) !== text) showFile();
   else { drawFindings(); bar(); }
+}
+
+/** Rule files that do not run are shown with the first error. */
+function showErrors() {
+  const { file } = rules.findings.find((one) => isError(one) && one.file) ?? {};
+  place.open = true;
+  if (file) choice.value = file;
+  tellErrors();
+}
+
+function tellErrors() {
+  const errors = rules.findings.filter(isError).length;
+  const lanes = current.answer?.failed ? "there are no lanes until they are mended" : "the lanes are those of the last text without";
+  status.textContent = `${errors} error${errors > 1 ? "s" : ""}: ${lanes}`;
+}
+
+/** Takes files that the texts of now use and those of before did not; what was changed in a file stays. */
+function takeFiles(more) {
+  const names = more.map((file) => file.name);
+  rules.files = [...rules.files.filter((file) => !file.isNew || names.includes(file.name)), ...more.filter(({ name }) => !rules.files.some((file) => file.name === name)).map((file) => ({ ...file, isNew: true }))];
+  const before = choice.value;
+  options();
+  if (before !== choice.value) showFile();
 }
 
 async function read() {
@@ -111,14 +138,15 @@ async function run() {
   try {
     const answer = await put(`api/recording/${at}/rules`, { version: rules.version, files: rules.texts });
     Object.assign(rules, { version: answer.version, findings: answer.findings });
-    const errors = answer.findings.filter((one) => one.severity === "error").length;
+    takeFiles(answer.more);
     if (answer.lanes && current.at === at) {
       showTracks(answer.lanes.tracks, answer.lanes.colors);
       takeParams(answer.params);
     }
-    status.textContent = answer.refused ?? (errors ? `${errors} error${errors > 1 ? "s" : ""}: the lanes are those of the last text without` : `analyzed in ${Math.round(performance.now() - began)} ms`);
+    if (isSound()) status.textContent = answer.refused ?? `analyzed in ${Math.round(performance.now() - began)} ms`;
+    else tellErrors();
     refused = Boolean(answer.refused);
-    tell();
+    if (answer.lanes) tell();
   } catch (error) {
     refused = true;
     if (error.status === 409) {
@@ -170,7 +198,7 @@ byId("write-rules").addEventListener("click", async () => {
 
 /** The list says which version the texts have: what another window changed is shown. */
 export function followRules(version) {
-  if (version !== rules.version && rules.files.length && !asking && !unsent && !rules.theirs && isSound()) read();
+  if (version !== rules.version && rules.files.length && !asking && !unsent && !rules.theirs && !isHeld()) read();
 }
 
 // ---- findings
@@ -300,6 +328,6 @@ popup.addEventListener("pointerdown", (event) => {
 onOpen((_, again) => {
   place.hidden = false;
   // Texts with errors are only here: they are kept, over another recording too.
-  if (unsent || !isSound()) { if (!again) run(); return; }
+  if (unsent || isHeld()) { if (!again) run(); return; }
   if (!again || document.activeElement !== area) read();
 });

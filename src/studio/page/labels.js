@@ -6,11 +6,13 @@ import { current, onOpen } from "./recording.js";
 import { get, post, put, say as sayAt } from "./server.js";
 
 const BAR = 20, GAP = 3, INK = "#16191f", AUTO = "#9aa4b2";
+/** Moves by keys that are no further apart are undone together, ms. */
+const PAUSE = 1500;
 const byId = (id) => document.getElementById(id);
 const place = byId("labeling"), name = byId("label-name"), who = byId("label-by"), status = byId("label-status"), conflict = byId("conflict");
 
 /** The lines that are shown, the version of the file that they came from, and what they were before. */
-const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined, unreadable: undefined };
+const labels = { lines: [], version: "", undo: [], redo: [], shown: undefined, selected: undefined, saving: undefined, unsaved: false, theirs: undefined, unreadable: undefined, nudged: undefined };
 
 const tracks = () => view.data.tracks;
 const sign = () => ({ by: who.value.trim(), at: new Date().toISOString().slice(0, 19) + "Z" });
@@ -25,12 +27,23 @@ function colorOf(number, kind, label) {
   return tracks()[number].tasks.find((task) => task.task === label)?.color || AUTO;
 }
 
+/** The boundaries of a lane that can be moved, in order of time: two labels that meet have one. */
+function edgesOf(number, kind) {
+  const spans = spansOf(number, kind), { start, end } = view.data;
+  const all = spans.flatMap((span, at) => {
+    const meetsNext = spans[at + 1] && Math.abs(spans[at + 1].start - span.end) < 1e-6;
+    const first = { number, kind, at, last: false, time: span.start, span };
+    return meetsNext ? [first] : [first, { ...first, last: true, time: span.end }];
+  });
+  return kind === "task" ? all : all.filter(({ time }) => time > start + 1e-9 && time < end - 1e-9);
+}
+
 function lane(kind) {
   return (number, x, top, width) => {
     const track = tracks()[number], spans = spansOf(number, kind);
     if (kind === "task" && (track.who === "both" || !spans.length)) return { svg: "", labels: "", height: 0 };
     const found = effective(track, [], kind);
-    let bars = "", edges = "";
+    let bars = "";
     spans.forEach((span, at) => {
       if (span.end <= state.from || span.start >= state.to) return;
       const left = x(span.start), right = Math.max(left + 1, x(span.end)), shownLeft = Math.max(0, left);
@@ -45,15 +58,13 @@ function lane(kind) {
         return to - from < 0.5 ? "" : `<rect class="differs" x="${from}" y="${top + BAR - 3}" width="${to - from}" height="3"/>`;
       }).join("");
       bars += `<g class="${classes}" data-own data-label="${number} ${kind} ${at}" role="button" tabindex="0" aria-label="${escaped(`${track.who} ${nameOf[kind]}: ${title}`)}"><title>${escaped(title)}</title><rect x="${left}" y="${top}" width="${right - left}" height="${BAR}" fill="${colorOf(number, kind, span.label)}"/>${differs}${letters ? `<text x="${shownLeft + 4}" y="${top + 14}"${span.line ? ` fill="${INK}"` : ""}>${escaped(letters)}</text>` : ""}</g>`;
-      const next = spans[at + 1], meetsNext = next && Math.abs(next.start - span.end) < 1e-6;
-      for (const last of meetsNext ? [false] : [false, true]) {
-        const time = last ? span.end : span.start;
-        if (time < state.from || time > state.to || (kind === "primitive" && (time <= view.data.start + 1e-9 || time >= view.data.end - 1e-9))) continue;
-        const half = Math.max(2, Math.min(6, (right - left) / 2)), text = `${last ? "end" : "start"} of ${span.label}, ${seconds(time)}`;
-        edges += `<g class="limit own" data-own data-edge="${number} ${kind} ${at} ${last ? 1 : 0}" role="slider" tabindex="0" aria-label="${escaped(`${track.who} ${nameOf[kind]}: ${last ? "end" : "start"} of ${span.label}`)}" aria-valuenow="${time.toFixed(3)}" aria-valuemin="${view.data.start.toFixed(3)}" aria-valuemax="${view.data.end.toFixed(3)}" aria-valuetext="${seconds(time)}"><title>${escaped(text)}</title><rect x="${x(time) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(time)} ${top - 1}v${BAR + 2}"/></g>`;
-      }
     });
-    return { svg: bars + edges, labels: `<text class="name" x="${GUTTER - 8}" y="${top + 14}">${nameOf[kind]}</text>`, height: BAR + GAP };
+    const edges = edgesOf(number, kind).filter(({ time }) => time >= state.from && time <= state.to).map(({ at, last, time, span }) => {
+      const wide = Math.max(1, x(span.end) - x(span.start));
+      const half = Math.max(2, Math.min(6, wide / 2)), text = `${last ? "end" : "start"} of ${span.label}, ${seconds(time)}`;
+      return `<g class="limit own" data-own data-edge="${number} ${kind} ${at} ${last ? 1 : 0}" role="slider" tabindex="0" aria-label="${escaped(`${track.who} ${nameOf[kind]}: ${last ? "end" : "start"} of ${span.label}`)}" aria-valuenow="${time.toFixed(3)}" aria-valuemin="${view.data.start.toFixed(3)}" aria-valuemax="${view.data.end.toFixed(3)}" aria-valuetext="${seconds(time)}"><title>${escaped(text)}</title><rect x="${x(time) - half}" y="${top - 1}" width="${2 * half}" height="${BAR + 2}"/><path d="M${x(time)} ${top - 1}v${BAR + 2}"/></g>`;
+    });
+    return { svg: bars + edges.join(""), labels: `<text class="name" x="${GUTTER - 8}" y="${top + 14}">${nameOf[kind]}</text>`, height: BAR + GAP };
   };
 }
 added.lanes.push(lane("primitive"), lane("task"));
@@ -73,6 +84,35 @@ function selectorOf(element) {
 added.drawn.push(() => {
   if (focused && document.activeElement === document.body) lanes.querySelector(focused)?.focus({ preventScroll: true });
 });
+
+/** Takes the focus to a part of the lanes, which may be drawn in a moment only. */
+function focusOn(selector) {
+  const element = lanes.querySelector(selector);
+  if (element) return element.focus({ preventScroll: true });
+  document.activeElement.blur();
+  focused = selector;
+  draw();
+}
+
+/** Takes the focus to the boundary nearest to the time cursor; from a boundary to the one `by` places after it in its lane. */
+function goToBoundary(by) {
+  const from = edgeOf(document.activeElement);
+  const { number, kind } = from || labels.selected || { number: 0, kind: "primitive" };
+  const edges = edgesOf(number, kind), at = from ? edges.findIndex((edge) => edge.at === from.at && edge.last === from.last) : -1;
+  const apart = (edge) => Math.abs(edge.time - state.cursor);
+  const next = at >= 0 ? edges[at + by] : edges.reduce((best, edge) => best && apart(best) <= apart(edge) ? best : edge, undefined);
+  if (!next) return;
+  setTime(next.time);
+  focusOn(`[data-edge="${number} ${kind} ${next.at} ${next.last ? 1 : 0}"]`);
+}
+
+/** Takes the focus to the label at the time cursor. */
+function goToLabel() {
+  const one = meant();
+  if (!one) return;
+  select(one.number, one.kind, one.at);
+  focusOn(`[data-label="${one.number} ${one.kind} ${one.at}"]`);
+}
 
 // ---- which label is meant
 
@@ -117,7 +157,16 @@ function bar() {
 function change(lines) {
   labels.undo.push(labels.lines);
   labels.redo = [];
+  labels.nudged = undefined;
   set(lines);
+}
+
+/** A boundary moved by a key. Moves of one boundary that follow each other soon are one step of undo. */
+function nudge(edge, lines) {
+  const boundary = JSON.stringify(edge), now = performance.now(), last = labels.nudged;
+  if (last?.boundary === boundary && last.lines === labels.lines && now - last.at < PAUSE) set(lines);
+  else change(lines);
+  labels.nudged = { boundary, lines, at: now };
 }
 
 function set(lines) {
@@ -311,7 +360,7 @@ lanes.addEventListener("keydown", (event) => {
   if (edge && by && !event.ctrlKey && !event.metaKey) {
     const span = spansOf(edge.number, edge.kind)[edge.at];
     const time = onFrame((edge.last ? span.end : span.start) + by * (event.shiftKey ? 10 : 1) * (view.step || 1e-3));
-    change(movedTo(edge, time));
+    nudge(edge, movedTo(edge, time));
     setTime(time);
   } else if (label && (event.key === "Enter" || event.key === " ")) {
     const [number, kind, at] = label.dataset.label.split(" ");
@@ -337,9 +386,10 @@ document.addEventListener("keydown", (event) => {
     name.focus();
     event.preventDefault();
   }
-  if (!command) return;
+  const go = !event.ctrlKey && !event.metaKey && { b: () => goToBoundary(1), B: () => goToBoundary(-1), l: goToLabel }[event.key];
+  if (!command && !go) return;
   event.preventDefault();
-  commands[command]();
+  if (go) go(); else commands[command]();
 });
 
 for (const id of ["undo", "redo", "split", "merge", "unknown", "release", "accept"]) byId(id).addEventListener("click", () => commands[id]());
@@ -389,7 +439,17 @@ async function write(form, replace) {
     say(error.message, true);
   }
 }
-for (const form of ["elan", "lerobot"]) byId(`export-${form}`).addEventListener("click", () => write(form, false));
+const menu = byId("exports");
+const close = () => { menu.open = false; };
+for (const form of ["elan", "lerobot"]) byId(`export-${form}`).addEventListener("click", () => { close(); write(form, false); });
+document.addEventListener("pointerdown", (event) => { if (!menu.contains(event.target)) close(); });
+menu.addEventListener("focusout", (event) => { if (event.relatedTarget && !menu.contains(event.relatedTarget)) close(); });
+menu.addEventListener("keydown", (event) => {
+  if (event.key !== "Escape" || !menu.open) return;
+  close();
+  menu.querySelector("summary").focus();
+  event.stopPropagation();
+});
 
 onOpen((answer, again) => {
   place.hidden = false;

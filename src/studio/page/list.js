@@ -21,6 +21,17 @@ export function listen(open) {
     if (row) choose(Number(row.dataset.at));
   });
   for (const filter of Object.values(filters)) filter.addEventListener("input", draw);
+  place.addEventListener("keydown", (event) => {
+    const by = { ArrowDown: 1, ArrowUp: -1 }[event.key], rows = [...place.querySelectorAll("[data-at]")];
+    if (!by || event.ctrlKey || event.altKey || event.metaKey) return;
+    rows[rows.indexOf(document.activeElement) + by]?.focus();
+    event.preventDefault();
+  });
+  filters.text.addEventListener("keydown", (event) => {
+    if (event.key !== "ArrowDown" && event.key !== "Enter") return;
+    place.querySelector("[data-at]")?.focus();
+    event.preventDefault();
+  });
 }
 
 /** Takes what the server says. */
@@ -37,10 +48,20 @@ export const rowOf = (at) => list.recordings[at];
 
 /** Marks the recording that is open. */
 export function mark(at) {
+  const isInList = place.contains(document.activeElement);
   opened = at;
   draw();
-  place.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest" });
+  const row = place.querySelector("[aria-current]");
+  row?.scrollIntoView({ block: "nearest" });
+  if (isInList) row?.focus({ preventScroll: true });
 }
+
+/** Takes the focus to the recording that is open, else to the first one. */
+export function goTo() {
+  (place.querySelector("[aria-current]") || place.querySelector("[data-at]"))?.focus();
+}
+
+export const goToFilter = () => filters.text.focus();
 
 /** The recording `by` places after the one that is open, among those that are shown. */
 export function beside(by) {
@@ -102,8 +123,8 @@ function row(number) {
   if (one.score) numbers.push(`<span title="time with the label of the label file">agrees ${percent(one.score.accuracy)}</span> ${change(one)}`);
   if (one.against?.error) numbers.push(`<span class="no" title="${escaped(one.against.error)}">other rules do not run</span>`);
   else if (one.against) {
-    const { frames, segments, accuracy } = one.against, by = one.score && accuracy !== null ? Math.round((one.score.accuracy - accuracy) * 1000) / 10 : undefined;
-    const better = by === undefined ? "" : by > 0 ? ", agrees better here" : by < 0 ? ", agrees better there" : "";
+    const { frames, segments, own, accuracy } = one.against, by = own !== null && accuracy !== null ? Math.round((own - accuracy) * 1000) / 10 : 0;
+    const better = by > 0 ? ", agrees better here" : by < 0 ? ", agrees better there" : "";
     numbers.push(`<span title="frames and segments that differ from the other rules">${frames ? `${frames} frame${frames > 1 ? "s" : ""}, ${segments} segment${segments === 1 ? "" : "s"} differ${better}` : "no difference"}</span>`);
   }
   if (one.score_error) numbers.push(`<span class="no" title="${escaped(one.score_error)}">labels unreadable</span>`);

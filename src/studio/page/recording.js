@@ -29,7 +29,7 @@ export async function open(at, to = {}) {
   }
   // Another one may have been asked for in the meantime.
   if (current.at !== at) return;
-  tell();
+  tell(answer.failed ? `The rules do not run here: ${answer.failed}` : "");
   const { from, to: until, cursor } = state;
   const titles = view.data ? panels.map((panel) => nameOf(view.data.signals[panel.number])) : [];
   current.answer = answer;

@@ -71,10 +71,10 @@ list.listen(choose);
 
 document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.closest("input, select, textarea")) return;
-  const by = { j: 1, k: -1 }[event.key];
-  if (!by) return;
+  const go = { j: () => choose(list.beside(1)), k: () => choose(list.beside(-1)), r: list.goTo, "/": list.goToFilter }[event.key];
+  if (!go) return;
   event.preventDefault();
-  choose(list.beside(by));
+  go();
 });
 
 async function follow() {

@@ -42,10 +42,11 @@ fn two_rule_sets_are_counted_as_by_diff() {
     let against = list["recordings"][0]["against"].clone();
     assert_eq!(
         against,
-        json!({ "frames": 5, "of_frames": 242, "segments": 2, "of_segments": 4, "accuracy": 1.0 }),
+        json!({ "frames": 5, "of_frames": 242, "segments": 2, "of_segments": 4, "own": list["recordings"][0]["score"]["accuracy"],
+            "accuracy": 1.0, "unknown": {} }),
         "{against}"
     );
-    assert!(list["recordings"][0]["score"]["accuracy"].as_f64().unwrap() < 1.0);
+    assert!(against["own"].as_f64().unwrap() < 1.0);
     assert_eq!(list["recordings"][1]["against"]["accuracy"], json!(null));
     let shown = studio.get("api/recording/0")["against"].clone();
     assert_eq!((&shown["tracks"][0]["relabeled"][1][1], &shown["rules"]), (&json!(13.5), &json!("near/contact.rules")));
@@ -59,6 +60,31 @@ fn two_rule_sets_are_counted_as_by_diff() {
     let printed = all_said(&teachtree_in(folder.path(), &[&args[..], &["--labels", "logs"]].concat()));
     let better = "  of 8.7 s with labels 97.1 % and 100.0 % agree: near/contact.rules agrees better\n";
     assert!(printed.ends_with(better), "{printed}");
+}
+
+/// A primitive that only one of the rule sets has is none that labels speak against.
+#[test]
+fn a_primitive_that_the_labels_do_not_know_is_not_compared() {
+    let folder = folder();
+    let lift =
+        "use \"contact.rules\"\nprimitive Lift does carry\nextend single_hand before carried { grasped => Lift }\n";
+    std::fs::write(folder.path().join("lift.rules"), lift).unwrap();
+    let rules = ["--rules", "lift.rules", "--against", "contact.rules"];
+    let studio = Studio::start(folder.path(), &[&OPENED[..], &rules].concat());
+    let lines = json!([line("Move", 12.0, 13.25), line("Approach", 13.25, 20.7), line("Translate", 22.6, 24.0)]);
+    let body = json!({ "base": "", "lines": lines });
+    let saved = studio.change("PUT", "api/recording/0/labels", &body);
+    // The other primitives of the label file are those of the rules.
+    assert_eq!(saved.status, 200, "{}", saved.json());
+    let against = studio.list()["recordings"][0]["against"].clone();
+    assert!(against["frames"].as_u64().unwrap() > 10 && against["own"] == against["accuracy"], "{against}");
+    assert!(against["unknown"]["Lift"].as_f64().unwrap() > 0.5, "{against}");
+    let args = ["diff", "lift.rules", "contact.rules", "logs/a.csv", "--binding", "lift.yaml", "--labels", "logs"];
+    let printed = all_said(&teachtree_in(folder.path(), &args));
+    assert!(
+        printed.contains("  the labels do not know Lift: ") && printed.ends_with("both agree alike\n"),
+        "{printed}"
+    );
 }
 
 #[test]

@@ -184,3 +184,136 @@ fn rules_are_typed_corrected_and_written_on_the_page() {
     }
     no_complaints(&browser);
 }
+
+const LABELS: &str = "track,kind,label,start_s,end_s,pinned,by,at\nright,primitive,Approach,14,15,pinned,mika,\n";
+
+#[test]
+fn a_recording_opens_while_its_rules_have_errors() {
+    let folder = with_rules();
+    let file = folder.path().join("mine.rules");
+    std::fs::write(&file, format!("{MINE}signal x = hihg > 1 mm\n")).unwrap();
+    std::fs::write(folder.path().join("logs/a.labels.csv"), LABELS).unwrap();
+    let studio = Studio::start(folder.path(), &WITH_MINE);
+    let row = studio.list()["recordings"][0].clone();
+    assert_eq!(row["status"], "failed");
+    assert!(row["error"].as_str().unwrap().contains("mine.rules:4:12"), "{row}");
+    assert_eq!(row["labels"], 1, "{row}");
+    let shown = studio.get("api/recording/0");
+    assert!(shown["failed"].as_str().unwrap().contains("mine.rules:4:12"), "{}", shown["failed"]);
+    assert!(shown["rules"].as_array().unwrap().contains(&json!("mine.rules")), "{}", shown["rules"]);
+    let track = &shown["data"]["tracks"][0];
+    assert_eq!((&track["who"], &track["relabeled"]), (&json!("right"), &json!([])));
+    assert!(shown["data"]["signals"].as_array().unwrap().len() > 3 && shown["data"]["replay"]["why"].is_null());
+    // What is declared is known: labels can be corrected.
+    assert!(shown["names"]["primitive"].as_array().unwrap().contains(&json!("Grasp")), "{}", shown["names"]);
+    let mut lines = shown["labels"]["lines"].clone();
+    lines[0]["label"] = json!("Grasp");
+    let body = json!({ "base": shown["labels"]["version"], "lines": lines });
+    assert_eq!(studio.change("PUT", "api/recording/0/labels", &body).status, 200);
+    // Nothing is written of rules that do not run.
+    assert_eq!(studio.change("POST", "api/recording/0/params/save", &json!({})).status, 422);
+    let texts = studio.get("api/recording/0/rules");
+    assert_eq!((&texts["findings"][0]["file"], &texts["findings"][0]["line"]), (&json!("mine.rules"), &json!(4)));
+    // A text that is mended brings the lanes, and is written.
+    let mended = studio.change("PUT", "api/recording/0/rules", &sent(&texts["version"], &format!("{MINE}{LIFT}")));
+    assert!(mended.json()["lanes"]["tracks"][0]["relabeled"].to_string().contains("Lift"), "{}", mended.json());
+    assert_eq!(studio.change("POST", "api/recording/0/params/save", &json!({})).json()["files"], json!(["mine.rules"]));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), format!("{MINE}{LIFT}"));
+    let shown = studio.get("api/recording/0");
+    assert!(shown["failed"].is_null() && shown["data"]["tracks"][0]["relabeled"].to_string().contains("Lift"));
+    assert_eq!(studio.list()["recordings"][0]["status"], "done");
+}
+
+#[test]
+fn errors_of_the_rule_files_are_shown_and_mended_on_the_page() {
+    let folder = with_rules();
+    std::fs::write(folder.path().join("mine.rules"), format!("{MINE}signal x = hihg > 1 mm\n")).unwrap();
+    std::fs::write(folder.path().join("logs/a.labels.csv"), LABELS).unwrap();
+    let Some((mut browser, _studio)) = visited(folder.path(), &WITH_MINE) else { return };
+    browser.click("[data-at='0']");
+    browser.wait(
+        "document.querySelector('#title').textContent === 'a' && document.querySelector('#findings .error') !== null",
+    );
+    assert!(browser.text("#message").contains("mine.rules:4:12"), "{}", browser.text("#message"));
+    assert_eq!(browser.eval("document.querySelector('#editor').open"), true);
+    assert_eq!(browser.eval("document.querySelector('#editor-file').value"), "mine.rules");
+    assert_eq!(browser.text("#editor-numbers .error"), "4");
+    assert!(browser.text("#editor-state").contains("no lanes"), "{}", browser.text("#editor-state"));
+    assert!(browser.eval("document.querySelectorAll('.panel canvas').length").as_u64().unwrap() > 0);
+    assert_eq!(browser.eval("document.querySelectorAll('#lanes .pinned').length"), 1);
+    assert_eq!(browser.eval("document.querySelectorAll(\"[data-pick^='segment']\").length"), 0);
+    // Another recording shows the same, and the first one again.
+    browser.eval("document.activeElement.blur()");
+    browser.key("j");
+    browser.wait(
+        "document.querySelector('#title').textContent === 'b' && document.querySelector('#findings .error') !== null",
+    );
+    browser.key("k");
+    browser.wait("document.querySelector('#title').textContent === 'a'");
+    browser.eval("(() => { const area = document.querySelector('#editor-text'), at = area.value.indexOf('hihg'); area.focus(); area.setSelectionRange(at, at + 4); document.execCommand('insertText', false, 'high'); })()");
+    browser.wait("document.querySelectorAll(\"[data-pick^='segment 0 relabeled']\").length > 3");
+    browser.wait("document.querySelector('#message').hidden && document.querySelector('#findings .error') === null");
+    browser.wait("!document.querySelector('#write-rules').disabled && !document.querySelector('#tune').hidden");
+    no_complaints(&browser);
+}
+
+#[test]
+fn a_file_that_is_newly_used_is_edited_at_once() {
+    let folder = with_rules();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    let read = |name: &str| std::fs::read_to_string(folder.path().join(name)).unwrap();
+    // It has a mistake, which can be mended before anything is written.
+    let wrong = LIFT.replace("extend single_hand", "extend single_hnad");
+    write("lift.rules", &wrong);
+    let studio = Studio::start(folder.path(), &WITH_MINE);
+    let version = studio.get("api/recording/0/rules")["version"].clone();
+    let uses = format!("use \"lift.rules\"\n{MINE}");
+    let put = |files: Value| {
+        studio.change("PUT", "api/recording/0/rules", &json!({ "version": version, "files": files })).json()
+    };
+    let unused = put(json!({ "lift.rules": LIFT }));
+    assert!(unused["error"].as_str().unwrap().contains("is no file of the rules"), "{unused}");
+    let found = put(json!({ "mine.rules": uses }));
+    assert_eq!(found["findings"][0]["file"], "lift.rules", "{found}");
+    assert_eq!(
+        (&found["more"][0]["name"], &found["more"][0]["base"]),
+        (&json!("lift.rules"), &json!(wrong)),
+        "{found}"
+    );
+    assert_eq!(found["more"][0]["own"], true);
+    let mended = put(json!({ "mine.rules": uses, "lift.rules": LIFT }));
+    assert!(mended["lanes"]["tracks"][0]["relabeled"].to_string().contains("Lift"), "{mended}");
+    assert_eq!((read("mine.rules"), read("lift.rules")), (MINE.to_string(), wrong.clone()));
+    // Both are written, unless another program changed one of them.
+    let save = || studio.change("POST", "api/recording/0/params/save", &json!({}));
+    write("lift.rules", "// of another program\n");
+    assert_eq!(save().status, 422);
+    assert_eq!(read("mine.rules"), MINE);
+    write("lift.rules", &wrong);
+    assert_eq!(save().status, 200);
+    assert_eq!((read("mine.rules"), read("lift.rules")), (uses, LIFT.to_string()));
+}
+
+#[test]
+fn a_file_that_is_newly_used_is_in_the_list_of_the_page() {
+    let folder = with_rules();
+    std::fs::write(folder.path().join("lift.rules"), LIFT.replace("extend single_hand", "extend single_hnad")).unwrap();
+    let Some((mut browser, _studio)) = visited(folder.path(), &WITH_MINE) else { return };
+    browser.click("[data-at='0']");
+    opened(&mut browser, "a");
+    browser.click("#editor summary");
+    browser.wait("document.querySelector('#editor-file').options.length > 2");
+    browser.eval("(() => { const list = document.querySelector('#editor-file'); list.value = 'mine.rules'; list.dispatchEvent(new Event('change')); })()");
+    browser.eval("(() => { const area = document.querySelector('#editor-text'); area.focus(); area.setSelectionRange(0, 0); document.execCommand('insertText', false, 'use \"lift.rules\"\\n'); })()");
+    browser.wait("[...document.querySelector('#editor-file').options].some((one) => one.value === 'lift.rules')");
+    // The finding leads into the new file, which is mended there.
+    browser.click("#findings button");
+    browser.wait("document.querySelector('#editor-file').value === 'lift.rules' && !document.querySelector('#editor-text').readOnly");
+    browser.eval("(() => { const area = document.querySelector('#editor-text'), at = area.value.indexOf('hnad'); area.focus(); area.setSelectionRange(at, at + 4); document.execCommand('insertText', false, 'hand'); })()");
+    browser.wait("[...document.querySelectorAll(\"[data-pick^='segment 0 relabeled'] title\")].some((title) => title.textContent.startsWith('Lift'))");
+    browser.wait("!document.querySelector('#write-rules').disabled");
+    browser.click("#write-rules");
+    let file = folder.path().join("lift.rules");
+    until(|| std::fs::read_to_string(&file).unwrap() == LIFT);
+    no_complaints(&browser);
+}

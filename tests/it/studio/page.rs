@@ -350,6 +350,129 @@ fn the_video_of_an_episode_follows_the_cursor() {
     no_complaints(&browser);
 }
 
+/// What has the focus: the place of a label or boundary, the number of a recording, else an id.
+const FOCUSED: &str = "(() => { const { dataset, id } = document.activeElement; return dataset.edge ?? dataset.label ?? dataset.at ?? id; })()";
+
+#[test]
+fn few_keys_lead_from_the_list_to_the_lanes_and_back() {
+    let folder = folder();
+    let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
+    // To the list, down to the second recording, and open it.
+    for (key, focused) in [("r", "0"), ("ArrowDown", "1"), ("ArrowDown", "2"), ("ArrowUp", "1")] {
+        browser.key(key);
+        assert_eq!(browser.eval(FOCUSED), focused, "{key}");
+    }
+    browser.key("Enter");
+    opened(&mut browser, "b");
+    // To the first boundary, the next one, and back.
+    for (key, focused) in [("b", "0 primitive 1 0"), ("b", "0 primitive 2 0"), ("B", "0 primitive 1 0")] {
+        browser.key(key);
+        browser.wait(&format!("{FOCUSED} === '{focused}'"));
+    }
+    let before = browser.text("#clock");
+    browser.key("ArrowRight");
+    saved(folder.path(), "b.labels.csv", |text| text.contains("pinned"));
+    assert_ne!(browser.text("#clock"), before);
+    browser.wait(&format!("{FOCUSED} === '0 primitive 1 0'"));
+    // To the label at the cursor, and back to the list; from its filter too.
+    browser.key("l");
+    browser.wait(&format!("{FOCUSED} === '0 primitive 1'"));
+    browser.key("r");
+    assert_eq!(browser.eval(FOCUSED), "1");
+    browser.key("/");
+    assert_eq!(browser.eval(FOCUSED), "filter-text");
+    browser.key("7");
+    browser.wait("document.querySelectorAll('#recordings [data-at]').length === 1");
+    browser.key("ArrowDown");
+    assert_eq!(browser.eval(FOCUSED), "2");
+    // A boundary that is not in sight comes into it.
+    browser.key("Enter");
+    opened(&mut browser, "c7");
+    browser.eval("document.querySelector('#closer').click(), document.querySelector('#closer').click(), document.querySelector('#closer').click(), document.querySelector('#closer').click()");
+    browser.wait("document.querySelectorAll('#lanes [data-edge]').length === 0");
+    browser.key("b");
+    browser.wait(&format!("{FOCUSED} === '0 primitive 1 0'"));
+    // The page says which keys there are.
+    for key in ["r", "l", "b", "/"] {
+        assert!(
+            browser.eval(&format!(
+                "[...document.querySelectorAll('#keys kbd')].some((one) => one.textContent === '{key}')"
+            )) == true,
+            "{key}"
+        );
+    }
+    no_complaints(&browser);
+}
+
+#[test]
+fn moves_of_a_boundary_by_keys_are_undone_together() {
+    let folder = folder();
+    let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='1']");
+    opened(&mut browser, "b");
+    // Time is told, so that a slow machine has the same pauses.
+    let at = |browser: &mut Browser, time: u32| browser.eval(&format!("performance.now = () => {time}; 0"));
+    let start = |browser: &mut Browser| {
+        browser.eval("document.querySelector(\"[data-edge='0 primitive 1 0']\").getAttribute('aria-valuenow')")
+    };
+    let begin = start(&mut browser);
+    browser.key("b");
+    for time in [1_000, 1_500, 2_900] {
+        at(&mut browser, time);
+        browser.wait(&format!("{FOCUSED} === '0 primitive 1 0'"));
+        let was = start(&mut browser);
+        browser.key("ArrowRight");
+        browser.wait(&format!(
+            "document.querySelector(\"[data-edge='0 primitive 1 0']\").getAttribute('aria-valuenow') !== {was}"
+        ));
+    }
+    let three = start(&mut browser);
+    // After a pause it is another step.
+    at(&mut browser, 9_000);
+    browser.key("ArrowRight");
+    let is = |time: &Value| {
+        format!("document.querySelector(\"[data-edge='0 primitive 1 0']\").getAttribute('aria-valuenow') === {time}")
+    };
+    browser.wait(&format!("!({})", is(&three)));
+    browser.click("#undo");
+    browser.wait(&is(&three));
+    browser.click("#undo");
+    browser.wait(&is(&begin));
+    assert_eq!(browser.eval("document.querySelector('#undo').disabled"), true);
+    browser.click("#redo");
+    browser.wait(&is(&three));
+    // What is moved after that is a step of its own.
+    browser.eval("document.querySelector(\"[data-edge='0 primitive 1 0']\").focus()");
+    browser.key("ArrowRight");
+    browser.wait(&format!("!({})", is(&three)));
+    browser.click("#undo");
+    browser.wait(&is(&three));
+    no_complaints(&browser);
+}
+
+#[test]
+fn the_export_menu_closes() {
+    let folder = folder();
+    let Some((mut browser, _studio)) = visited(folder.path(), &OPENED) else { return };
+    browser.click("[data-at='1']");
+    opened(&mut browser, "b");
+    const CLOSED: &str = "!document.querySelector('#exports').open";
+    let open = |browser: &mut Browser| {
+        browser.click("#exports summary");
+        browser.wait("document.querySelector('#exports').open");
+    };
+    open(&mut browser);
+    browser.click("#title");
+    browser.wait(CLOSED);
+    open(&mut browser);
+    browser.key("Escape");
+    browser.wait(&format!("{CLOSED} && document.activeElement.matches('#exports summary')"));
+    open(&mut browser);
+    browser.click("#export-elan");
+    browser.wait(&format!("{CLOSED} && document.querySelector('#label-status').textContent.endsWith('is written')"));
+    no_complaints(&browser);
+}
+
 /// Sixty recordings: all are listed, keys go through all of them, and the page stays small.
 #[test]
 fn a_list_of_sixty_recordings_is_gone_through_by_keys() {
