@@ -208,7 +208,7 @@ fn logs_in(folder: &Path, below: &Path, depth: usize, found: &mut Vec<Found>) ->
 /// The annotations of a LeRobot set.
 const OF_SET: &str = "meta/lerobot_annotations.json";
 
-/// The label file of a log: the one that is named, or the log's own in the folder that is named.
+/// The label file of a log: the one that is named, or the log's own in the folder that is named. A log in a subfolder of it has its labels beside it.
 ///
 /// # Errors
 /// When the folder has none.
@@ -224,12 +224,17 @@ pub fn label_file(path: &Path, log: &Path) -> Result<PathBuf, InputError> {
     }
     let stem = formats::stem(log);
     let of_log = std::fs::canonicalize(log).ok();
-    let mut places = LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS).map(|ending| path.join(format!("{stem}{ending}")));
+    let beside = log.parent().filter(|beside| beside.starts_with(path) && *beside != path);
+    let endings = || LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS);
+    let mut places = beside
+        .into_iter()
+        .chain([path])
+        .flat_map(|folder| endings().map(|ending| folder.join(format!("{stem}{ending}"))).collect::<Vec<_>>());
     // A log is not its own label file.
     let found =
         places.find(|place| place.is_file() && (of_log.is_none() || std::fs::canonicalize(place).ok() != of_log));
     found.ok_or_else(|| {
-        let names = LABEL_ENDINGS.iter().chain(&OUTPUT_ENDINGS).map(|ending| format!("{stem}{ending}"));
+        let names = endings().map(|ending| format!("{stem}{ending}"));
         let names: Vec<String> = names.filter(|name| !path.join(name).is_file()).collect();
         let message = format!("the log has no label file: found none of {} in {}", names.join(", "), path.display());
         InputError::new(log.display().to_string(), message)

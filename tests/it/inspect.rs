@@ -85,6 +85,18 @@ fn a_unit_at_the_end_of_a_name_is_read() {
     assert_eq!(patterns, ["tip_<xyz>_mm [mm]", "yaw_deg [deg]", "comma"]);
 }
 
+#[test]
+fn columns_that_are_numbered_on_are_no_vector() {
+    let patterns = |names: &[&str]| -> Vec<String> {
+        let columns: Vec<_> = names.iter().map(|name| (name.to_string(), String::new(), false)).collect();
+        groups(&columns).into_iter().map(|group| group.pattern).collect()
+    };
+    assert_eq!(patterns(&["pos_1", "pos_2", "pos_3"]), ["pos<xyz=_1 _2 _3>"]);
+    let joints = ["joint_1", "joint_2", "joint_3", "joint_4", "joint_5", "joint_6", "joint_7"];
+    assert_eq!(patterns(&joints), joints);
+    assert_eq!(patterns(&["q_0", "q_1", "q_2", "q_3"]), ["q_0", "q_1", "q_2", "q_3"]);
+}
+
 /// The palm touches and never grasps: no rule of a hand with fingers can find what it carries.
 #[test]
 fn a_hand_of_a_palm_alone_is_promised_no_grasp() {

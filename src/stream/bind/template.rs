@@ -46,7 +46,8 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
             };
             let members: Vec<usize> = endings.iter().filter_map(member).collect();
             let free = members.iter().all(|at| !taken.get(*at).copied().unwrap_or(true));
-            (members.len() == endings.len() && free).then(|| (members, format!("{head}<{placeholder}>{tail}")))
+            let goes_on = next_number(endings).is_some_and(|next| member(&next.as_str()).is_some());
+            (members.len() == endings.len() && free && !goes_on).then(|| (members, format!("{head}<{placeholder}>{tail}")))
         });
         let (members, name) = found.unwrap_or_else(|| (vec![index], name.clone()));
         for member in &members {
@@ -59,6 +60,12 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
         groups.push(Group { pattern, width: members.len(), flag: *flag && members.len() == 1 });
     }
     groups
+}
+
+/// The ending after numbered ones, `_4` after `_3`: columns that go on with it, such as joints, are no vector.
+fn next_number(endings: &[&str]) -> Option<String> {
+    let number: u32 = endings.last()?.strip_prefix('_')?.parse().ok()?;
+    Some(format!("_{}", number + 1))
 }
 
 /// The unit that a name ends with, as of `tip_x_mm`; empty without one.

@@ -48,15 +48,24 @@ pub struct Level {
 pub enum Learned {
     /// They are with contact or without.
     Level(Level),
-    /// They do not fall into two groups; the largest of them is this, N.
-    Mixed { strongest: f64 },
+    /// They do not fall into two groups; 99 % of them are above the first force, N, and the largest is the second.
+    Mixed {
+        #[serde(default)]
+        weakest: f64,
+        strongest: f64,
+    },
 }
 
 /// Returns the level that the readings of a sensor show; `far` are those that are known to be without contact, where the log says where the sensor is.
 pub fn learned(readings: &[Vector3<f64>], far: Option<&[Vector3<f64>]>) -> Learned {
     let level = far.map_or_else(|| of_groups(readings), |far| of_far(readings, far));
-    let strongest = || readings.iter().map(|force| force.norm()).fold(0.0, f64::max);
-    level.map_or_else(|| Learned::Mixed { strongest: strongest() }, Learned::Level)
+    level.map_or_else(|| mixed(readings), Learned::Level)
+}
+
+/// What is known of readings that show no level.
+fn mixed(readings: &[Vector3<f64>]) -> Learned {
+    let forces = distances(readings, &Vector3::zeros());
+    Learned::Mixed { weakest: quantile(&forces, 1.0 - NEARLY_ALL), strongest: quantile(&forces, 1.0) }
 }
 
 /// The level between two groups of readings.

@@ -8,6 +8,7 @@ use crate::base::shown::Shown;
 use crate::stream::clean::level::Learned;
 use crate::stream::clean::preprocess::{CleanLog, State};
 use crate::stream::issue::{Issue, IssueKind};
+use std::fmt::Write as _;
 
 /// The elements of an array over fingers, one column each.
 pub type Array = Vec<Vec<f64>>;
@@ -109,11 +110,17 @@ fn level(measured: &CleanLog, finger: &str, otherwise: f64, issues: &mut Vec<Iss
     let force = format!("{finger}.force");
     match measured.levels.get(&force) {
         Some(Learned::Level(level)) if level.usual > otherwise => level.begins,
-        Some(Learned::Mixed { strongest }) if *strongest > otherwise => {
-            let message = format!(
+        Some(Learned::Mixed { weakest, strongest }) if *strongest > otherwise => {
+            let mut message = format!(
                 "the readings do not fall into contact and no contact; contact is above {} N, as the rules have it",
                 Shown(otherwise)
             );
+            if *weakest > otherwise {
+                let _ = write!(
+                    message,
+                    ", and 99 % of the readings are above {weakest:.1} N, so it never ends; subtract the bias of the sensor with `tare`"
+                );
+            }
             issues.push(measured.over_all(IssueKind::NO_CONTACT_LEVEL, &force, message));
             otherwise
         }

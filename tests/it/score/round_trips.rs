@@ -65,6 +65,27 @@ fn the_table_of_an_analysis_is_a_label_file() {
     }
 }
 
+/// Two recordings of one name in two folders: each is scored against the labels beside it.
+#[test]
+fn a_recording_in_a_subfolder_has_its_labels_beside_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let binding = demo("panda_stack.binding.yaml");
+    for (group, moved) in [("a", false), ("b", true)] {
+        let place = folder.path().join("set").join(group);
+        std::fs::create_dir_all(&place).unwrap();
+        let log = place.join("demo_1.csv");
+        std::fs::copy(demo("stack_panda_demo_1.csv"), &log).unwrap();
+        let table = run(folder.path(), &["analyze", log.to_str().unwrap(), "--binding", &binding, "--format", "csv"]);
+        let labels = if moved { table.replace("Grasp", "Move") } else { table };
+        std::fs::write(place.join("demo_1.labels.csv"), labels).unwrap();
+    }
+    let logs = ["set/a/demo_1.csv", "set/b/demo_1.csv"];
+    let scored = score(folder.path(), &logs, &["--binding", &binding, "--labels", "set"]);
+    let rows = scored["results"][0]["rows"].as_array().unwrap();
+    let shares: Vec<f64> = rows.iter().map(|row| row["accuracy"].as_f64().unwrap()).collect();
+    assert!(matches!(shares[..], [a, b] if a == 1.0 && b < 1.0), "{scored:#}");
+}
+
 #[test]
 fn a_file_of_elan_is_a_label_file() {
     let folder = tempfile::tempdir().unwrap();
