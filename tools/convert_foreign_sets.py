@@ -110,7 +110,7 @@ def board(folder, out):
     """An arm with a compliant controller: it is held back where its goal is 4 mm beyond it and it stands, slower than 2 mm/s, for a second."""
     rate = 20
     for direction, label in (("down", "pressed"), ("any", "held")):
-        covered = {5: [], 3: []}
+        forces_held = []
         for file in sorted(folder.glob("data_trial*.csv")):
             table = np.genfromtxt(file, delimiter=",", names=True)
             place, goal, force = (
@@ -122,11 +122,10 @@ def board(folder, out):
             (out / direction).mkdir(exist_ok=True)
             shutil.copy(file, out / direction)
             write_labels(out / direction / f"{file.stem}.labels.csv", [(*span, label) for span in held])
-            for least, shares in covered.items():
-                shares += [(np.linalg.norm(force[start:end], axis=1) > least).sum() / (end - start) for start, end in held]
-        for least, shares in covered.items():
-            half = sum(share >= 0.5 for share in shares)
-            print(f"{direction}: force above {least} N for half of the time in {half} of {len(shares)}")
+            forces_held += [np.linalg.norm(force[start:end], axis=1) for start, end in held]
+        for least in (5, 3):
+            share = (np.concatenate(forces_held) > least).mean()
+            print(f"{direction}: force above {least} N in {share:.1%} of the time, {len(forces_held)} places")
 
 
 def windows(folder, out):
