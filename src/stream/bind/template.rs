@@ -47,7 +47,8 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
             let members: Vec<usize> = endings.iter().filter_map(member).collect();
             let free = members.iter().all(|at| !taken.get(*at).copied().unwrap_or(true));
             let goes_on = next_number(endings).is_some_and(|next| member(&next.as_str()).is_some());
-            (members.len() == endings.len() && free && !goes_on).then(|| (members, format!("{head}<{placeholder}>{tail}")))
+            (members.len() == endings.len() && free && !goes_on)
+                .then(|| (members, format!("{head}<{placeholder}>{tail}")))
         });
         let (members, name) = found.unwrap_or_else(|| (vec![index], name.clone()));
         for member in &members {

@@ -102,7 +102,10 @@ fn a_sensor_that_never_reads_less_than_a_contact_wants_a_tare() {
     }
     let found = analysis(folder.path(), &text, WRIST);
     let told = issues(&found, "no_contact_level");
-    assert!(told.len() == 1 && told[0].contains("99 % of the readings are above 50.") && told[0].ends_with("`tare`"), "{told:?}");
+    assert!(
+        told.len() == 1 && told[0].contains("99 % of the readings are above 50.") && told[0].ends_with("`tare`"),
+        "{told:?}"
+    );
     let tared = format!("tare: {{channels: [right.palm.force], from: 0 s, to: 1 s}}{WRIST}");
     let found = analysis(folder.path(), &text, &tared);
     assert!(issues(&found, "no_contact_level").iter().all(|told| !told.contains("`tare`")), "{found:#}");
