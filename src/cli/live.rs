@@ -8,6 +8,8 @@ mod foxglove;
 mod hub;
 #[cfg(feature = "net")]
 pub mod protocol;
+#[cfg(feature = "zenoh")]
+mod pubsub;
 #[cfg(feature = "net")]
 mod server;
 mod source;
@@ -38,8 +40,9 @@ const MAX_CALIBRATION: u64 = 16 << 20;
   teachtree live bag.mcap --binding cell.binding.yaml --follow
   teachtree live demonstration.csv --calibration demonstration.csv --no-labels")]
 pub struct Args {
-    /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, or a file. Rows are JSON objects or CSV with a header; an
-    /// MCAP file has messages of topics, and so has a robot that publishes by the Foxglove protocol, `ws://HOST:8765`
+    /// Where rows come from: `-` for standard input, `udp://ADDRESS:PORT` for a datagram a row, `zenoh:KEY` for a sample of Zenoh a row, or a file. Rows
+    /// are JSON objects or CSV with a header; an MCAP file has messages of topics, and so has a robot that publishes by the Foxglove protocol,
+    /// `ws://HOST:8765`
     source: String,
     #[command(flatten)]
     rules: RuleArgs,
@@ -66,6 +69,9 @@ pub struct Args {
     #[cfg(feature = "net")]
     #[arg(long, value_name = "PORT", value_parser = server::address)]
     serve: Option<std::net::SocketAddr>,
+    #[cfg(feature = "zenoh")]
+    #[command(flatten)]
+    zenoh: pubsub::ZenohArgs,
     /// How events are printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -109,12 +115,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         name: if args.source == "-" { "standard input".into() } else { args.source.clone() },
         rules: args.rules.options(),
         scene,
-        beside: beside(&args.source)?,
+        beside: beside(&args.source, kind)?,
         binder,
         calibrate_s: args.calibrate,
         calibration,
     });
     let mut sink = Sink::new(args)?;
+    #[cfg(feature = "zenoh")]
+    let network = args.zenoh.open(kind == Kind::Samples)?;
+    #[cfg(feature = "zenoh")]
+    if let Some(network) = &network {
+        sink.publish(network)?;
+    }
     let (sender, lines) = sync_channel(kind.most_waiting());
     let stops = Arc::new(AtomicBool::new(false));
     let outlet = Outlet { sender, waiting: Arc::default(), stops };
@@ -128,6 +140,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     });
     let waiting = Arc::clone(&outlet.waiting);
     match (kind, topics) {
+        #[cfg(feature = "zenoh")]
+        (Kind::Samples, _) => {
+            if let Some(network) = &network {
+                network.begin(&args.source, outlet)?;
+            }
+        }
         #[cfg(feature = "mcap")]
         (Kind::Bag, Some(topics)) => source::begin_bag(&args.source, topics, args.follow, outlet)?,
         #[cfg(feature = "net")]
@@ -139,6 +157,10 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         sink.take(&feed.finish()?)?;
     }
     sink.finish();
+    #[cfg(feature = "zenoh")]
+    if let Some(network) = network {
+        network.close();
+    }
     Ok(())
 }
 
@@ -199,30 +221,44 @@ impl Reader {
 /// Where events go.
 struct Sink<'a> {
     args: &'a Args,
+    /// Where viewers and controllers take them from.
     #[cfg(feature = "net")]
-    server: Option<server::Server>,
+    hub: Option<Arc<hub::Hub>>,
 }
 
 impl<'a> Sink<'a> {
     fn new(args: &'a Args) -> Result<Self, InputError> {
         #[cfg(feature = "net")]
-        let server = args.serve.map(server::Server::begin).transpose()?;
-        #[cfg(feature = "net")]
-        if let Some(server) = &server {
-            output::complain(&format!("serving labels on ws://{}", server.address()));
-        }
+        let hub = match args.serve {
+            Some(address) => {
+                let hub = Arc::new(hub::Hub::new());
+                let address = server::begin(address, &hub)?;
+                output::complain(&format!("serving labels on ws://{address}"));
+                Some(hub)
+            }
+            None => None,
+        };
         Ok(Self {
             args,
             #[cfg(feature = "net")]
-            server,
+            hub,
         })
+    }
+
+    /// Publishes events by Zenoh, where a key is named.
+    #[cfg(feature = "zenoh")]
+    fn publish(&mut self, network: &pubsub::Network) -> Result<(), InputError> {
+        if let Some(key) = network.publish(&self.args.zenoh, &mut self.hub)? {
+            output::complain(&format!("publishing labels under the key `{key}`"));
+        }
+        Ok(())
     }
 
     /// Prints events, and sends them on; whether anyone still reads what is printed.
     fn take(&mut self, events: &[LiveEvent]) -> Result<bool, Failure> {
         #[cfg(feature = "net")]
-        if let Some(server) = &mut self.server {
-            events.iter().for_each(|event| server.event(event));
+        if let Some(hub) = &self.hub {
+            events.iter().for_each(|event| hub.event(event));
         }
         let shown = events.iter().filter(|event| !(self.args.no_labels && event.name() == "label"));
         let mut text = String::new();
@@ -239,8 +275,8 @@ impl<'a> Sink<'a> {
     /// Nothing comes any more.
     fn finish(&self) {
         #[cfg(feature = "net")]
-        if let Some(server) = &self.server {
-            server.finish();
+        if let Some(hub) = &self.hub {
+            hub.finish();
         }
     }
 }
@@ -260,7 +296,7 @@ fn line(event: &LiveEvent) -> String {
 }
 
 /// The scene beside a file.
-fn beside(source: &str) -> Result<Option<Scene>, Failure> {
+fn beside(source: &str, kind: Kind) -> Result<Option<Scene>, Failure> {
     let path = Path::new(source).with_extension("scene.yaml");
-    if source != "-" && !source.contains("://") && path.is_file() { Ok(Some(Scene::open(path)?)) } else { Ok(None) }
+    if source != "-" && !kind.is_timed() && path.is_file() { Ok(Some(Scene::open(path)?)) } else { Ok(None) }
 }

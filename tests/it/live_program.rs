@@ -97,6 +97,15 @@ fn what_is_no_log_is_refused() {
     insta::assert_snapshot!(said.join("\n"));
 }
 
+/// Without the feature the program says how it is had.
+#[cfg(not(feature = "zenoh"))]
+#[test]
+fn zenoh_needs_a_feature() {
+    let output = crate::program::teachtree(&["live", "zenoh:cell/rows"]);
+    assert_eq!(output.status.code(), Some(2));
+    insta::assert_snapshot!(complained(&output));
+}
+
 /// What is wrong with the recording that sensors are calibrated with is not wrong with the log.
 #[test]
 fn issues_of_the_calibration_are_not_those_of_the_log() {

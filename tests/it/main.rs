@@ -71,6 +71,8 @@ mod live_robot;
 mod live_serve;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod live_topics;
+#[cfg(all(feature = "world", feature = "zenoh"))]
+mod live_zenoh;
 #[cfg(all(feature = "lsp", feature = "cli"))]
 mod lsp;
 mod many_logs;

@@ -52,6 +52,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("clap", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),
     ("tungstenite", &["src/cli/live/", "src/teaching/socket.rs"]),
+    ("zenoh", &["src/cli/live/pubsub.rs"]),
     ("indicatif", &["src/cli/"]),
     ("rayon", &["src/cli/", "src/session/fitting.rs"]),
     ("similar", &["src/session/patch.rs"]),

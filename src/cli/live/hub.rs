@@ -5,6 +5,7 @@ use crate::analysis::Who;
 use crate::session::LiveEvent;
 use crate::stream::read::formats::mcap::message;
 use std::collections::{BTreeMap, VecDeque};
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -17,8 +18,9 @@ const LAST_WAIT: Duration = Duration::from_secs(3);
 /// How many topics a connection may subscribe to.
 const MOST_SUBSCRIPTIONS: usize = 1000;
 
-/// The topic of all events.
+/// The topic of all events, and its channel.
 const EVENTS: &str = "/teachtree/events";
+pub const ALL_EVENTS: usize = 0;
 /// Whose labels and tasks have topics.
 const TRACKS: [&str; 3] = ["left", "right", "both"];
 
@@ -43,6 +45,9 @@ struct State {
     last: BTreeMap<usize, Arc<Served>>,
     /// The last task of each track: its start, s, and name.
     tasks: BTreeMap<Who, (f64, String)>,
+    /// The time of 0 s, and of the newest event, ns since 1970.
+    origin_ns: i64,
+    newest_ns: u64,
     is_over: bool,
     /// How many connections there are.
     readers: usize,
@@ -95,17 +100,31 @@ pub struct Batch {
 
 impl Hub {
     /// Nothing was sent yet.
-    pub fn new(session: String) -> Self {
+    pub fn new() -> Self {
+        let mut hasher = RandomState::new().build_hasher();
+        hasher.write_u32(std::process::id());
+        let session = format!("{:016x}", hasher.finish());
         let text = |who: &str, what: &str| ServedTopic::Text(format!("/teachtree/{who}/{what}"));
         let tracks = TRACKS.iter().flat_map(|who| [text(who, "primitive"), text(who, "task")]);
         let topics = std::iter::once(ServedTopic::Events(EVENTS.into())).chain(tracks).collect();
         Self { topics, session, state: Mutex::default(), changed: Condvar::new() }
     }
 
-    /// Takes an event that happened at a time, ns since 1970.
-    pub fn event(&self, event: &LiveEvent, time_ns: u64) {
+    /// From where on a reader reads who has got an event of a session: behind it, or from the first one that is kept if that was another session.
+    pub fn resume(&self, session: Option<&str>, after: &str) -> From {
+        let is_same = session.is_none_or(|session| session == self.session);
+        match after.parse() {
+            Ok(after) if is_same => From::After(after),
+            _ => From::Kept,
+        }
+    }
+
+    /// Takes an event.
+    pub fn event(&self, event: &LiveEvent) {
         let sequence = event.sequence();
-        let mut messages = vec![Served { channel: 0, sequence, time_ns, bytes: event.json().into_bytes() }];
+        let mut state = self.state();
+        let time_ns = state.time_ns(event);
+        let mut messages = vec![Served { channel: ALL_EVENTS, sequence, time_ns, bytes: event.json().into_bytes() }];
         let mut text = |who: String, what: &str, text: &str| {
             let name = format!("/teachtree/{who}/{what}");
             if let Some(channel) = self.topics.iter().position(|topic| topic.name() == name) {
@@ -115,7 +134,6 @@ impl Hub {
         if let Some((who, primitive, _)) = event.label() {
             text(who.to_string(), "primitive", primitive.unwrap_or_default());
         }
-        let mut state = self.state();
         if let Some(task) = event.task() {
             // At the end of a log a task may be final at once.
             let span = (task.start_s(), task.name().to_string());
@@ -194,12 +212,37 @@ impl Hub {
         }
     }
 
+    /// The messages of a channel that are kept, from a place on.
+    #[cfg(feature = "zenoh")]
+    pub fn kept(&self, channel: usize, from: From) -> Vec<Arc<Served>> {
+        let mut subscriptions = Mutex::default();
+        self.subscribe(&subscriptions, 0, channel, from);
+        let subscriptions = subscriptions.get_mut().unwrap_or_else(PoisonError::into_inner);
+        self.state().batch(subscriptions).messages.into_iter().map(|(_, message)| message).collect()
+    }
+
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl State {
+    /// When an event happened, ns since 1970.
+    fn time_ns(&mut self, event: &LiveEvent) -> u64 {
+        if let Some(origin_ns) = event.origin_ns() {
+            self.origin_ns = origin_ns;
+        }
+        let ends_s = event.label().map(|(_, _, at_s)| at_s);
+        let ends_s = ends_s.or_else(|| event.segment().map(|segment| segment.end_s()));
+        let ends_s = ends_s.or_else(|| event.task().map(|task| task.end_s()));
+        let ends_s = ends_s.or_else(|| event.issue().map(|issue| issue.end_s)).unwrap_or_default();
+        // A cast from f64 saturates.
+        let time_ns = self.origin_ns.saturating_add((ends_s * 1e9) as i64);
+        // Viewers want times that do not go back.
+        self.newest_ns = self.newest_ns.max(u64::try_from(time_ns).unwrap_or_default());
+        self.newest_ns
+    }
+
     fn keep(&mut self, message: Served) {
         let message = Arc::new(message);
         self.bytes += message.bytes.len();

@@ -5,8 +5,6 @@ use super::hub::{From, Hub, Subscriptions};
 use super::protocol::{FromClient, advertise, data, server_info, status};
 use crate::base::duplex::Duplex;
 use crate::base::error::InputError;
-use crate::session::LiveEvent;
-use std::hash::{BuildHasher, Hasher, RandomState};
 use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,15 +22,6 @@ const MAX_MESSAGE: usize = 1 << 20;
 /// How long a client may take to say what it wants, and to take a message.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A server.
-pub struct Server {
-    hub: Arc<Hub>,
-    address: SocketAddr,
-    /// The time of 0 s, and of the newest event, ns since 1970.
-    origin_ns: i64,
-    newest_ns: u64,
-}
-
 /// The address that a text says, `8765` or `0.0.0.0:8765`; without a host only this machine is served.
 ///
 /// # Errors
@@ -43,60 +32,28 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
         .map_err(|_| "expected a port or an address, such as 8765 or 0.0.0.0:8765".to_string())
 }
 
-impl Server {
-    /// Begins to serve.
-    ///
-    /// # Errors
-    /// The port cannot be had.
-    pub fn begin(address: SocketAddr) -> Result<Self, InputError> {
-        let failed =
-            |error: std::io::Error| InputError::new(address.to_string(), format!("cannot be served on: {error}"));
-        let listener = TcpListener::bind(address).map_err(failed)?;
-        let address = listener.local_addr().map_err(failed)?;
-        let mut hasher = RandomState::new().build_hasher();
-        hasher.write_u32(std::process::id());
-        let hub = Arc::new(Hub::new(format!("{:016x}", hasher.finish())));
-        let of_clients = Arc::clone(&hub);
-        thread::spawn(move || {
-            for stream in listener.incoming().flatten() {
-                let hub = Arc::clone(&of_clients);
-                if hub.enter(MOST_CLIENTS) {
-                    thread::spawn(move || {
-                        // A client that goes, or says nothing that is understood, is no news.
-                        let _ = serve(stream, &hub);
-                        hub.leave();
-                    });
-                }
+/// Begins to serve, and returns where.
+///
+/// # Errors
+/// The port cannot be had.
+pub fn begin(address: SocketAddr, hub: &Arc<Hub>) -> Result<SocketAddr, InputError> {
+    let failed = |error: std::io::Error| InputError::new(address.to_string(), format!("cannot be served on: {error}"));
+    let listener = TcpListener::bind(address).map_err(failed)?;
+    let address = listener.local_addr().map_err(failed)?;
+    let hub = Arc::clone(hub);
+    thread::spawn(move || {
+        for stream in listener.incoming().flatten() {
+            let hub = Arc::clone(&hub);
+            if hub.enter(MOST_CLIENTS) {
+                thread::spawn(move || {
+                    // A client that goes, or says nothing that is understood, is no news.
+                    let _ = serve(stream, &hub);
+                    hub.leave();
+                });
             }
-        });
-        Ok(Self { hub, address, origin_ns: 0, newest_ns: 0 })
-    }
-
-    /// Where it serves.
-    pub fn address(&self) -> SocketAddr {
-        self.address
-    }
-
-    /// Sends an event to all who want it.
-    pub fn event(&mut self, event: &LiveEvent) {
-        if let Some(origin_ns) = event.origin_ns() {
-            self.origin_ns = origin_ns;
         }
-        let ends_s = event.label().map(|(_, _, at_s)| at_s);
-        let ends_s = ends_s.or_else(|| event.segment().map(|segment| segment.end_s()));
-        let ends_s = ends_s.or_else(|| event.task().map(|task| task.end_s()));
-        let ends_s = ends_s.or_else(|| event.issue().map(|issue| issue.end_s)).unwrap_or_default();
-        // A cast from f64 saturates.
-        let time_ns = self.origin_ns.saturating_add((ends_s * 1e9) as i64);
-        // Viewers want times that do not go back.
-        self.newest_ns = self.newest_ns.max(u64::try_from(time_ns).unwrap_or_default());
-        self.hub.event(event, self.newest_ns);
-    }
-
-    /// Ends when everything was sent.
-    pub fn finish(&self) {
-        self.hub.finish();
-    }
+    });
+    Ok(address)
 }
 
 /// Serves a client until it goes.
@@ -158,12 +115,7 @@ fn greeted(request: &Request, mut response: Response) -> Result<Response, ErrorR
 /// From where on a client reads, as its address says: `?session=…&after=120`.
 fn wanted(query: &str, hub: &Hub) -> From {
     let value = |key: &str| query.split('&').find_map(|part| part.strip_prefix(key)?.strip_prefix('='));
-    let is_same = value("session").is_none_or(|session| session == hub.session);
-    match value("after").map(str::parse) {
-        Some(Ok(after)) if is_same => From::After(after),
-        Some(_) => From::Kept,
-        None => From::Last,
-    }
+    value("after").map_or(From::Last, |after| hub.resume(value("session"), after))
 }
 
 fn take(message: FromClient, hub: &Hub, subscriptions: &Mutex<Subscriptions>, from: From) {

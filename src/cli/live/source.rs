@@ -81,6 +81,9 @@ impl Outlet {
 pub enum Kind {
     Lines,
     Datagrams,
+    /// Samples of keys, by Zenoh.
+    #[cfg(feature = "zenoh")]
+    Samples,
     /// Messages of topics, by the Foxglove protocol.
     #[cfg(feature = "net")]
     Robot,
@@ -104,8 +107,16 @@ impl Kind {
             #[cfg(not(feature = "net"))]
             return Err(InputError::new(source, "this program was built without the feature `net`"));
         }
+        if source.starts_with("zenoh:") {
+            #[cfg(feature = "zenoh")]
+            return Ok(Self::Samples);
+            #[cfg(not(feature = "zenoh"))]
+            return Err(InputError::new(source, "this program was built without the feature `zenoh`")
+                .help("build it with `cargo install --path . --locked --features zenoh` (docs/live.md)"));
+        }
         if source.contains("://") {
-            return Err(InputError::new(source, "expected `-`, `ws://HOST:PORT`, `udp://ADDRESS:PORT` or a file"));
+            let expected = "expected `-`, `ws://HOST:PORT`, `udp://ADDRESS:PORT`, `zenoh:KEY` or a file";
+            return Err(InputError::new(source, expected));
         }
         if Path::new(source).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
             #[cfg(feature = "mcap")]
@@ -118,20 +129,26 @@ impl Kind {
 
     /// Whether it does not wait for us.
     pub fn is_timed(self) -> bool {
-        #[cfg(feature = "net")]
-        return matches!(self, Self::Datagrams | Self::Robot);
-        #[cfg(not(feature = "net"))]
-        return self == Self::Datagrams;
+        match self {
+            Self::Lines => false,
+            Self::Datagrams => true,
+            #[cfg(feature = "zenoh")]
+            Self::Samples => true,
+            #[cfg(feature = "net")]
+            Self::Robot => true,
+            #[cfg(feature = "mcap")]
+            Self::Bag => false,
+        }
     }
 
     /// How many lines or messages may wait.
     pub fn most_waiting(self) -> usize {
-        match (self.has_topics(), self) {
+        match (self.has_topics(), self.is_timed()) {
             // Several topics send at a time, and images are not among them.
             (true, _) => 8192,
             // These do not wait while the rows of the calibration are analyzed.
-            (false, Self::Datagrams) => 4096,
-            (false, _) => 256,
+            (false, true) => 4096,
+            (false, false) => 256,
         }
     }
 
