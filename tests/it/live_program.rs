@@ -208,7 +208,7 @@ fn a_binding_applies_to_each_row() {
 
 #[test]
 fn a_binding_that_needs_the_whole_log_is_refused() {
-    let binding = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/bindings/icsc_wiping.binding.yaml");
+    let binding = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos/bindings/hiro_snap.binding.yaml");
     insta::assert_snapshot!(
         refused(&["--binding", binding.to_str().unwrap()], "t\n0\n").replace(binding.to_str().unwrap(), "BINDING")
     );

@@ -402,6 +402,9 @@ impl Feed {
                 events.extend(self.report(issue));
             }
         }
+        if let Some(error) = bound.fault {
+            return Err(Refused::Log(Error::new(error, ErrorKind::Binding)));
+        }
         for row in &bound.rows {
             let bytes = row.columns().len() * size_of::<f64>();
             events.extend(self.take(row, bytes)?);

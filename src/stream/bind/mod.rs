@@ -14,6 +14,8 @@ mod robots;
 mod rotations;
 mod rows;
 mod sensors;
+mod shifter;
+mod tare;
 pub mod template;
 mod tool;
 

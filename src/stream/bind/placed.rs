@@ -4,6 +4,7 @@ use crate::base::geometry::pose;
 use crate::base::log_channel::{BodyPart, LogChannel};
 use crate::base::recording::Recording;
 use crate::base::scene::Body;
+use crate::stream::names;
 use nalgebra::{Isometry3, Vector3};
 use std::fmt::Display;
 
@@ -51,4 +52,13 @@ pub fn columns<'a, const N: usize>(
 /// The vector in a row.
 pub fn vector(columns: &[&[f64]; 3], row: usize) -> Vector3<f64> {
     Vector3::from(columns.map(|column| column.get(row).copied().unwrap_or_default()))
+}
+
+/// Whether a column is one of a channel: a component, or itself.
+pub fn is_of(column: &str, channel: &str) -> bool {
+    column == channel
+        || names::meaning(column).map_or_else(
+            || column.strip_prefix(channel).is_some_and(|rest| matches!(rest, ".x" | ".y" | ".z" | ".w")),
+            |meaning| meaning.channel == channel,
+        )
 }

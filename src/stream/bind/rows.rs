@@ -1,11 +1,13 @@
 //! A binding of a log that is being made: rows, or messages of several topics, are bound as they come.
 //!
-//! What a binding learns from the whole log is refused. Topics are joined ([`Join`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind)
-//! does with the whole log.
+//! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`Join`]), shifted
+//! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
 
 use super::apply::{BoundColumns, Header, add_normals};
 use super::join::{Join, Pushed, Value};
 use super::resampler::{Resampled, Resampler};
+use super::shifter::Shifter;
+use super::tare::{FirstRows, Rest};
 use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
@@ -24,6 +26,8 @@ pub const WAIT_S: f64 = 1.0;
 const FIRST_WAIT: f64 = 10.0;
 /// The longest step that is bridged, s: its rows come at once.
 const MAX_BRIDGE_S: f64 = 60.0;
+/// The longest time that rows wait for what channels read at rest, s.
+const MAX_TARE_S: f64 = 60.0;
 
 /// A binding that takes row by row.
 pub struct RowBinder {
@@ -36,8 +40,13 @@ pub struct RowBinder {
     refused: Vec<(String, String)>,
     /// Which columns are what, once all that the binding names have come.
     bound: Option<BoundColumns>,
+    /// Where some sensor has an offset; there is a resampler then.
+    shifter: Option<Shifter>,
     resampler: Option<Resampler>,
     beginning: Beginning,
+    /// What channels read at rest; until it is known rows wait.
+    rest: Option<Rest>,
+    waiting: FirstRows,
 }
 
 /// What came of a row or message.
@@ -47,6 +56,8 @@ pub struct BoundRows {
     pub rows: Vec<InMemoryTable>,
     /// What was wrong.
     pub issues: Vec<Issue>,
+    /// Why no row can be bound, whatever comes.
+    pub fault: Option<InputError>,
 }
 
 /// Which topics a binding may name.
@@ -88,16 +99,14 @@ impl RowBinder {
             let message = format!("found {} s, a live log is bridged over {MAX_BRIDGE_S} s at most", binding.bridge.0);
             return Err(file.error("bridge", message));
         }
-        if binding.tare.is_some() {
-            return whole("tare", "leave it out; `live` learns the bias of force sensors from the first seconds");
+        if let Some(tare) = binding.tare.as_ref().filter(|tare| tare.to.0 > MAX_TARE_S) {
+            let message = format!("`to`: found {} s, rows of a live log wait for {MAX_TARE_S} s at most", tare.to.0);
+            return Err(file.error("tare", message));
         }
         if !binding.places.is_empty() {
             return whole("places", "give the bodies their positions in the scene");
         }
         for (channel, sensor) in &binding.sensors {
-            if sensor.time_offset.0 != 0.0 {
-                return whole(channel, "correct the stamps where the rows are made");
-            }
             if matches!(sensor.tool, Some(ToolMass::Learned(_))) {
                 return whole(channel, "give the mass of the tool, such as `tool: 430 g`");
             }
@@ -107,10 +116,13 @@ impl RowBinder {
         })?;
         file.check(&scene)?;
         let hand_file = binding.hand_file.clone().map(|name| hand_file_of(path, name));
+        let shifter = Shifter::new(&file)?;
         let resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
         let join = Join::new(wait_s);
         let beginning = Beginning::default();
-        Ok(Self { file, scene, hand_file, join, wait_s, refused: vec![], bound: None, resampler, beginning })
+        let (rest, waiting) = (file.binding.tare.is_none().then(Rest::default), FirstRows::default());
+        let (refused, bound) = (vec![], None);
+        Ok(Self { file, scene, hand_file, join, wait_s, refused, bound, shifter, resampler, beginning, rest, waiting })
     }
 
     /// The bodies and hands.
@@ -213,7 +225,9 @@ impl RowBinder {
         if self.bound.is_none() && !self.join.topics().is_empty() {
             self.find_columns()?;
         }
-        self.interrupt()
+        let mut made = self.interrupt()?;
+        self.settle(true, &mut made)?;
+        Ok(made)
     }
 
     /// The log was interrupted: all rows that are left. Later ones begin anew.
@@ -229,6 +243,9 @@ impl RowBinder {
         self.make(true, &mut made)?;
         if let Some(resampler) = &mut self.resampler {
             let mut rows = vec![];
+            for row in self.shifter.iter_mut().flat_map(Shifter::finish) {
+                resampler.push(&row, &mut rows)?;
+            }
             resampler.finish(&mut rows);
             let bridge = self.file.binding.bridge.0;
             let mut rows: Vec<Resampled> = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
@@ -246,7 +263,7 @@ impl RowBinder {
         let Read { mut recording, issues, .. } =
             csv::columns(Source::one(&row.place, row.header(), Box::new(row.clone())), &clock)?;
         recording.time.iter_mut().for_each(|stamp| *stamp += binding.time_offset.0);
-        let mut made = BoundRows { rows: vec![], issues };
+        let mut made = BoundRows { issues, ..BoundRows::default() };
         self.bound_row(recording, &mut made)?;
         Ok(made)
     }
@@ -286,7 +303,7 @@ impl RowBinder {
             return Err(self.file.error("channels", message).help("say the common rate, such as `resample: 100 Hz`"));
         }
         self.join.mark(is_wanted);
-        self.beginning.is_over |= used <= 1;
+        self.beginning.is_over |= used <= 1 && self.shifter.is_none();
         self.bound = Some(bound);
         Ok(())
     }
@@ -321,6 +338,8 @@ impl RowBinder {
                 made.issues.push(issue);
                 let binding = &self.file.binding;
                 self.resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
+                self.shifter = Shifter::new(&self.file)?;
+                self.waiting = FirstRows::default();
                 self.join.push(topic, time_s, row);
             }
         }
@@ -364,8 +383,20 @@ impl RowBinder {
         let Some(resampler) = &mut self.resampler else {
             return self.finished_row(recording, made);
         };
+        let shifted = match &mut self.shifter {
+            Some(shifter) => match shifter.push(recording, &self.file) {
+                Ok(rows) => rows,
+                Err(error) => {
+                    made.fault = Some(error);
+                    return Ok(());
+                }
+            },
+            None => vec![recording],
+        };
         let mut rows = vec![];
-        resampler.push(&recording, &mut rows)?;
+        for row in &shifted {
+            resampler.push(row, &mut rows)?;
+        }
         let bridge = self.file.binding.bridge.0;
         let rows = rows.into_iter().flat_map(|row| self.beginning.take(row, bridge)).collect();
         self.finished(rows, made)
@@ -388,10 +419,38 @@ impl RowBinder {
         Ok(())
     }
 
+    /// Takes a row that is made, when it is known what channels read at rest.
+    fn finished_row(&mut self, recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        if self.rest.is_some() {
+            return self.corrected_row(recording, made);
+        }
+        self.waiting.push(recording);
+        self.settle(false, made)
+    }
+
+    /// Learns what channels read at rest, once their interval is over, and takes the rows that wait.
+    fn settle(&mut self, ends: bool, made: &mut BoundRows) -> Result<(), InputError> {
+        let is_over = self.file.binding.tare.as_ref().is_some_and(|tare| self.waiting.is_over(tare));
+        if self.rest.is_some() || !(is_over || ends && !self.waiting.whole().time.is_empty()) {
+            return Ok(());
+        }
+        let waiting = std::mem::take(&mut self.waiting);
+        let whole = Recording { scene: self.scene.clone(), ..waiting.whole().clone() };
+        match sensors::at_rest(whole, &self.file) {
+            Ok(rest) => self.rest = Some(rest),
+            Err(error) => {
+                made.fault = Some(error);
+                return Ok(());
+            }
+        }
+        waiting.each().try_for_each(|row| self.corrected_row(row, made))
+    }
+
     /// Corrects what a row of its own shows, and gives it the form of a table.
-    fn finished_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+    fn corrected_row(&mut self, mut recording: Recording, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(rest) = &self.rest else { return Ok(()) };
         recording.scene = std::mem::take(&mut self.scene);
-        let corrected = sensors::correct(&mut recording, &self.file);
+        let corrected = sensors::correct_by(rest, &mut recording, &self.file);
         add_normals(&mut recording, &self.file);
         self.scene = std::mem::take(&mut recording.scene);
         made.issues.extend(corrected?);

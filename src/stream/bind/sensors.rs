@@ -1,27 +1,33 @@
 //! What a binding says about sensors: stamps that are late, a tool that weighs, a rest that is not zero, axes of their own.
 
-use super::placed::columns;
+use super::placed::{columns, is_of};
+use super::tare::Rest;
 use super::tool::{self, Tool};
 use super::{BindingFile, Sensor, ToolMass};
 use crate::base::error::InputError;
 use crate::base::geometry::unit;
-use crate::base::log_channel::{FingerPart, LogChannel};
 use crate::base::recording::{Column, Recording};
-use crate::base::shown::Shown;
-use crate::base::units::Dimension;
 use crate::stream::clean::preprocess;
 use crate::stream::issue::{Issue, IssueKind};
-use crate::stream::names;
 use crate::stream::read::table::{placed, union};
+use indexmap::IndexMap;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// The columns of a channel; its components, or itself.
-fn is_of(column: &str, channel: &str) -> bool {
-    column == channel
-        || names::meaning(column).map_or_else(
-            || column.strip_prefix(channel).is_some_and(|rest| matches!(rest, ".x" | ".y" | ".z" | ".w")),
-            |meaning| meaning.channel == channel,
-        )
+/// What is added to the stamps of a column, s.
+pub fn offset(sensors: &IndexMap<String, Sensor>, column: &str) -> f64 {
+    sensors.iter().find(|(channel, _)| is_of(column, channel)).map_or(0.0, |(_, sensor)| sensor.time_offset.0)
+}
+
+/// Checks that all sensors are bound.
+///
+/// # Errors
+/// When one is not.
+pub fn check_bound(recording: &Recording, file: &BindingFile) -> Result<(), InputError> {
+    let is_bound = |channel: &String| recording.columns.keys().any(|name| is_of(name, channel));
+    match file.binding.sensors.keys().find(|channel| !is_bound(channel)) {
+        Some(channel) => Err(file.error(channel, format!("no channel `{channel}` is bound"))),
+        None => Ok(()),
+    }
 }
 
 /// Shifts the stamps of the sensors that have an offset; the log is then on the union of all stamps, to be resampled.
@@ -29,17 +35,9 @@ fn is_of(column: &str, channel: &str) -> bool {
 /// # Errors
 /// When a sensor is not bound.
 pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, InputError> {
-    let offset = |channel: &str| {
-        file.binding
-            .sensors
-            .iter()
-            .find(|(sensor, _)| is_of(channel, sensor))
-            .map_or(0.0, |(_, sensor)| sensor.time_offset.0)
-    };
+    let offset = |column: &str| offset(&file.binding.sensors, column);
+    check_bound(recording, file)?;
     for (channel, sensor) in &file.binding.sensors {
-        if !recording.columns.keys().any(|name| is_of(name, channel)) {
-            return Err(file.error(channel, format!("no channel `{channel}` is bound")));
-        }
         if !sensor.time_offset.0.is_finite() {
             return Err(file.error(channel, "the time offset is not finite".into()));
         }
@@ -65,11 +63,45 @@ pub fn shift(recording: &mut Recording, file: &BindingFile) -> Result<bool, Inpu
     Ok(true)
 }
 
-/// Takes the weight of tools off, then zeroes what should read zero, then turns forces into the reference frame.
+/// Takes the weight of tools off, then what should read zero, then turns forces into the reference frame. Learns what reads zero from the recording.
 ///
 /// # Errors
 /// When a channel is not bound, or has another form than the correction needs.
 pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+    let (rotations, issues) = weigh_tools(recording, file)?;
+    Rest::learn(recording, file)?.take_off(recording);
+    turn(recording, &rotations, file)?;
+    Ok(issues)
+}
+
+/// As [`correct`], with what was learned before.
+///
+/// # Errors
+/// As [`correct`].
+pub fn correct_by(rest: &Rest, recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issue>, InputError> {
+    let (rotations, issues) = weigh_tools(recording, file)?;
+    rest.take_off(recording);
+    turn(recording, &rotations, file)?;
+    Ok(issues)
+}
+
+/// What [`correct`] learns from a recording.
+///
+/// # Errors
+/// As [`correct`].
+pub fn at_rest(mut recording: Recording, file: &BindingFile) -> Result<Rest, InputError> {
+    weigh_tools(&mut recording, file)?;
+    Rest::learn(&recording, file)
+}
+
+/// reference_from_sensor in each row, by channel.
+type Rotations<'a> = Vec<(&'a String, Vec<UnitQuaternion<f64>>)>;
+
+/// Takes the weight of tools off. Returns how sensors are turned.
+fn weigh_tools<'a>(
+    recording: &mut Recording,
+    file: &'a BindingFile,
+) -> Result<(Rotations<'a>, Vec<Issue>), InputError> {
     let (mut turned, mut issues) = (vec![], vec![]);
     for (channel, sensor) in &file.binding.sensors {
         let rotation = rotation(recording, channel, sensor, file)?;
@@ -92,11 +124,15 @@ pub fn correct(recording: &mut Recording, file: &BindingFile) -> Result<Vec<Issu
         }
         turned.extend(rotation.map(|rotation| (channel, rotation)));
     }
-    tare(recording, file)?;
-    for (channel, rotation) in turned {
+    Ok((turned, issues))
+}
+
+/// Turns forces into the reference frame.
+fn turn(recording: &mut Recording, rotations: &Rotations, file: &BindingFile) -> Result<(), InputError> {
+    for (channel, rotation) in rotations {
         change(recording, channel, file, |row, force| rotation.get(row).copied().unwrap_or_default() * force)?;
     }
-    Ok(issues)
+    Ok(())
 }
 
 fn unknown_weight(recording: &Recording, channel: &str) -> Issue {
@@ -165,53 +201,6 @@ fn change(
     for (axis, component) in ["x", "y", "z"].into_iter().enumerate() {
         if let Some(Column { values, .. }) = recording.columns.get_mut(&format!("{channel}.{component}")) {
             *values = rows.iter().map(|row| row.get(axis).copied().unwrap_or(f64::NAN)).collect();
-        }
-    }
-    Ok(())
-}
-
-/// Subtracts from channels what they read while they should read zero. What is left of a finger's force then is its noise: the root of the mean
-/// square, N, as the channel `<hand>.<finger>.noise`.
-fn tare(recording: &mut Recording, file: &BindingFile) -> Result<(), InputError> {
-    let Some(tare) = &file.binding.tare else { return Ok(()) };
-    let rows = |start_s: f64| {
-        let row = |at_s: f64| recording.time.partition_point(|time| *time < start_s + at_s);
-        row(tare.from.0)..row(tare.to.0)
-    };
-    // Stamps of some logs count from 1970, or from when the robot was switched on: then the interval counts from the first one.
-    let first_s = recording.time.first().copied().unwrap_or_default();
-    let rows = Some(rows(0.0)).filter(|rows| !rows.is_empty()).unwrap_or_else(|| rows(first_s));
-    for channel in &tare.channels {
-        let mut found = false;
-        let mut variance = 0.0;
-        for (_, column) in recording.columns.iter_mut().filter(|(name, _)| is_of(name, channel)) {
-            found = true;
-            let rest: Vec<f64> = column
-                .values
-                .get(rows.clone())
-                .unwrap_or_default()
-                .iter()
-                .copied()
-                .filter(|value| !value.is_nan())
-                .collect();
-            if rest.is_empty() {
-                return Err(file.error(
-                    "tare",
-                    format!("`{channel}` has no sample from {} s to {} s", Shown(tare.from.0), Shown(tare.to.0)),
-                ));
-            }
-            let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-            variance += rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / rest.len() as f64;
-            column.values.iter_mut().for_each(|value| *value -= mean);
-        }
-        if !found {
-            return Err(file.error("tare", format!("no channel `{channel}` is bound")));
-        }
-        let Some(LogChannel::Finger(side, finger, FingerPart::Force)) = LogChannel::parse(channel) else { continue };
-        let noise = LogChannel::Finger(side, finger, FingerPart::Noise).to_string();
-        if !recording.columns.contains_key(&noise) {
-            let values = vec![variance.sqrt(); recording.time.len()];
-            recording.columns.insert(noise, Column { dimension: Dimension::FORCE, values });
         }
     }
     Ok(())

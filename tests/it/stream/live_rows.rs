@@ -17,6 +17,17 @@ channels:
 scene: {bodies: {cube: {role: object, radius: 20 mm}}, hands: {right: {fingers: [thumb]}}}
 ";
 
+/// What a binding may say of sensors besides.
+const SENSORS: [&str; 4] = [
+    "",
+    "tare: {channels: [right.thumb.force], from: 0.1 s, to: 0.6 s}",
+    "
+tare: {channels: [right.thumb.force, cube.position], from: 0 s, to: 0.3 s}
+sensors: {right.thumb.force: {frame: right.palm.rotation, mounted: [0.6, 0.8, 0, 0], tool: 300 g}}
+",
+    "sensors: {right.thumb.force: {time_offset: -15 ms}, cube.position: {time_offset: -40 ms}, right.palm.rotation: {time_offset: 5 ms}}",
+];
+
 /// A sample of a topic: how long after the one before, ms, how much later it comes than it was measured, ms, and whether its first value was not measured.
 type Sample = (u32, u32, bool);
 
@@ -67,8 +78,8 @@ fn messages(topics: &[(&'static str, Vec<Sample>)]) -> Vec<Message> {
     messages
 }
 
-/// The rows that are made of messages one by one: each a stamp and values by name.
-fn one_by_one(messages: &[Message], path: &std::path::Path) -> Vec<Vec<(String, f64)>> {
+/// The rows that are made of messages one by one: each a stamp and values by name. Or why none can be made.
+fn one_by_one(messages: &[Message], path: &std::path::Path) -> Result<Vec<Vec<(String, f64)>>, String> {
     let mut binder = RowBinder::open(path, None, 1.0).unwrap();
     let mut rows = vec![];
     for (_, topic, time_s, values) in messages {
@@ -77,18 +88,26 @@ fn one_by_one(messages: &[Message], path: &std::path::Path) -> Vec<Vec<(String, 
         for (name, value) in values {
             row.put(name, *value).unwrap();
         }
-        rows.extend(binder.bind_message(topic, *time_s, &row).unwrap().rows);
+        let bound = binder.bind_message(topic, *time_s, &row).unwrap();
+        if let Some(fault) = bound.fault {
+            return Err(fault.message);
+        }
+        rows.extend(bound.rows);
     }
-    rows.extend(binder.finish().unwrap().rows);
+    let bound = binder.finish().unwrap();
+    if let Some(fault) = bound.fault {
+        return Err(fault.message);
+    }
+    rows.extend(bound.rows);
     let cells = |row: InMemoryTable| {
         let cell = |(name, cells): (&String, &Cells)| (name.clone(), cells.numbers().unwrap()[0]);
         row.columns().iter().map(cell).collect()
     };
-    rows.into_iter().map(cells).collect()
+    Ok(rows.into_iter().map(cells).collect())
 }
 
-/// The recording that is made of all messages at once.
-fn at_once(messages: &[Message]) -> Recording {
+/// The recording that is made of all messages at once, or why there is none.
+fn at_once(messages: &[Message], binding: &str) -> Result<Recording, String> {
     let mut tables: indexmap::IndexMap<&str, InMemoryTable> = indexmap::IndexMap::new();
     for (_, topic, time_s, values) in messages {
         let table = tables.entry(topic).or_insert_with(|| InMemoryTable::new("log"));
@@ -101,9 +120,9 @@ fn at_once(messages: &[Message]) -> Recording {
     let sheet =
         |(name, rows): (&str, InMemoryTable)| Sheet { name: name.into(), header: rows.header(), rows: Box::new(rows) };
     let source = Source::many("log", tables.into_iter().map(sheet).collect());
-    let file = BindingFile::parse(BINDING.into(), "binding".into()).unwrap();
+    let file = BindingFile::parse(binding.into(), "binding".into()).unwrap();
     let scene = file.binding.scene.clone().unwrap();
-    bind(source, &file, scene).unwrap().recording
+    bind(source, &file, scene).map(|read| read.recording).map_err(|error| error.message)
 }
 
 proptest! {
@@ -114,12 +133,20 @@ proptest! {
         arm in samples(10, 20, 150),
         wrench in samples(5, 0, 300),
         camera in samples(33, 150, 50),
+        sensors in prop::sample::select(&SENSORS[..]),
     ) {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("cell.binding.yaml");
-        std::fs::write(&path, BINDING).unwrap();
+        let binding = format!("{BINDING}{sensors}");
+        std::fs::write(&path, &binding).unwrap();
         let messages = messages(&[("/arm", arm), ("/wrench", wrench), ("/camera", camera)]);
-        let (rows, whole) = (one_by_one(&messages, &path), at_once(&messages));
+        let (rows, whole) = match (one_by_one(&messages, &path), at_once(&messages, &binding)) {
+            (Ok(rows), Ok(whole)) => (rows, whole),
+            (rows, whole) => {
+                prop_assert_eq!(rows.err(), whole.err());
+                return Ok(());
+            }
+        };
         // At the end the whole log leaves out rows that some sensor lacks.
         prop_assert!(rows.len() >= whole.time.len(), "{} of {}", rows.len(), whole.time.len());
         for (at, time) in whole.time.iter().enumerate() {
