@@ -46,7 +46,7 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
             };
             let members: Vec<usize> = endings.iter().filter_map(member).collect();
             let free = members.iter().all(|at| !taken.get(*at).copied().unwrap_or(true));
-            let goes_on = next_number(endings).is_some_and(|next| member(&next.as_str()).is_some());
+            let goes_on = numbers_beside(endings).iter().any(|beside| member(&beside.as_str()).is_some());
             (members.len() == endings.len() && free && !goes_on)
                 .then(|| (members, format!("{head}<{placeholder}>{tail}")))
         });
@@ -63,10 +63,12 @@ pub fn groups(columns: &[(String, String, bool)]) -> Vec<Group> {
     groups
 }
 
-/// The ending after numbered ones, `_4` after `_3`: columns that go on with it, such as joints, are no vector.
-fn next_number(endings: &[&str]) -> Option<String> {
-    let number: u32 = endings.last()?.strip_prefix('_')?.parse().ok()?;
-    Some(format!("_{}", number + 1))
+/// The endings before and after numbered ones, `_0` and `_4` of `_1 _2 _3`: columns that go on with them, such as joints, are no vector.
+fn numbers_beside(endings: &[&str]) -> Vec<String> {
+    let number = |ending: Option<&&str>| ending?.strip_prefix('_')?.parse::<u32>().ok();
+    let before = number(endings.first()).and_then(|first| first.checked_sub(1));
+    let after = number(endings.last()).map(|last| last.saturating_add(1));
+    before.into_iter().chain(after).map(|number| format!("_{number}")).collect()
 }
 
 /// The unit that a name ends with, as of `tip_x_mm`; empty without one.
