@@ -27,10 +27,10 @@ pub struct ZenohArgs {
     #[arg(long, value_name = "KEY", value_parser = key)]
     zenoh_publish: Option<OwnedKeyExpr>,
     /// Connect to this router or peer of Zenoh, such as tcp/127.0.0.1:7447, and look for no others; of several, to the first that answers
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     zenoh_connect: Vec<EndPoint>,
     /// Be a peer of Zenoh that others connect to, such as tcp/127.0.0.1:7447, and look for no others
-    #[arg(long, value_name = "ENDPOINT")]
+    #[arg(long, value_name = "ENDPOINT", value_parser = endpoint)]
     zenoh_listen: Vec<EndPoint>,
     /// Take anything else from a configuration file of Zenoh
     #[arg(long, value_name = "FILE", conflicts_with_all = ["zenoh_connect", "zenoh_listen"])]
@@ -44,11 +44,20 @@ fn key(text: &str) -> Result<OwnedKeyExpr, String> {
     if key.is_wild() { Err(format!("it names several keys, {expected}")) } else { Ok(key) }
 }
 
-/// What an error says, without the places in the sources of the library.
+/// What an error says, without the places in the sources of the library, ` at PATH.rs:61.`.
 fn reason(error: &zenoh::Error) -> String {
     let text = error.to_string();
-    let causes = text.split(" - Caused by ").map(|cause| cause.rsplit_once(" at ").map_or(cause, |(says, _)| says));
-    causes.map(|cause| cause.trim_end_matches([' ', '!'])).collect::<Vec<_>>().join(": ")
+    let parts = text.split(" at ").map(|part| match part.split_once(".rs:") {
+        Some((_, rest)) => rest.trim_start_matches(|digit: char| digit.is_ascii_digit()).trim_start_matches('.').into(),
+        None => format!(" at {part}"),
+    });
+    let said = parts.collect::<String>().replace(" - Caused by", ":");
+    said.trim_start_matches(" at ").trim_end_matches([' ', '!', '.']).to_string()
+}
+
+/// The endpoint that a text says.
+fn endpoint(text: &str) -> Result<EndPoint, String> {
+    text.parse().map_err(|_: zenoh::Error| "expected an endpoint such as tcp/127.0.0.1:7447".to_string())
 }
 
 impl ZenohArgs {
