@@ -111,23 +111,6 @@ fn a_sensor_that_never_reads_less_than_a_contact_wants_a_tare() {
     assert!(issues(&found, "no_contact_level").iter().all(|told| !told.contains("`tare`")), "{found:#}");
 }
 
-/// A tool comes down on a button that gives way by 8 mm, stays there, and leaves.
-#[test]
-fn a_tool_that_gives_way_while_it_presses_is_no_touch_in_passing() {
-    let folder = tempfile::tempdir().unwrap();
-    let mut text = String::from("time,px,py,pz,fx,fy,fz\n");
-    for row in 0..1600 {
-        let time = f64::from(row) * 0.01;
-        let lifted = (5.0 - time).max(time - 9.0).max(0.0);
-        let force = if (4.92..9.08).contains(&time) { 8.0 } else { 0.0 };
-        let _ = writeln!(text, "{time},0,0,{},0,0,{}", 0.1 * lifted.min(1.0), force + 0.05 * noise(row as usize, 0));
-    }
-    let found = analysis(folder.path(), &text, WRIST);
-    let segments = found["tracks"][0]["relabeled"].as_array().unwrap();
-    let names: Vec<&str> = segments.iter().map(|it| it["primitive"].as_str().unwrap()).collect();
-    assert_eq!(names, ["Move", "Approach", "Press", "Release", "Move"]);
-}
-
 #[test]
 fn a_log_that_only_moves_is_not_in_contact() {
     let folder = tempfile::tempdir().unwrap();
