@@ -106,7 +106,8 @@ async function read() {
   const at = current.at;
   try {
     const answer = await get(`api/recording/${at}/rules`);
-    if (current.at === at && !asking) take(answer);
+    // What is typed meanwhile, or was sent since, is not replaced by an answer from before.
+    if (current.at === at && !asking && !unsent && answer.version >= rules.version) take(answer);
   } catch (error) {
     status.textContent = error.message;
   }
@@ -168,7 +169,14 @@ async function run() {
   later = setTimeout(() => { if (current.at === at && isSound() && !refused && !unsent) open(at); }, 900);
 }
 
-byId("take-rules").addEventListener("click", () => { rules.theirs = undefined; conflict.hidden = true; read(); });
+byId("take-rules").addEventListener("click", () => {
+  rules.theirs = undefined;
+  conflict.hidden = true;
+  // What was typed here is given up.
+  unsent = false;
+  clearTimeout(later);
+  read();
+});
 byId("keep-rules").addEventListener("click", () => {
   rules.version = rules.theirs.version;
   rules.theirs = undefined;
