@@ -12,8 +12,8 @@ TEACHTREE_KILLS=5 cargo test --test it -- faults::
 step "damaged files, and rows that cannot be"
 PROPTEST_CASES=1000 cargo test --test it -- no_damage_to never_panics::
 
-step "the engine against the reference"
-PROGRAMS=500 cargo test --test it -- --ignored many_programs
+step "the engine, and what is proved, against the reference"
+PROGRAMS=500 cargo test --test it -- --ignored many_programs many_proofs
 
 step "silent changes"
 cargo run --release --example damage -- 5

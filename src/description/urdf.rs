@@ -1,6 +1,6 @@
 //! URDF: the text of a robot description in, a tree of links and joints out; the only file that names the XML crate.
 //!
-//! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, of which soft ones are narrower, masses and inertias, and collision shapes that are boxes,
+//! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, also soft ones, masses and inertias, and collision shapes that are boxes,
 //! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
 
 use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};

@@ -1,7 +1,7 @@
 //! `teachtree live ws://…`: a robot that publishes by another party's server of the Foxglove protocol, over connections that break.
 
 use crate::live_topics::{BEGIN_NS, Message, analyzed, bag, binding, finals, messages};
-use crate::program::program;
+use crate::program::{program, python_with};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::Path;
@@ -47,18 +47,6 @@ for line in sys.stdin:
         print("settled", flush=True)
 server.stop()
 "#;
-
-/// The interpreter with the library, if there is one.
-fn python() -> Option<String> {
-    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let has =
-        Command::new(&python).args(["-c", "import foxglove"]).output().is_ok_and(|output| output.status.success());
-    if !has {
-        // Not by `println!`: that is shown for failed tests only.
-        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_PYTHON names no Python with foxglove-sdk");
-    }
-    has.then_some(python)
-}
 
 struct Robot {
     child: Child,
@@ -230,7 +218,7 @@ fn interrupted(mut child: Child) -> String {
 #[cfg(unix)]
 #[test]
 fn a_robot_is_followed_over_connections_that_break() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("foxglove", "foxglove-sdk") else { return };
     let folder = tempfile::tempdir().unwrap();
     let all = messages("SawyerNutAssembly_demo_1.csv");
     let at = |secs: u64| all.iter().position(|message| message.recorded_ns >= BEGIN_NS + secs * 1_000_000_000).unwrap();
@@ -303,7 +291,7 @@ fn what_is_no_robot_is_refused() {
 
 #[test]
 fn topics_that_do_not_fit_are_listed() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("foxglove", "foxglove-sdk") else { return };
     let folder = tempfile::tempdir().unwrap();
     let binding = binding("sawyer_lift.binding.yaml", folder.path());
     let mut robot = Robot::start(&python);

@@ -1,7 +1,7 @@
 //! `teachtree live --serve`: viewers and controllers of another party's library, some of which go and come again.
 
 use crate::live_log::{Rows, demonstration};
-use crate::program::program;
+use crate::program::{program, python_with};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
@@ -48,17 +48,6 @@ async def main():
 
 asyncio.run(main())
 "#;
-
-/// The interpreter with the library, if there is one.
-fn python() -> Option<String> {
-    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let has = Command::new(&python).args(["-c", "import websockets"]).output().is_ok_and(|it| it.status.success());
-    if !has {
-        // Not by `println!`: that is shown for failed tests only.
-        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_PYTHON names no Python with websockets");
-    }
-    has.then_some(python)
-}
 
 /// The program, which serves on a port.
 fn serving() -> (Child, u16) {
@@ -129,7 +118,7 @@ fn of_topic(messages: &[Value], topic: &str) -> Vec<Value> {
 
 #[test]
 fn viewers_and_controllers_get_every_event_once() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("websockets", "websockets") else { return };
     let (printed, clients) = run(&python, &[("", -1), ("/teachtree/events", 4)]);
     assert!(printed.len() > 10, "{printed:?}");
     let [viewer, controller] = clients.as_slice() else { unreachable!() };
@@ -148,7 +137,7 @@ fn viewers_and_controllers_get_every_event_once() {
 /// Who comes late sees what is so now, and then what is new; what is no client, or stays silent, keeps nobody from being served.
 #[test]
 fn who_comes_late_sees_what_is_so_now() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("websockets", "websockets") else { return };
     let (mut child, port) = serving();
     let _silent = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
     let mut odd = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();

@@ -2,7 +2,7 @@
 
 use crate::live_log::{Rows, demonstration};
 use crate::live_topics::finals;
-use crate::program::{complained, program, said, teachtree_fed};
+use crate::program::{complained, program, python_with, said, teachtree_fed};
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpListener;
@@ -95,17 +95,6 @@ if leaves_after >= 0:
     read(f"?after={last};session={id}", last, -1)
 "#;
 
-/// The interpreter with the library, if there is one.
-fn python() -> Option<String> {
-    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let has = Command::new(&python).args(["-c", "import zenoh"]).output().is_ok_and(|it| it.status.success());
-    if !has {
-        // Not by `println!`: that is shown for failed tests only.
-        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_PYTHON names no Python with eclipse-zenoh");
-    }
-    has.then_some(python)
-}
-
 /// An endpoint that nobody has.
 fn endpoint() -> String {
     format!("tcp/{}", TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap())
@@ -162,7 +151,7 @@ fn lines() -> Vec<String> {
 #[cfg(unix)]
 #[test]
 fn rows_of_a_robot_are_labeled_over_a_connection_that_breaks() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("zenoh", "eclipse-zenoh") else { return };
     let (endpoint, lines) = (endpoint(), lines());
     let (mut robot, mut said_by_robot) = script(&python, ROBOT, &[&endpoint]);
     wait_for(&mut said_by_robot, "listening");
@@ -191,7 +180,7 @@ fn rows_of_a_robot_are_labeled_over_a_connection_that_breaks() {
 /// One controller is there all along; the other one goes, and gets what it missed when it comes again.
 #[test]
 fn controllers_get_every_event_once() {
-    let Some(python) = python() else { return };
+    let Some(python) = python_with("zenoh", "eclipse-zenoh") else { return };
     let (endpoint, lines) = (endpoint(), lines());
     let args = ["live", "-", "--zenoh-listen", &endpoint, "--zenoh-publish", "cell/labels", "--format", "json"];
     let (mut child, mut complaints) = started(&args);

@@ -49,3 +49,15 @@ pub fn teachtree_fed(args: &[&str], bytes: &[u8]) -> Output {
     written.join().unwrap();
     output
 }
+
+/// The Python that `TEACHTREE_PYTHON` names, if it has a module, which comes with a package.
+pub fn python_with(module: &str, package: &str) -> Option<String> {
+    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+    let import = format!("import {module}");
+    let has = Command::new(&python).args(["-c", &import]).output().is_ok_and(|it| it.status.success());
+    if !has {
+        // Not by `println!`: that is shown for failed tests only.
+        let _ = writeln!(std::io::stderr(), "skipped: TEACHTREE_PYTHON names no Python with {package}");
+    }
+    has.then_some(python)
+}

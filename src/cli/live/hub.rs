@@ -121,10 +121,10 @@ impl Hub {
 
     /// Takes an event.
     pub fn event(&self, event: &LiveEvent) {
-        let sequence = event.sequence();
+        let (sequence, bytes) = (event.sequence(), event.json().into_bytes());
         let mut state = self.state();
         let time_ns = state.time_ns(event);
-        let mut messages = vec![Served { channel: ALL_EVENTS, sequence, time_ns, bytes: event.json().into_bytes() }];
+        let mut messages = vec![Served { channel: ALL_EVENTS, sequence, time_ns, bytes }];
         let mut text = |who: String, what: &str, text: &str| {
             let name = format!("/teachtree/{who}/{what}");
             if let Some(channel) = self.topics.iter().position(|topic| topic.name() == name) {

@@ -31,7 +31,6 @@ impl Shifter {
     pub fn new(file: &BindingFile) -> Result<Option<Self>, InputError> {
         let offsets = || file.binding.sensors.iter().map(|(channel, sensor)| (channel, sensor.time_offset.0));
         for (channel, offset) in offsets() {
-            // Also where it is not finite.
             if offset.is_nan() || offset.abs() > MAX_OFFSET_S {
                 let message =
                     format!("`time_offset`: found {offset} s, expected at most {MAX_OFFSET_S} s in a live log");

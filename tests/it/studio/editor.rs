@@ -2,6 +2,7 @@
 
 use super::page::{no_complaints, opened, until, visited};
 use super::{OPENED, Studio, folder};
+use crate::browser::Browser;
 use serde_json::{Value, json};
 use std::path::Path;
 
@@ -136,15 +137,20 @@ fn typed(browser: &mut crate::browser::Browser, text: &str) {
     }
 }
 
+/// Opens the editor with the rule file of one's own.
+fn show_mine(browser: &mut Browser) {
+    browser.click("#editor summary");
+    browser.wait("document.querySelector('#editor-file').options.length > 2");
+    browser.eval("(() => { const list = document.querySelector('#editor-file'); list.value = 'mine.rules'; list.dispatchEvent(new Event('change')); })()");
+}
+
 #[test]
 fn rules_are_typed_corrected_and_written_on_the_page() {
     let folder = with_rules();
     let Some((mut browser, _studio)) = visited(folder.path(), &WITH_MINE) else { return };
     browser.click("[data-at='0']");
     opened(&mut browser, "a");
-    browser.click("#editor summary");
-    browser.wait("document.querySelector('#editor-file').options.length > 2");
-    browser.eval("(() => { const list = document.querySelector('#editor-file'); list.value = 'mine.rules'; list.dispatchEvent(new Event('change')); })()");
+    show_mine(&mut browser);
     browser.wait("document.querySelector('#editor-text').value.startsWith('use \"contact.rules\"')");
     assert_eq!(browser.eval("document.querySelectorAll('#editor-numbers span').length"), 4);
     browser.eval("(() => { const area = document.querySelector('#editor-text'); area.focus(); area.setSelectionRange(area.value.length, area.value.length); })()");
@@ -301,9 +307,7 @@ fn a_file_that_is_newly_used_is_in_the_list_of_the_page() {
     let Some((mut browser, _studio)) = visited(folder.path(), &WITH_MINE) else { return };
     browser.click("[data-at='0']");
     opened(&mut browser, "a");
-    browser.click("#editor summary");
-    browser.wait("document.querySelector('#editor-file').options.length > 2");
-    browser.eval("(() => { const list = document.querySelector('#editor-file'); list.value = 'mine.rules'; list.dispatchEvent(new Event('change')); })()");
+    show_mine(&mut browser);
     browser.eval("(() => { const area = document.querySelector('#editor-text'); area.focus(); area.setSelectionRange(0, 0); document.execCommand('insertText', false, 'use \"lift.rules\"\\n'); })()");
     browser.wait("[...document.querySelector('#editor-file').options].some((one) => one.value === 'lift.rules')");
     // The finding leads into the new file, which is mended there.
