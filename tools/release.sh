@@ -26,10 +26,12 @@ cp "$CARGO_TARGET_DIR/dist/teachtree" README.md CHANGELOG.md LICENSE-APACHE LICE
 tar --sort=name --mtime="@$SOURCE_DATE_EPOCH" --owner=0 --group=0 --numeric-owner --mode=u+rwX,go+rX,go-w -C "$files" -cf - "$name" | gzip -9n > "$out/$name.tar.gz"
 if cargo cyclonedx --version >/dev/null 2>&1; then
     cargo cyclonedx --format json --target "$host" --override-filename "$name" --quiet
-    mv "$name.json" "$out/$name.cdx.json"
+    sed "s|path+file://$here|path+file:///teachtree|g" "$name.json" > "$out/$name.cdx.json"
+    rm "$name.json"
     rm -f ./*/"$name.json"
 else
     echo "cargo cyclonedx is not installed: no list of what the program is made of" >&2
 fi
 cd "$out"
+rm -f "$name.sha256"
 sha256sum "$name".* | tee "$name.sha256"
