@@ -35,6 +35,7 @@ mod engine;
 mod expectations;
 #[cfg(feature = "cli")]
 mod explain;
+mod extremes;
 #[cfg(all(feature = "world", feature = "cli", feature = "parquet", unix))]
 mod faults;
 #[cfg(feature = "cli")]
