@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
-"""Makes the seeds of the fuzz targets from the files of this repository: fuzz/corpus/TARGET/*, and fuzz/dictionaries/TARGET."""
+"""Makes the seeds of the fuzz targets from the files of this repository: fuzz/corpus/TARGET/*, and fuzz/dictionaries/TARGET.
+
+Inputs that earlier runs found (fuzz/minimized/TARGET.zip, made by `fuzz/minimize.py`) are added to the corpora.
+"""
 
 import json
 import re
 import struct
+import zipfile
 from itertools import chain
 from pathlib import Path
 
@@ -183,3 +187,7 @@ put("studio", requests())
 palm = {"type": "palm", "hand": "right", "epoch": 0, "palm": [0, 0, 0.1, 1, 0, 0, 0], "closes": True, "squeeze": 0.5, "presses": False}
 tips = {"type": "tips", "hand": "right", "epoch": 0, "tips": [[0, 0, 0.1]] * 4, "palm": None}
 put("teaching", ["\n".join(map(json.dumps, some)) for some in [[palm], [tips], [{"type": "start"}, palm, {"type": "stop"}], [{"type": "undo"}, {"type": "reset"}], [{"type": "forces", "every_ms": 5}], [{"type": "robot", "take": 0}]]])
+
+for path in sorted((FUZZ / "minimized").glob("*.zip")):
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(FUZZ / "corpus" / path.stem / "minimized")
