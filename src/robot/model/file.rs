@@ -143,6 +143,9 @@ struct FingerFile {
 struct PartFile {
     /// A shipped robot, or a file.
     robot: String,
+    /// The side of its hand, for a hand that both sides may have, such as a gripper.
+    #[serde(default)]
+    side: Option<Side>,
     /// The link that it stands on, `part.link`; the ground when left out.
     #[serde(default)]
     on: Option<String>,

@@ -7,6 +7,7 @@ const SHIPPED: &[(&str, &str)] = &[
     ("arm_6dof", include_str!("../../../robots/arm_6dof.yaml")),
     ("parallel_jaw", include_str!("../../../robots/parallel_jaw.yaml")),
     ("arm_with_gripper", include_str!("../../../robots/arm_with_gripper.yaml")),
+    ("two_grippers", include_str!("../../../robots/two_grippers.yaml")),
     ("both_hands", include_str!("../../../robots/both_hands.yaml")),
 ];
 

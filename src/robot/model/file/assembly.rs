@@ -24,7 +24,7 @@ pub(super) fn assembly(
     let mut links = vec![Link::massless("world", Vec::new())];
     let mut whole = Robot { name: file.name, tree: KinematicTree::default(), hands: IndexMap::new() };
     let mut hands: Vec<(Side, String, usize, Vec<FingerSpec>)> = Vec::new();
-    for (part, PartFile { robot, on, at, turned, source }) in &file.parts {
+    for (part, PartFile { robot, side: given, on, at, turned, source }) in &file.parts {
         if source.trim().is_empty() {
             return Err(refuse(part, "has an empty `source`".into()));
         }
@@ -52,7 +52,11 @@ pub(super) fn assembly(
             .tree
             .dofs
             .extend(model.tree.dofs.into_iter().map(|dof| Dof { name: format!("{part}/{}", dof.name), ..dof }));
-        for (side, hand) in model.hands {
+        if given.is_some() && model.hands.len() != 1 {
+            return Err(refuse(part, format!("has a `side` and {} hands, expected one", model.hands.len())));
+        }
+        for (own, hand) in model.hands {
+            let side = given.unwrap_or(own);
             if hands.iter().any(|(other, ..)| *other == side) {
                 return Err(refuse(part, format!("is a second {side} hand")));
             }
