@@ -5,7 +5,7 @@ use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::{TouchForces, flags, touching};
 use super::{FRICTION, RATE_HZ};
-use crate::base::geometry::{face_normal, surface_distance};
+use crate::base::geometry::{across, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::log_channel::{ContactPart, FingerPart, LogChannel};
 use crate::base::meaning::Meaning;
@@ -27,8 +27,9 @@ const TAKES_PART: f64 = 0.3;
 const ON_N: f64 = 0.01;
 /// Faces are opposite when the cosine between their normals is below the negative of this.
 const OPPOSITE: f64 = 0.99;
-/// How far the pads of jaws reach to each side of their middle, m.
+/// How far the pads of jaws reach to each side of their middle, m, and shares of that.
 const PAD_M: f64 = 0.015;
+const SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
 /// A face goes on where the surface is no farther than this, m.
 const FLAT_M: f64 = 0.0005;
 /// A finger settles onto its mean contact point within this time after it touched, s.
@@ -198,7 +199,7 @@ impl Series {
             contacts.push(Contact { finger: finger.finger, point: rounded(point), normal: rounded(normal) });
         }
         if self.flat_pads {
-            opposite(body, &mut contacts);
+            opposite(body, &mut contacts, self.tip_radius);
         }
         GraspSpec { contacts, mapped: None, infeasible: None }
     }
@@ -299,8 +300,8 @@ impl Series {
 }
 
 /// Brings two contacts on opposite faces to one line across them: in the middle between where they were along the faces, and as near to the middle of the
-/// object as pads are long, since pads do not let it turn about the line between them and balls do.
-fn opposite(body: &Body, contacts: &mut [Contact]) {
+/// object as pads are long and the faces go on, since pads do not let it turn about the line between them and balls of this radius, m, do.
+fn opposite(body: &Body, contacts: &mut [Contact], radius: f64) {
     let [one, two] = contacts else { return };
     let normal = Vector3::from(one.normal);
     if normal.dot(&Vector3::from(two.normal)) > -OPPOSITE {
@@ -311,11 +312,20 @@ fn opposite(body: &Body, contacts: &mut [Contact]) {
     let along = half - normal * half.dot(&normal);
     let middle = (first + second) / 2.0;
     let aside = middle - normal * middle.dot(&normal);
-    let nearer = aside * (PAD_M / aside.norm().max(PAD_M));
-    for (contact, point) in [(one, first + along - nearer), (two, second - along - nearer)] {
-        // Only where the face goes on as far as that.
-        if surface_distance(body, &point.into()).abs() < FLAT_M {
-            contact.point = rounded(point);
+    let ends = |nearer: &Vector3<f64>| [(first + along - nearer, normal), (second - along - nearer, -normal)];
+    // A ball touches the face there, and nothing beside it.
+    let lies = |(point, normal): (Vector3<f64>, Vector3<f64>)| {
+        let gap = |out: f64| surface_distance(body, &(point + normal * out).into());
+        gap(0.0).abs() < FLAT_M && gap(radius) > radius - FLAT_M
+    };
+    let mut nearer = Vector3::zeros();
+    for (direction, length) in across(&normal).map(|direction| (direction, aside.dot(&direction))) {
+        let shares = SHARES.map(|share| nearer + direction * (length.clamp(-PAD_M, PAD_M) * share));
+        nearer = shares.into_iter().find(|nearer| ends(nearer).into_iter().all(lies)).unwrap_or(nearer);
+    }
+    for (contact, end) in [one, two].into_iter().zip(ends(&nearer)) {
+        if lies(end) {
+            contact.point = rounded(end.0);
         }
     }
 }

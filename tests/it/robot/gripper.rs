@@ -229,6 +229,28 @@ fn a_gripper_on_an_arm_does_what_three_fingers_showed() {
     assert!(squeezed > 0.5 && balance < 0.4 * squeezed, "{squeezed} N, {balance} N off");
 }
 
+/// The handles of the nuts end beside their rings, and lie 10 mm above the table: the pads go as near to the middle as both leave room.
+#[test]
+fn jaws_take_the_handles_of_both_nuts_of_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("commands.json");
+    let demo = |name: &str| format!("demos/robosuite/{name}");
+    let [log, binding] = ["SawyerNutAssembly_demo_1.csv", "sawyer_nut_assembly.binding.yaml"].map(demo);
+    let scene = demo("sawyer_nut_assembly.scene.yaml");
+    let files = ["--binding", &binding, "--scene", &scene, "-o", out.to_str().unwrap()];
+    let made = teachtree(&[&["retarget", &log, "--robot", "parallel_jaw"], &files[..]].concat());
+    assert!(made.status.success(), "{}{}", String::from_utf8_lossy(&made.stdout), complained(&made));
+    let commands = Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap();
+    assert_eq!(commands.tasks.len(), 2);
+    for (task, ring_ends) in commands.tasks.iter().zip([0.0437, 0.0538]) {
+        for contact in &task.grasps[0].contacts {
+            // The ball of 8 mm touches the handle, and neither the ring nor the table.
+            let [x, _, z] = contact.point;
+            assert!(x >= ring_ends + 0.007 && z.abs() < 0.003, "{}: {contact:?}", task.object);
+        }
+    }
+}
+
 #[test]
 fn a_cube_that_is_wider_than_the_jaws_open_is_refused_in_millimetres() {
     let (commands, [made, done], _) = carried_out("pick_and_follow", "2", "parallel_jaw");
