@@ -190,7 +190,11 @@ pub fn believable_step(time: &[f64]) -> Result<f64, InputError> {
         let thousands = names.iter().position(|name| *name == unit).unwrap_or_default();
         let pairs = names.iter().skip(thousands).zip(&names);
         let pairs: Vec<String> = pairs.map(|(called, is)| format!("`{called}`, say `time [{is}]`")).collect();
-        format!("if the header or a binding calls the stamps {}", pairs.join("; if "))
+        format!(
+            "if the header or a binding calls the stamps {}; a log of more than {} kHz must be thinned first",
+            pairs.join("; if "),
+            1e-3 / STEPS.start
+        )
     };
     Err(error.help(help))
 }
