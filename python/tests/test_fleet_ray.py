@@ -27,7 +27,7 @@ def test_a_machine_killed_at_any_time_changes_no_row(tmp_path: Path) -> None:
     os.chdir(Path(__file__).resolve().parents[2])
     job = fleet.Job(binding=BINDING)
     folder = short(tmp_path / "set", RECORDINGS)
-    (folder / "piece_1234.csv").write_text("t,cube_px\n0.0,what\n")
+    (folder / "piece_0123.csv").write_text("t,cube_px\n0.0,what\n")
     serial = tmp_path / "serial"
     begun = time.monotonic()
     assert fleet.run([folder], job, str(serial)) == fleet.Ran(RECORDINGS, 1, 0)

@@ -102,6 +102,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let hand = event.subjects.first().map_or("a", String::as_str);
         printed += &format!("the {hand} hand lost what it held at {:.1} s\n", event.time_s);
     }
+    for event in events(&recording, "step_left_undone") {
+        if let [hand, step] = event.subjects.as_slice() {
+            let time_s = event.time_s;
+            printed +=
+                &format!("the {hand} hand left {step} of its script undone at {time_s:.1} s: it took too long\n");
+        }
+    }
     output::print(&printed)?;
     Ok(())
 }
@@ -166,7 +173,11 @@ fn did(recording: &Recording) -> impl Iterator<Item = (&str, Vec<&str>, Option<&
 
 /// When a hand lost what it held: it goes back for it, but not for ever.
 fn losses(recording: &Recording) -> impl Iterator<Item = &Event> {
-    recording.events.iter().filter(|event| event.kind == "object_lost")
+    events(recording, "object_lost")
+}
+
+fn events<'a>(recording: &'a Recording, kind: &'a str) -> impl Iterator<Item = &'a Event> {
+    recording.events.iter().filter(move |event| event.kind == kind)
 }
 
 /// The scene and the operator of these names, or in these files.

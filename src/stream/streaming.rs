@@ -255,8 +255,10 @@ impl FirstPass {
                     is_first: start == stretch.start,
                     before: &before,
                     after: &after,
+                    kept: within.end,
                     averaged_before: &before,
                     averaged_after: &after,
+                    averaged_kept: within.end,
                     touches: &BTreeMap::new(),
                 };
                 let mut measured = CleanLog {

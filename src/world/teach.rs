@@ -76,6 +76,9 @@ pub fn teach_with_progress(
                 if begun.lost {
                     happened("object_lost", None);
                 }
+                if let Some(step) = begun.left_undone {
+                    happened("step_left_undone", Some(format!("steps.{step}")));
+                }
                 if let Some(perturbation) = begun.perturbation {
                     happened("perturbation_started", Some(perturbation.name().to_string()));
                 }

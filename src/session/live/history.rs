@@ -53,7 +53,7 @@ impl History {
 
     /// Takes stamps and, of the channels that `keeps` names by position, columns.
     pub fn take(&mut self, chunk: &LiveChunk, keeps: impl Fn(u32) -> bool) {
-        let LiveChunk { frames, core, time } = chunk;
+        let LiveChunk { frames, core, time, .. } = chunk;
         if self.frames.channels.is_empty() {
             self.frames = Frames {
                 layout: frames.layout.clone(),
@@ -189,7 +189,7 @@ fn open_leaves(evaluator: &Evaluator, each: &mut dyn FnMut(Option<Side>, Run)) {
     ended.finish(&mut |tree, run| each(sides.get(tree).copied().flatten(), run));
 }
 
-/// The leaf of each tree at the last of some frames that follow what an evaluator has taken, as though the log ended with them.
+/// The leaf of each tree at the newest frame, as though the log ended with it, from an evaluator that has taken the frames before the newest ones.
 pub fn last_leaves(evaluator: &Evaluator, chunk: &LiveChunk) -> BTreeMap<Option<Side>, Option<Label>> {
     let mut ended = evaluator.clone();
     let sides: Vec<Option<Side>> = ended.plan().trees.iter().map(|tree| tree.side).collect();
@@ -197,14 +197,14 @@ pub fn last_leaves(evaluator: &Evaluator, chunk: &LiveChunk) -> BTreeMap<Option<
     let mut emit = |tree: usize, run: Run| {
         last.insert(sides.get(tree).copied().flatten(), run.label);
     };
-    push(&mut ended, chunk, &mut emit);
+    push(&mut ended, chunk.frames, &chunk.newest, &mut emit);
     ended.finish(&mut emit);
     last
 }
 
 /// Gives frames to an evaluator.
-pub fn push(evaluator: &mut Evaluator, chunk: &LiveChunk, emit: &mut impl FnMut(usize, Run)) {
+pub fn push(evaluator: &mut Evaluator, frames: &Frames, range: &Range<usize>, emit: &mut impl FnMut(usize, Run)) {
     let inputs = evaluator.plan().inputs.clone();
-    let columns: Vec<Values> = inputs.iter().map(|key| chunk.frames.column(*key).unwrap_or(Values::NONE)).collect();
-    evaluator.push(&columns, chunk.core.start, chunk.core.len(), emit);
+    let columns: Vec<Values> = inputs.iter().map(|key| frames.column(*key).unwrap_or(Values::NONE)).collect();
+    evaluator.push(&columns, range.start, range.len(), emit);
 }

@@ -21,6 +21,7 @@ use crate::base::units::Dimension;
 use crate::engine::evaluator::Evaluator;
 use crate::engine::runs::Run;
 use crate::graph::{Graph, lower};
+use crate::language::rules::Label;
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::live::{self as stream, Admission, Admitted, Calibration as Learned, Derivation, Screen};
 use crate::stream::read::table::Want;
@@ -263,7 +264,7 @@ impl Live {
         if is_frame {
             self.derivation.push(time_s, values);
             self.newest_s = time_s;
-            self.look(time_s)?;
+            self.look()?;
         }
         Ok(())
     }
@@ -319,9 +320,10 @@ impl Live {
         self.sequence += 1;
     }
 
-    /// Derives and evaluates the frames that no later one can change.
+    /// Derives and evaluates the frames that no later one can change, and labels the newest one.
     fn evaluate(&mut self, ends: bool) -> Result<(), Error> {
         let Self { derivation, evaluator: known, graph, history, kept, stretch, .. } = self;
+        let mut newest = BTreeMap::new();
         let each = &mut |chunk: stream::LiveChunk| {
             let evaluator = match &mut *known {
                 Some(evaluator) => evaluator,
@@ -329,24 +331,27 @@ impl Live {
             };
             history.take(&chunk, |channel| kept.get(channel as usize).copied().unwrap_or(false));
             let sides: Vec<Option<Side>> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
-            history::push(evaluator, &chunk, &mut |tree: usize, run: Run| {
+            history::push(evaluator, chunk.frames, &chunk.core, &mut |tree: usize, run: Run| {
                 history.leaf(sides.get(tree).copied().flatten(), run, *stretch);
             });
+            if !chunk.newest.is_empty() {
+                newest = history::last_leaves(evaluator, &chunk);
+            }
             Ok(())
         };
-        derivation.settle(ends, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))
+        let labels_newest = self.labels_newest && !ends;
+        derivation.settle(ends, labels_newest, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+        self.label(&newest);
+        Ok(())
     }
 
-    fn look(&mut self, time_s: f64) -> Result<(), Error> {
+    fn look(&mut self) -> Result<(), Error> {
         let taken = self.derivation.taken();
         if taken - self.looked < frames(LOOK_SECS, self.rate_hz) {
             return Ok(());
         }
         self.looked = taken;
         self.evaluate(false)?;
-        if self.labels_newest {
-            self.label(time_s)?;
-        }
         if taken - self.found >= frames(FIND_SECS, self.rate_hz) {
             self.found = taken;
             self.find(false);
@@ -354,19 +359,12 @@ impl Live {
         Ok(())
     }
 
-    /// The label of the newest frame.
-    fn label(&mut self, time_s: f64) -> Result<(), Error> {
-        let Some(evaluator) = &self.evaluator else { return Ok(()) };
-        let mut last = BTreeMap::new();
-        self.derivation
-            .provisional(&mut |chunk| {
-                last = history::last_leaves(evaluator, &chunk);
-                Ok(())
-            })
-            .map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
+    /// Reports the labels of the newest frame that have changed.
+    fn label(&mut self, newest: &BTreeMap<Option<Side>, Option<Label>>) {
+        let time_s = self.newest_s;
         let name = |label| self.rules.set().label_name(label);
-        let both = last.get(&None).copied().flatten();
-        let labels: Vec<(Who, Option<String>)> = last
+        let both = newest.get(&None).copied().flatten();
+        let labels: Vec<(Who, Option<String>)> = newest
             .iter()
             .map(|(side, label)| match side {
                 Some(side) => (Who::Hand(*side), both.or(*label).map(name)),
@@ -381,7 +379,6 @@ impl Live {
                 self.event(Inner::Label { who, primitive, time_s });
             }
         }
-        Ok(())
     }
 
     /// Looks for segments and tasks.

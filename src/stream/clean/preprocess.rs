@@ -59,14 +59,18 @@ pub struct Window<'a> {
     pub averaged: Range<usize>,
     /// Whether the stretch begins here.
     pub is_first: bool,
-    /// What was so at the last frame of the window before, by what is followed.
+    /// What was so before the frames that count, by what is followed.
     pub before: &'a BTreeMap<String, State>,
-    /// The same of this window.
+    /// What is so before the frame `kept`, or behind the last one.
     pub after: &'a RefCell<BTreeMap<String, State>>,
-    /// What was so at the last of the averaged frames of the window before.
+    /// The frame with which the next window begins to count.
+    pub kept: usize,
+    /// What was so before the averaged frames.
     pub averaged_before: &'a BTreeMap<String, State>,
-    /// The same of this window.
+    /// What is so before the frame `averaged_kept`, or behind the last one.
     pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
+    /// The frame with which the averaged frames of the next window begin.
+    pub averaged_kept: usize,
     /// What is known of contacts that are computed from shapes, by object.
     pub touches: &'a BTreeMap<usize, Touches>,
 }
@@ -172,7 +176,7 @@ impl<'a> CleanLog<'a> {
     pub fn follow(&self, key: &str, step: impl FnMut(usize, State) -> State) {
         let part = |window: &Window<'a>| {
             let before = window.before.get(key).copied().filter(|_| !window.is_first);
-            (window.core.clone(), before.unwrap_or_default(), window.after)
+            (window.core.clone(), before.unwrap_or_default(), window.kept, window.after)
         };
         self.follow_part(key, part, step);
     }
@@ -181,7 +185,7 @@ impl<'a> CleanLog<'a> {
     pub fn follow_averaged(&self, key: &str, step: impl FnMut(usize, State) -> State) {
         let part = |window: &Window<'a>| {
             let before = window.averaged_before.get(key).copied();
-            (window.averaged.clone(), before.unwrap_or_default(), window.averaged_after)
+            (window.averaged.clone(), before.unwrap_or_default(), window.averaged_kept, window.averaged_after)
         };
         self.follow_part(key, part, step);
     }
@@ -189,7 +193,7 @@ impl<'a> CleanLog<'a> {
     fn follow_part(
         &self,
         key: &str,
-        part: impl Fn(&Window<'a>) -> (Range<usize>, State, &'a RefCell<BTreeMap<String, State>>),
+        part: impl Fn(&Window<'a>) -> (Range<usize>, State, usize, &'a RefCell<BTreeMap<String, State>>),
         mut step: impl FnMut(usize, State) -> State,
     ) {
         match &self.window {
@@ -199,9 +203,11 @@ impl<'a> CleanLog<'a> {
                 }
             }
             Some(window) => {
-                let (frames, before, after) = part(window);
-                let state = frames.fold(before, |state, frame| step(frame, state));
+                let (frames, before, kept, after) = part(window);
+                let kept = kept.clamp(frames.start, frames.end);
+                let state = (frames.start..kept).fold(before, |state, frame| step(frame, state));
                 after.borrow_mut().insert(key.to_string(), state);
+                (kept..frames.end).fold(state, |state, frame| step(frame, state));
             }
         }
     }

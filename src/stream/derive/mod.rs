@@ -69,6 +69,8 @@ pub fn frames_trusting(
 /// The findings about a log that may come in windows: those that the last window replaces, and those that add up.
 #[derive(Default)]
 pub struct Findings {
+    /// Nobody asks for them.
+    unasked: bool,
     unseen: Vec<Issue>,
     carried: Vec<Issue>,
     read: Vec<Issue>,
@@ -82,6 +84,11 @@ pub struct Findings {
 }
 
 impl Findings {
+    /// None of them: only channels are wanted.
+    pub fn unasked() -> Self {
+        Self { unasked: true, ..Self::default() }
+    }
+
     /// All of it, once the whole log was seen.
     pub fn issues(&self, measured: &CleanLog, layout: &Layout) -> Vec<Issue> {
         let far = layout.hands.iter().flat_map(|hand| plausible::told_far(measured, hand, &self.findings));
@@ -139,8 +146,11 @@ pub fn derived_frames(
     let objects = objects(measured.scene);
     let motions: Vec<Motion> =
         measured.scene.bodies.iter().map(|(name, body)| Motion::new(measured, name, body)).collect();
-    findings.orders.get_or_insert_with(|| orders::swapped(measured));
-    findings.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
+    let asked = !findings.unasked;
+    if asked {
+        findings.orders.get_or_insert_with(|| orders::swapped(measured));
+        findings.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
+    }
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
         .map(|side| HandLayout { side, fingers: hands::fingers(measured, side), contacts: vec![] })
@@ -162,17 +172,19 @@ pub fn derived_frames(
             Err(_) => closed(measured, hand.side, &hand.fingers),
         };
         let is_read = !matches!(touch.absent, Absent::NormAbove { needed: false, .. });
-        findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
-        plausible::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
         let track = hands::track(measured, &motions, hand.side, &hand.fingers, &touches);
-        plausible::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
+        if asked {
+            findings.look_at_flags(measured, hand, if is_read { &touches } else { &[] });
+            plausible::far_touches(measured, &motions, hand, &touches, &mut findings.findings);
+            plausible::pushes(measured, &motions, &hand.fingers, &track, &mut findings.findings);
+        }
         tracks.push(track);
         if read {
             touched.insert(hand.side, touches);
         }
     }
     let contacts = contacts::contacts(measured, &motions, &tracks, &objects, &mut findings.touches);
-    if channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
+    if asked && channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
         findings.carried = contacts::never_carried(measured, &objects, &contacts);
         plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut findings.findings);
     }

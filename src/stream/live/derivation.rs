@@ -53,9 +53,11 @@ struct Followed {
 pub struct LiveChunk<'a> {
     /// The columns; some of their frames belong to the windows before and after.
     pub frames: &'a Frames,
-    /// The frames of the columns that count.
+    /// The frames of the columns that no later one changes.
     pub core: Range<usize>,
-    /// Stamps of these frames, s.
+    /// Those behind them, as though the log ended with them.
+    pub newest: Range<usize>,
+    /// Stamps of the frames that no later one changes, s.
     pub time: &'a [f64],
 }
 
@@ -105,22 +107,27 @@ impl Derivation {
         self.first + self.time.len()
     }
 
-    /// Derives the frames that no later one can change, and gives them to `each`; with `ends` all frames, after which the next stretch begins.
+    /// Derives the frames that no later one can change, and gives them to `each`; with `newest` also those behind them, as though the log ended with
+    /// them. With `ends` no later one comes: all frames are given, and the next stretch begins.
     ///
     /// # Errors
     /// As [`crate::stream::frames()`], and what `each` returns.
     pub fn settle(
         &mut self,
         ends: bool,
+        newest: bool,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
     ) -> Result<(), InputError> {
         let taken = self.taken();
-        let end = if ends { taken } else { taken.saturating_sub(self.ahead + self.margin) };
-        if end > self.next {
-            let Followed { until, states, averaged } = self.derive(self.next..end, end + self.margin, each)?;
-            self.next = end;
-            self.states.push_back((until, states));
-            self.averaged = averaged;
+        let end = if ends { taken } else { taken.saturating_sub(self.lag()).max(self.next) };
+        let last = if newest { taken } else { end };
+        if last > self.next {
+            let Followed { until, states, averaged } = self.derive(self.next..end, last, each)?;
+            if end > self.next {
+                self.states.push_back((until, states));
+                self.averaged = averaged;
+                self.next = end;
+            }
             while self.states.get(1).is_some_and(|(frame, _)| frame + self.margin <= self.next) {
                 self.states.pop_front();
             }
@@ -144,29 +151,17 @@ impl Derivation {
         Ok(())
     }
 
-    /// Derives the frames that were not given out as though the log ended with them.
-    ///
-    /// # Errors
-    /// As [`settle`](Self::settle).
-    pub fn provisional(&self, each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>) -> Result<(), InputError> {
-        if self.taken() > self.next {
-            self.derive(self.next..self.taken(), self.taken(), each).map(|_| ())
-        } else {
-            Ok(())
-        }
-    }
-
     /// The first frame that has a part in what is derived of a frame. Sums begin at every [`ANCHOR`]th frame of a stretch.
     fn seen_from(&self, frame: usize) -> usize {
         let before = frame.saturating_sub(self.behind).max(self.stretch) - self.stretch;
         (self.stretch + before / ANCHOR * ANCHOR).max(self.first)
     }
 
-    /// Derives frames, and follows what depends on the frame before up to `until`.
+    /// Derives frames for good, and those behind them up to `last` for now; follows what depends on the frame before.
     fn derive(
         &self,
         core: Range<usize>,
-        until: usize,
+        last: usize,
         each: &mut dyn FnMut(LiveChunk) -> Result<(), InputError>,
     ) -> Result<Followed, InputError> {
         let nothing = (self.stretch, BTreeMap::new());
@@ -174,19 +169,22 @@ impl Derivation {
             Some(state) if state.0 + self.margin <= core.start => state,
             _ => &nothing,
         };
-        let until = until.min(self.taken());
+        let kept = (core.end + self.margin).min(self.taken());
+        let until = if last > core.end { last } else { kept };
         let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
         let held = seen.start - self.first..seen.end - self.first;
-        let within = core.start - seen.start..core.end - seen.start;
+        let [next, end, last] = [core.start, core.end, last].map(|frame| frame - seen.start);
         let (after, averaged_after) = (RefCell::new(BTreeMap::new()), RefCell::new(BTreeMap::new()));
         let window = Window {
             core: from - seen.start..until - seen.start,
-            averaged: within.clone(),
+            averaged: next..last,
             is_first: *from == self.stretch,
             before,
             after: &after,
+            kept: kept - seen.start,
             averaged_before: &self.averaged,
             averaged_after: &averaged_after,
+            averaged_kept: end,
             touches: &self.calibration.touches,
         };
         let columns = self.columns.iter().zip(&self.values).map(|((name, dimension), values)| {
@@ -207,9 +205,14 @@ impl Derivation {
             columns: columns.collect(),
         };
         tare::correct(&mut measured, &self.calibration.sensors);
-        let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::default())?;
-        each(LiveChunk { frames: &frames, time: time.get(within.clone()).unwrap_or_default(), core: within })?;
+        let frames = derive::derived_frames(&measured, &self.channels, &mut Findings::unasked())?;
+        each(LiveChunk {
+            frames: &frames,
+            time: time.get(next..end).unwrap_or_default(),
+            core: next..end,
+            newest: end..last,
+        })?;
         drop(measured);
-        Ok(Followed { until, states: after.into_inner(), averaged: averaged_after.into_inner() })
+        Ok(Followed { until: kept, states: after.into_inner(), averaged: averaged_after.into_inner() })
     }
 }

@@ -53,6 +53,8 @@ pub(in crate::world) struct Performer<'a> {
     /// The script as this operator performs it, and the number of the step that comes next.
     pub(super) steps: Vec<Step>,
     pub(super) next: usize,
+    /// The step that is being done, by its number in the script as it is written.
+    pub(super) doing: Option<usize>,
     pub(super) chance: Rng,
     /// Today's speeds and squeezes over those of the script.
     pub(super) pace: f64,
@@ -87,6 +89,8 @@ pub(in crate::world) struct Begun {
     pub(in crate::world) perturbation: Option<Perturbation>,
     /// The object was lost, and the hand goes back for it.
     pub(in crate::world) lost: bool,
+    /// The step before took too long, and was left undone: which one of the script, counted from zero.
+    pub(in crate::world) left_undone: Option<usize>,
 }
 
 pub(super) enum Motion {
@@ -135,6 +139,7 @@ impl<'a> Performer<'a> {
             scene,
             operator,
             steps: with_perturbations(operator, script, side, seed),
+            doing: None,
             next: 0,
             pace: chance.factor(variation.pace),
             strength: Rng::new(seed, STRENGTH_STREAM + side.index() as u64).between(variation.strength),
@@ -202,10 +207,13 @@ impl<'a> Performer<'a> {
         let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Together(_));
         let gives_up = self.since > if patient { LONGEST_WAIT_S } else { PATIENCE_S };
         if over || begun.lost || gives_up {
-            let Some(step) = self.steps.get(self.next).cloned() else { return Ok(None) };
+            begun.left_undone = self.doing.take().filter(|_| gives_up && !over && !begun.lost);
+            let Some(step) = self.steps.get(self.next).cloned() else {
+                return Ok(begun.left_undone.is_some().then_some(begun));
+            };
             self.next += 1;
             (begun.phase, begun.perturbation) = (step.phase.clone(), step.perturbation);
-            self.since = 0.0;
+            (self.since, self.doing) = (0.0, Some(step.written).filter(|_| !step.added));
             self.motion = self.begin(&step, world)?;
         }
         self.keep_squeeze();
