@@ -80,6 +80,7 @@ function widthOf(text) {
 
 /** As many letters of a name as there is room for; none where a single letter would mean nothing. */
 function fitting(name, room) {
+  if (room < 4) return "";
   let most = name.length;
   while (most > 0 && widthOf(name.slice(0, most)) > room) most--;
   return most > 1 || most === name.length ? name.slice(0, most) : "";
@@ -88,6 +89,8 @@ function fitting(name, room) {
 // ---- lanes
 
 const LANES = ["raw", "relabeled", "tasks", "composites"];
+/** Of a lane in which more bars than this are seen, those that are narrower than `NARROW` are drawn as one, px. */
+const CROWDED = 200, NARROW = 3;
 
 function drawLanes() {
   const width = plotWidth(lanes), scaleTicks = ticks(state.from, state.to, Math.max(3, width / 90));
@@ -113,8 +116,11 @@ function drawLanes() {
       if (!items.length && (lane === "tasks" || lane === "composites")) continue;
       const label = lane === own[0] ? `<tspan class="who">${escaped(track.who)}</tspan> ${track.lanes ? "" : lane}` : lane === "composites" ? "composite" : lane;
       labels += `<text class="name" x="${GUTTER - 8}" y="${y + 14}">${label}</text>`;
-      items.forEach((item, at) => { inside += lane === "tasks" ? task(item, number, at, y) : lane === "composites" ? composite(item, number, y) : segment(track, lane, item, number, at, y); });
-      rows.push({ y, number, lane });
+      const isTask = lane === "tasks" || lane === "composites", span = (item) => isTask ? [item.start, item.end, item.color] : [item[1], item[2], data.colors[item[0]]];
+      const crowd = crowded(items.map(span), (at) => is(isTask ? "task" : "segment", number, lane, at), y);
+      inside += crowd.svg;
+      items.forEach((item, at) => { if (!crowd.has(at)) inside += lane === "tasks" ? task(item, number, at, y) : lane === "composites" ? composite(item, number, y) : segment(track, lane, item, number, at, y); });
+      rows.push({ y, number, lane, isCrowded: crowd.svg !== "" });
       y += BAR + GAP;
     }
     for (const lane of added.lanes) {
@@ -124,6 +130,23 @@ function drawLanes() {
       y += one.height;
     }
   });
+
+  // Where there are too many bars to hit one of them, those of a color are one path, and a place is a time only.
+  function crowded(spans, isPicked, top) {
+    if (spans.filter(([start, end]) => seen(start, end)).length <= CROWDED) return { svg: "", has: () => false };
+    const paths = new Map(), ends = new Map(), drawn = new Set();
+    spans.forEach(([start, end, color], at) => {
+      const left = Math.max(0, x(start)), right = Math.min(width, x(end));
+      if (right - left >= NARROW || isPicked(at)) return;
+      drawn.add(at);
+      // What is within half a pixel of the bar before cannot be told from it.
+      if (!seen(start, end) || right < (ends.get(color) ?? -1) + 0.5) return;
+      ends.set(color, right);
+      paths.set(color, `${paths.get(color) ?? ""}M${left.toFixed(1)} ${top}h${Math.max(0.5, right - left).toFixed(1)}v${BAR}h-${Math.max(0.5, right - left).toFixed(1)}z`);
+    });
+    const shapes = [...paths].map(([color, path]) => `<path d="${path}" fill="${color}"/>`).join("");
+    return { svg: shapes && `<g class="crowd"><title>${drawn.size} are too narrow to be picked here: zoom in</title>${shapes}</g>`, has: (at) => drawn.has(at) };
+  }
 
   function bar(start, end, top, color, name, pick, classes, title, extra = "") {
     const left = x(start), right = Math.max(left + 1, x(end));
@@ -158,13 +181,14 @@ function drawLanes() {
   }
 
   // Boundaries lie over the bars, as wide as fits between them, so that each can be hit.
-  for (const { y: top, number, lane } of rows) {
+  for (const { y: top, number, lane, isCrowded } of rows) {
     if (lane === "tasks" || lane === "composites") continue;
     const items = data.tracks[number][lane];
     items.forEach(([name, start, , , , , sure], at) => {
       if (at === 0 && start <= data.start + 1e-9 || start < state.from || start > state.to) return;
       const before = items[at - 1], from = before && Math.abs(before[2] - start) < 1e-6 ? before[0] : "nothing";
       const left = before ? x(start) - x(before[1]) : 20, right = x(items[at][2]) - x(start);
+      if (isCrowded && Math.min(left, right) < NARROW && !is("cut", number, lane, at)) return;
       const half = Math.max(1.5, Math.min(6, Math.min(left, right) / 2));
       const title = `${from} → ${name} at ${seconds(start)}${sure ? `\n${certainty(sure)}` : ""}`;
       // Where the boundary stands when the params vary, as a bar with ends.
