@@ -11,10 +11,10 @@ fn learned(rows: &Rows) -> (Rules, Calibration) {
     (rules, calibration)
 }
 
-/// The rows of a demonstration, each tenth, so that a minute has few.
+/// The rows of a demonstration at 50 Hz, so that a minute has few.
 fn slow(name: &str) -> Rows {
     let mut rows = Rows::of(&demonstration(name));
-    let every = (0.01 / (rows.rows[1][0] - rows.rows[0][0])).round() as usize;
+    let every = (0.02 / (rows.rows[1][0] - rows.rows[0][0])).round() as usize;
     rows.rows = rows.rows.into_iter().step_by(every).collect();
     rows
 }
