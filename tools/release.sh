@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Makes what is handed out: `tools/release.sh FOLDER` writes the archive of the program, the list of what it is made of (CycloneDX, an SBOM) where
-# `cargo cyclonedx` is installed, and their checksums. The same commit, compiler and system give the same bytes, in whatever folder they are built.
+# `cargo cyclonedx` is installed, and their checksums. The same commit, compiler and system shall give the same bytes, in whatever folder they are built.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mkdir -p "$1"
