@@ -106,7 +106,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         if let [hand, step] = event.subjects.as_slice() {
             let time_s = event.time_s;
             printed +=
-                &format!("the {hand} hand left {step} of its script undone at {time_s:.1} s: it took too long\n");
+                &format!("the {hand} hand gave up `{step}` of its script at {time_s:.1} s: the step took too long\n");
         }
     }
     output::print(&printed)?;

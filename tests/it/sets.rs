@@ -389,7 +389,7 @@ fn the_files_in_the_program_are_printed() {
         complained(&two)
     );
     assert!(complained(&show("contcat.rules")).contains("did you mean `contact.rules`?"));
-    assert_eq!(said(&teachtree_in(&root(), &["list", "robots"])).lines().count(), 6);
+    assert_eq!(said(&teachtree_in(&root(), &["list", "robots"])).lines().count(), 7);
     let rules = said(&teachtree_in(&root(), &["list", "rules"]));
     let described = |line: &str| line.split_once(".rules ").is_some_and(|(_, about)| about.trim().ends_with('.'));
     assert!(rules.lines().all(described) && !rules.contains("  /"), "{rules}");

@@ -137,15 +137,16 @@ function drawLanes() {
     const paths = new Map(), ends = new Map(), drawn = new Set();
     spans.forEach(([start, end, color], at) => {
       const left = Math.max(0, x(start)), right = Math.min(width, x(end));
-      if (right - left >= NARROW || isPicked(at)) return;
+      if (!seen(start, end) || right - left >= NARROW || isPicked(at)) return;
       drawn.add(at);
       // What is within half a pixel of the bar before cannot be told from it.
-      if (!seen(start, end) || right < (ends.get(color) ?? -1) + 0.5) return;
+      if (right < (ends.get(color) ?? -1) + 0.5) return;
       ends.set(color, right);
-      paths.set(color, `${paths.get(color) ?? ""}M${left.toFixed(1)} ${top}h${Math.max(0.5, right - left).toFixed(1)}v${BAR}h-${Math.max(0.5, right - left).toFixed(1)}z`);
+      const wide = Math.max(0.5, right - left).toFixed(1);
+      paths.set(color, `${paths.get(color) ?? ""}M${left.toFixed(1)} ${top}h${wide}v${BAR}h-${wide}z`);
     });
-    const shapes = [...paths].map(([color, path]) => `<path d="${path}" fill="${color}"/>`).join("");
-    return { svg: shapes && `<g class="crowd"><title>${drawn.size} are too narrow to be picked here: zoom in</title>${shapes}</g>`, has: (at) => drawn.has(at) };
+    const svg = [...paths].map(([color, path]) => `<path class="crowd" d="${path}" fill="${color}"/>`).join("");
+    return { svg, has: (at) => drawn.has(at) };
   }
 
   function bar(start, end, top, color, name, pick, classes, title, extra = "") {
@@ -188,7 +189,7 @@ function drawLanes() {
       if (at === 0 && start <= data.start + 1e-9 || start < state.from || start > state.to) return;
       const before = items[at - 1], from = before && Math.abs(before[2] - start) < 1e-6 ? before[0] : "nothing";
       const left = before ? x(start) - x(before[1]) : 20, right = x(items[at][2]) - x(start);
-      if (isCrowded && Math.min(left, right) < NARROW && !is("cut", number, lane, at)) return;
+      if (isCrowded && Math.max(left, right) < NARROW && !is("cut", number, lane, at)) return;
       const half = Math.max(1.5, Math.min(6, Math.min(left, right) / 2));
       const title = `${from} → ${name} at ${seconds(start)}${sure ? `\n${certainty(sure)}` : ""}`;
       // Where the boundary stands when the params vary, as a bar with ends.

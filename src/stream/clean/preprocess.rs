@@ -59,15 +59,15 @@ pub struct Window<'a> {
     pub averaged: Range<usize>,
     /// Whether the stretch begins here.
     pub is_first: bool,
-    /// What was so before the frames that count, by what is followed.
+    /// The states before the frames that count, by what is followed.
     pub before: &'a BTreeMap<String, State>,
-    /// What is so before the frame `kept`, or behind the last one.
+    /// The states before the frame `kept`, or behind the last frame.
     pub after: &'a RefCell<BTreeMap<String, State>>,
     /// The frame with which the next window begins to count.
     pub kept: usize,
-    /// What was so before the averaged frames.
+    /// The states before the averaged frames.
     pub averaged_before: &'a BTreeMap<String, State>,
-    /// What is so before the frame `averaged_kept`, or behind the last one.
+    /// The states before the frame `averaged_kept`, or behind the last frame.
     pub averaged_after: &'a RefCell<BTreeMap<String, State>>,
     /// The frame with which the averaged frames of the next window begin.
     pub averaged_kept: usize,

@@ -69,7 +69,7 @@ pub fn frames_trusting(
 /// The findings about a log that may come in windows: those that the last window replaces, and those that add up.
 #[derive(Default)]
 pub struct Findings {
-    /// Nobody asks for them.
+    /// Whether they are left out: only channels are wanted.
     unasked: bool,
     unseen: Vec<Issue>,
     carried: Vec<Issue>,

@@ -55,7 +55,7 @@ pub struct LiveChunk<'a> {
     pub frames: &'a Frames,
     /// The frames of the columns that no later one changes.
     pub core: Range<usize>,
-    /// Those behind them, as though the log ended with them.
+    /// The frames behind `core`, as though the log ended with them.
     pub newest: Range<usize>,
     /// Stamps of the frames that no later one changes, s.
     pub time: &'a [f64],
@@ -170,7 +170,7 @@ impl Derivation {
             _ => &nothing,
         };
         let kept = (core.end + self.margin).min(self.taken());
-        let until = if last > core.end { last } else { kept };
+        let until = last.max(kept);
         let seen = self.seen_from(*from)..(until + self.ahead).min(self.taken());
         let held = seen.start - self.first..seen.end - self.first;
         let [next, end, last] = [core.start, core.end, last].map(|frame| frame - seen.start);
