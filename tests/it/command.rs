@@ -165,6 +165,7 @@ fn plays(page: &Path) {
     browser.click("[data-pick='task 0 tasks 0']");
     assert!(browser.text("#why").contains("; done"), "{}", browser.text("#why"));
     assert!(browser.text("#panels").contains("force of the"), "{}", browser.text("#panels"));
+    assert_eq!(browser.eval("document.querySelector('#drawings svg').checkVisibility()"), true);
     no_complaints(&browser);
 }
 

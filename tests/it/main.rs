@@ -118,6 +118,7 @@ mod teleoperated;
 mod tidy;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod views;
+#[cfg(feature = "cli")]
 mod vision;
 #[cfg(all(feature = "cli", unix))]
 mod waiting;

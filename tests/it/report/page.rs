@@ -95,7 +95,14 @@ fn lanes_hold_what_was_found() {
     );
     assert!(browser.text(".panel:last-child .values").starts_with("thumb no"));
     // Without a window the drawings are what is printed; with scripts they are folded away.
-    assert_eq!(browser.eval("document.querySelector('#drawings').open"), false);
+    assert_eq!(
+        browser
+            .eval("document.querySelector('#drawings').open || document.querySelectorAll('#drawings svg').length > 0"),
+        false
+    );
+    browser.eval("document.querySelector('#drawings > summary').click()");
+    browser.wait("document.querySelectorAll('#drawings svg').length > 0");
+    browser.eval("document.querySelector('#drawings > summary').click()");
     for width in [700, 1200] {
         browser.resize(width, 900);
         drawn(&mut browser);
