@@ -52,8 +52,9 @@ pub(super) fn elements(data: &Value) -> String {
     let data = data.to_string();
     let data = data.replace('&', "\\u0026").replace('<', "\\u003c").replace('>', "\\u003e");
     format!(
-        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}{}}})();\n</script>\n",
+        "<script type=\"application/json\" id=\"data\">{data}</script>\n<script>\n\"use strict\";\n(() => {{\n{}{}{}}})();\n</script>\n",
         SCRIPTS.concat(),
+        include_str!("tables.js"),
         include_str!("report.js")
     )
 }

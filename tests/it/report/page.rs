@@ -111,6 +111,59 @@ fn lanes_hold_what_was_found() {
     no_complaints(&browser);
 }
 
+/// A gripper that closes and opens 300 times: bars that nobody could hit are one drawing, and a table has the rows that are looked for.
+#[test]
+fn a_long_recording_has_few_elements() {
+    let write = |folder: &Path| {
+        let [log, scene, page] = ["log.csv", "log.scene.yaml", "log.html"].map(|name| folder.join(name));
+        let fingers = "right.thumb.contact,right.index.contact";
+        let places = "right.thumb.position.x [m],right.thumb.position.y [m],right.thumb.position.z [m],\
+                      right.index.position.x [m],right.index.position.y [m],right.index.position.z [m]";
+        let mut text = format!("time [s],{fingers},{places},a.position.x [m],a.position.y [m],a.position.z [m]\n");
+        for row in 0..12_000 {
+            let touches = u8::from(row / 20 % 2 == 1);
+            text += &format!("{},{touches},{touches},0.02,0,0,-0.02,0,0,0,0,0\n", f64::from(row) * 0.05);
+        }
+        std::fs::write(&log, text).unwrap();
+        let bodies = "bodies:\n  a: {role: object, radius: 20 mm}\nhands:\n  right: {fingers: [thumb, index]}\n";
+        std::fs::write(scene, bodies).unwrap();
+        let [log, shown] = [&log, &page].map(|path| path.to_str().unwrap());
+        let output = teachtree(&["analyze", log, "--hand", "hand_flags.rules", "--report", shown]);
+        assert!(output.status.success(), "{}", complained(&output));
+        page
+    };
+    let Some((mut browser, ..)) = opened(write) else { return };
+    drawn(&mut browser);
+    let mut count =
+        |what: &str| browser.eval(&format!("document.querySelectorAll(\"{what}\").length")).as_u64().unwrap();
+    assert!(count("*") < 2000 && count("#lanes .crowd") > 1, "{} elements", count("*"));
+    assert!(count("#lanes .bar, #lanes .limit") < 10, "what is wide is still a bar of its own");
+    // Closer, each bar can be picked.
+    (0..6).for_each(|_| browser.click("#closer"));
+    drawn(&mut browser);
+    let mut count =
+        |what: &str| browser.eval(&format!("document.querySelectorAll(\"{what}\").length")).as_u64().unwrap();
+    assert!(count("#lanes .crowd") == 0 && count("#lanes .bar") > 10);
+    browser.eval("document.querySelector('#drawings > summary').click()");
+    browser.wait("document.querySelector('#drawings .filter') !== null");
+    let rows = "document.querySelectorAll('#drawings tr').length";
+    assert_eq!(browser.eval(rows), 61);
+    browser.eval("document.querySelector('#drawings .filter button').click()");
+    let more = browser.eval(rows).as_u64().unwrap();
+    assert!(more > 300, "{more}");
+    browser.eval(
+        "(() => { const field = document.querySelector('#drawings .filter input');
+           field.value = 'no such row'; field.dispatchEvent(new Event('input')); })()",
+    );
+    assert_eq!(browser.eval(rows), 1);
+    // A printed page has all of them.
+    browser.eval("dispatchEvent(new Event('beforeprint'))");
+    assert!(browser.eval(rows).as_u64().unwrap() >= more);
+    browser.eval("dispatchEvent(new Event('afterprint'))");
+    assert_eq!(browser.eval(rows), 1);
+    no_complaints(&browser);
+}
+
 #[test]
 fn labels_are_apart_from_each_other_and_from_curves() {
     let Some((mut browser, ..)) = taught("paper_box", "1") else { return };

@@ -47,6 +47,27 @@ fn scripts_that_cannot_be_performed_are_refused() {
     insta::assert_snapshot!(refusals.map(|steps| format!("{}\n  {}", steps.trim(), refused(steps))).join("\n"));
 }
 
+/// A press of what is not held goes on for ever: it is given up, also as the last step, and named.
+#[test]
+fn a_step_that_takes_too_long_is_named() {
+    let scene = world::shipped::scene("pick_and_press").unwrap();
+    let reach = "{reach: {grip: top, opened: 12 mm, speed: 180 mm/s}}";
+    let press = "{press: {toward: [0, 0, -1], force: 1.5 N, time: 900 ms}}";
+    for (steps, given_up) in [
+        (format!("[{reach}, {press}, {{hold: 200 ms}}]"), vec!["right steps.1"]),
+        (format!("[{reach}, {press}]"), vec!["right steps.1"]),
+        (format!("[{reach}, {{hold: 200 ms}}]"), vec![]),
+    ] {
+        let start = "start: {grip: top, opened: 25 mm, offset: [-60 mm, -150 mm, 250 mm]}";
+        let grips = "grips: {top: {object: box, contacts: {index: [0 mm, 0 mm, 35 mm]}}}";
+        let script = format!("name: test\n{grips}\nhands: {{right: {{{start}, steps: {steps}}}}}\n");
+        let operator = Operator::read(&script, "test.operator.yaml").unwrap();
+        let recording = world::teach(&scene, &operator, 0).unwrap();
+        let events = recording.events.iter().filter(|event| event.kind == "step_left_undone");
+        assert_eq!(events.map(|event| event.subjects.join(" ")).collect::<Vec<_>>(), given_up, "{steps}");
+    }
+}
+
 #[test]
 fn hands_and_scripts_must_match() {
     let two = cube_on_base("", "{right: {fingers: [thumb, index]}, left: {fingers: [thumb]}}");
