@@ -6,7 +6,7 @@
 //! - `unknown`: the robot sees every object up to 2 mm to each side of its true position, in scenes that end in contact;
 //! - the name of another shipped robot, such as `arm_with_gripper`.
 //!
-//! Tasks that were not done, and tasks that the rules find differently in the robot's recording, are listed.
+//! Tasks that were not done, tasks that the rules find differently in the robot's recording, and arms that go through each other are listed.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
 #[path = "../recognition/ruleset.rs"]
@@ -22,6 +22,7 @@ use teachtree::base::error::InputError;
 use teachtree::base::geometry::unit;
 use teachtree::base::scene::{Role, Scene};
 use teachtree::command::TouchForces;
+use teachtree::robot::simulation::arm_clearance::MinDistance;
 use teachtree::robot::simulation::{Outcome, simulate_seeing};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
@@ -67,6 +68,8 @@ struct Came {
     outcomes: Vec<Outcome>,
     /// The commanded tasks, and those that the rules find in the robot's recording.
     tasks: [Vec<String>; 2],
+    /// How far two arms were from each other at least.
+    nearest: Option<MinDistance>,
 }
 
 fn main() -> ExitCode {
@@ -149,6 +152,15 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     failed.push(format!("{seed} (refused)"));
                 }
             }
+            if let Ok(Came { nearest: Some(nearest), .. }) = came
+                && nearest.passes_through()
+            {
+                let (by, [one, other]) = (-nearest.gap * 1e3, &nearest.links);
+                eprintln!(
+                    "{scene} {seed}: {one} and {other} are in each other by {by:.1} mm, after {:.1} s",
+                    nearest.time_s
+                );
+            }
             if let Ok(Came { tasks: [commanded, performed], .. }) = came {
                 same += usize::from(commanded == performed);
                 if commanded != performed {
@@ -186,7 +198,8 @@ fn carried_out(
     let performance = simulate_seeing(&commands, robot, &stage, &Vector3::from(off), &mut |_| {})?;
     let again = rules.over(&performance.recording)?.analysis;
     let commanded = commands.tasks.iter().map(|task| format!("{} {}", task.track, task.task)).collect();
-    Ok(Came { outcomes: performance.outcomes, tasks: [commanded, names(&again)].map(sorted) })
+    let tasks = [commanded, names(&again)].map(sorted);
+    Ok(Came { outcomes: performance.outcomes, tasks, nearest: performance.nearest })
 }
 
 /// Compares tasks by hand, since the hands may begin in another order.

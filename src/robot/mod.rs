@@ -16,7 +16,6 @@ pub mod simulation;
 
 pub use crate::description::shape::CollisionShape;
 pub use crate::description::tree::{Dof, Joint, Kind, KinematicTree, Link};
-pub use grasp::mapping::map;
 pub use grasp::{GraspCandidate, Mapper};
 pub use kinematics::finger::{FingerModel, Posture};
 pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reached};
@@ -29,3 +28,4 @@ pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
+pub use planning::bimanual::map;

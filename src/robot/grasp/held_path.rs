@@ -16,7 +16,7 @@ pub(super) fn way(task: &Task, grasp: usize) -> Vec<Isometry3<f64>> {
 }
 
 /// From when to when a grasp touches, s of the recording.
-pub(super) fn held(task: &Task, grasp: usize) -> Option<[f64; 2]> {
+pub(crate) fn held(task: &Task, grasp: usize) -> Option<[f64; 2]> {
     let mut touching = task.segments.iter().filter(|segment| segment.touching && segment.grasp == Some(grasp));
     let first = touching.next()?;
     let last = touching.next_back().unwrap_or(first);

@@ -18,6 +18,11 @@ const LEANT: usize = 3;
 const CANDIDATES: usize = 40;
 /// These differ by more than this, m.
 const APART_M: f64 = 0.005;
+/// Where grasps of many kinds are wanted, so many poses that differ by more than this, m, are improved by so many steps.
+const SPREAD: usize = 600;
+const SPREAD_M: f64 = 0.010;
+const IMPROVED: usize = 12;
+
 /// What is known of a hand before any grasp: made once, used for all.
 #[derive(Clone, Debug)]
 pub struct Mapper<'a> {
@@ -171,6 +176,23 @@ impl<'a> Mapper<'a> {
             }
         }
         Ok(kept)
+    }
+
+    /// Grasps of many kinds, whether or not an arm can take them.
+    ///
+    /// # Errors
+    /// A finger that the hand does not have, contacts that jaws cannot take.
+    pub(super) fn grasps(&self, wanted: &Wanted<'_>) -> Result<Vec<GraspCandidate>, Failure> {
+        if let Some(jaws) = &self.hand.jaws {
+            return two_finger::all(self.hand, jaws, wanted);
+        }
+        let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
+        cost.keep_away(AWAY_M[0]);
+        let shapes = Shapes::new(self.hand, wanted);
+        let starts = seeds::starts(self.hand, &self.postures, wanted, true);
+        let spread = search::spread(&cost, &starts, SPREAD, SPREAD_M);
+        let improved = spread.iter().map(|pose| search::improved(&cost, pose, IMPROVED).1);
+        Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
     }
 
     /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.

@@ -10,6 +10,7 @@ use super::held_path::way;
 use super::mapper::Mapper;
 use super::obstacles::{around, to_blame};
 use super::problem::{Contact, Failure, Obstacle, Wanted};
+use super::search::apart;
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
 use crate::base::pose::seven;
@@ -26,6 +27,9 @@ const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
 /// A hand that fumbles for an object moves it by less than this, m.
 const NUDGED_M: f64 = 0.040;
+/// So many alternatives of a grasp are kept, which differ by more than this, m (a turn counts as in the search).
+const ALTERNATIVES: usize = 256;
+const APART_M: f64 = 0.012;
 
 /// Maps every grasp of commands; what cannot be held is noted with its reason.
 ///
@@ -61,6 +65,26 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
         }
     }
     Ok(())
+}
+
+/// Grasps that meet: each with the one that another hand has on the same object at the same time, as task and grasp; every pair once.
+pub(crate) fn meetings(tasks: &[Task]) -> Vec<[(usize, usize); 2]> {
+    let grasps = tasks.iter().enumerate().flat_map(|(number, task)| (0..task.grasps.len()).map(move |at| (number, at)));
+    let pairs = grasps.flat_map(|one| meeting(tasks, one).into_iter().map(move |other| [one, other]));
+    pairs.filter(|[one, other]| one < other).collect()
+}
+
+/// Other ways to take hold for a grasp of mapped commands, best first; they differ from each other. Whether the arm can go them is left open.
+///
+/// # Errors
+/// As [`map`].
+pub(crate) fn alternatives(
+    tasks: &[Task],
+    robot: &Robot,
+    scene: &Scene,
+    (number, grasp): (usize, usize),
+) -> Result<Vec<Held>, InputError> {
+    Ok(Holder::new(number, &tasks[number], robot, scene)?.alternatives(&tasks[number], grasp))
 }
 
 /// Grasps of two hands on one object that leave room for each other: the first one is noted again, the second one returned.
@@ -104,7 +128,8 @@ struct Holder<'a> {
 }
 
 /// A grasp that was found.
-struct Held {
+#[derive(Clone)]
+pub(crate) struct Held {
     mapped: MappedGrasp,
     /// The contacts with the operator's fingers and with those that take them, when those are others.
     turned: Option<[Vec<Contact>; 2]>,
@@ -155,15 +180,10 @@ impl<'a> Holder<'a> {
     fn reaches(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> bool {
         let (robot, hand) = (self.robot, self.hand);
         let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
-        let mut q = vec![0.0; robot.tree.dofs.len()];
+        let q = vec![0.0; robot.tree.dofs.len()];
+        let arm = hand.arm_on(&robot.tree);
         hand.arm.is_empty()
-            || hand.arm_on(&robot.tree).inverse_kinematics_along(
-                &Isometry3::identity(),
-                &way,
-                &mut q,
-                REACH_STARTS,
-                REACH_STEPS,
-            )
+            || !arm.postures_along(&Isometry3::identity(), &way, &q, REACH_STARTS, REACH_STEPS).is_empty()
     }
 
     /// The best way to take hold with `others` in the way, frame of the object.
@@ -176,6 +196,43 @@ impl<'a> Holder<'a> {
         Ok(Held { mapped, turned })
     }
 
+    /// Ways to take hold that differ from each other, best first.
+    fn alternatives(&self, task: &Task, grasp: usize) -> Vec<Held> {
+        let wanted = self.wanted(task, grasp, &[]);
+        let mut found = Vec::new();
+        for contacts in [wanted.contacts.clone(), self.other_order(&wanted.contacts)] {
+            let by = Wanted { contacts, ..wanted.clone() };
+            let grasps = self.mapper.grasps(&by).unwrap_or_default();
+            found.extend(grasps.into_iter().map(|candidate| (candidate, by.contacts.clone())));
+        }
+        found.sort_by(|(a, _), (b, _)| b.measure.total_cmp(&a.measure));
+        let mut kept: Vec<(GraspCandidate, Vec<Contact>)> = Vec::new();
+        for (candidate, contacts) in found {
+            let pose = &candidate.object_from_palm;
+            let differs = |(other, by): &(GraspCandidate, Vec<Contact>)| {
+                *by != contacts || apart(pose, &other.object_from_palm) > APART_M
+            };
+            if kept.len() < ALTERNATIVES && kept.iter().all(differs) {
+                kept.push((candidate, contacts));
+            }
+        }
+        let held = kept.into_iter().map(|(candidate, contacts)| {
+            let by = Wanted { contacts, ..wanted.clone() };
+            let mapped = self.mapped(&by, &candidate);
+            let turned = (by.contacts != wanted.contacts).then(|| [wanted.contacts.clone(), by.contacts]);
+            Held { mapped, turned }
+        });
+        held.collect()
+    }
+
+    /// The contacts taken the other way round: which finger pushes where does not matter, nor which of a row stands against the thumb.
+    fn other_order(&self, contacts: &[Contact]) -> Vec<Contact> {
+        match &self.hand.jaws {
+            Some(jaws) => exchanged(jaws, contacts),
+            None => turned_round(contacts),
+        }
+    }
+
     /// The best grasp with which the object can be brought along its way, and the contacts with the fingers that take them.
     fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(GraspCandidate, Vec<Contact>), Failure> {
         let reachable = |pose: &Isometry3<f64>| self.reaches(way, pose);
@@ -183,12 +240,7 @@ impl<'a> Holder<'a> {
             Ok(found) => return Ok((found, wanted.contacts.clone())),
             Err(why) => why,
         };
-        // Which finger pushes where does not matter, nor which of a row stands against the thumb: it may be taken the other way round.
-        let contacts = match &self.hand.jaws {
-            Some(jaws) => exchanged(jaws, &wanted.contacts),
-            None => turned_round(&wanted.contacts),
-        };
-        let other = Wanted { contacts, ..wanted.clone() };
+        let other = Wanted { contacts: self.other_order(&wanted.contacts), ..wanted.clone() };
         let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
         Ok((found, other.contacts))
     }
@@ -229,11 +281,12 @@ impl<'a> Holder<'a> {
 
 impl Held {
     /// Puts it into a task.
-    fn note(self, task: &mut Task, grasp: usize) {
+    pub(crate) fn note(self, task: &mut Task, grasp: usize) {
         if let Some([before, after]) = &self.turned {
             rename(task, grasp, before, after);
         }
         task.grasps[grasp].mapped = Some(self.mapped);
+        task.grasps[grasp].infeasible = None;
     }
 }
 

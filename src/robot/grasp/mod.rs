@@ -19,7 +19,7 @@ mod cost;
 mod gradient;
 mod gripper_contacts;
 mod hand_obstacles;
-mod held_path;
+pub(crate) mod held_path;
 mod mapper;
 pub(crate) mod mapping;
 mod obstacles;

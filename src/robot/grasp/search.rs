@@ -24,8 +24,8 @@ const GAIN: f64 = 2e-5;
 /// Two starts are apart when they differ by more than this, m.
 const APART_M: f64 = 0.030;
 
-/// The best poses that were found, best first.
-pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
+/// Starts with their fingers brought to the contacts, and what they cost, cheapest first; the half that missed more is left out.
+fn ranked(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<(f64, Isometry3<f64>)> {
     let mut fitted: Vec<(f64, Isometry3<f64>)> = starts.iter().map(|start| fitted(cost, start)).collect();
     fitted.sort_by(|a, b| a.0.total_cmp(&b.0));
     fitted.truncate(fitted.len().div_ceil(2));
@@ -35,8 +35,24 @@ pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isom
     });
     let mut ranked: Vec<(f64, Isometry3<f64>)> = looked.collect();
     ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
+    ranked
+}
+
+/// So many of the starts, the cheapest that are farther apart than this, m, with their fingers on the contacts.
+pub(super) fn spread(cost: &Cost<'_>, starts: &[Isometry3<f64>], count: usize, far_m: f64) -> Vec<Isometry3<f64>> {
+    let mut kept: Vec<Isometry3<f64>> = Vec::new();
+    for (_, pose) in ranked(cost, starts) {
+        if kept.len() < count && kept.iter().all(|other| apart(&pose, other) > far_m) {
+            kept.push(pose);
+        }
+    }
+    kept
+}
+
+/// The best poses that were found, best first.
+pub(super) fn best_poses(cost: &Cost<'_>, starts: &[Isometry3<f64>]) -> Vec<Isometry3<f64>> {
     let mut descents: Vec<Descent> = Vec::new();
-    for (value, pose) in ranked {
+    for (value, pose) in ranked(cost, starts) {
         if descents.len() < ROUNDS[0].0 && descents.iter().all(|other| apart(&pose, &other.pose) > APART_M) {
             descents.push(Descent::new(pose, value));
         }

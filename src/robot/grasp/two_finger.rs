@@ -33,6 +33,12 @@ pub(super) fn best(
     wanted: &Wanted<'_>,
     reachable: &dyn Fn(&Isometry3<f64>) -> bool,
 ) -> Result<GraspCandidate, Failure> {
+    let found = all(hand, jaws, wanted)?;
+    found.into_iter().find(|grasp| reachable(&grasp.object_from_palm)).ok_or(Failure::ArmOutOfReach)
+}
+
+/// All poses of the palm for a gripper that were looked at and leave room, best first.
+pub(super) fn all(hand: &HandModel, jaws: &Jaws, wanted: &Wanted<'_>) -> Result<Vec<GraspCandidate>, Failure> {
     let two_finger = TwoFingerGrasp::new(jaws, &wanted.contacts)?;
     let shapes = Shapes::new(hand, wanted);
     let (mut found, mut in_the_way): (Vec<GraspCandidate>, Option<(f64, String)>) = (Vec::new(), None);
@@ -46,11 +52,10 @@ pub(super) fn best(
         }
     }
     found.sort_by(|a, b| (b.measure / ALIKE).round().total_cmp(&(a.measure / ALIKE).round()));
-    let nothing = match (found.is_empty(), in_the_way) {
-        (true, Some((overlap, who))) => Failure::InTheWay(overlap, who),
-        _ => Failure::ArmOutOfReach,
-    };
-    found.into_iter().find(|grasp| reachable(&grasp.object_from_palm)).ok_or(nothing)
+    match in_the_way {
+        Some((overlap, who)) if found.is_empty() => Err(Failure::InTheWay(overlap, who)),
+        _ => Ok(found),
+    }
 }
 
 /// Jaws on their line in the frame of the object.

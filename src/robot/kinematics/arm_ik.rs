@@ -10,6 +10,8 @@ const STEP: f64 = 0.2;
 const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
 /// A pose is reached exactly when less than this is missing, m and rad.
 const EXACT: f64 = 1e-7;
+/// Postures that differ by less are the same, rad or m.
+const SAME: f64 = 1e-4;
 /// Irrational steps spread the starts evenly.
 const STEPS: [f64; 6] = [0.618_034, 0.754_878, 0.569_840, 0.430_160, 0.819_173, 0.671_044];
 /// Iterations from one pose of a way to the next.
@@ -76,17 +78,19 @@ impl Arm<'_> {
         missing
     }
 
-    /// Sets `q` to values with which the arm can bring the palm along a whole way, from several starts that are the same ones each time; of those that can, to
-    /// the ones that stay farthest from the limits. Returns whether there are any; `q` stays as it is when there are none.
-    pub fn inverse_kinematics_along(
+    /// Returns the values of all degrees of freedom from which the arm can bring the palm along a whole way, those first that stay farthest from the limits.
+    /// The search has several starts that are the same ones each time; joints that are not the arm's stay as in `q`.
+    pub fn postures_along(
         &self,
         root: &Isometry3<f64>,
         way: &[Isometry3<f64>],
-        q: &mut [f64],
+        q: &[f64],
         starts: usize,
         iterations: usize,
-    ) -> bool {
-        let mut best: Option<(f64, Vec<f64>)> = None;
+    ) -> Vec<Vec<f64>> {
+        let Some((first, rest)) = way.split_first() else { return Vec::new() };
+        let mut begun: Vec<Vec<f64>> = Vec::new();
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for index in 0..starts {
             let mut tried = q.to_vec();
             for (place, &dof) in self.dofs.iter().enumerate() {
@@ -94,23 +98,28 @@ impl Arm<'_> {
                 let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
                 tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
             }
-            let (mut worst, mut first) = (0.0_f64, None);
-            let reaches = way.iter().enumerate().all(|(at, palm)| {
-                let steps = if at == 0 { iterations } else { FOLLOWING };
-                let missing = self.inverse_kinematics(root, palm, &mut tried, steps);
+            if !self.inverse_kinematics(root, first, &mut tried, iterations).is_within(&REACHED) {
+                continue;
+            }
+            // Starts that come to the same posture go the same way.
+            let same = |other: &Vec<f64>| tried.iter().zip(other).all(|(one, other)| (one - other).abs() < SAME);
+            if begun.iter().any(same) {
+                continue;
+            }
+            begun.push(tried.clone());
+            let begins = tried.clone();
+            let mut worst = self.off_middle(&tried);
+            let reaches = rest.iter().all(|palm| {
+                let missing = self.inverse_kinematics(root, palm, &mut tried, FOLLOWING);
                 worst = worst.max(self.off_middle(&tried));
-                first.get_or_insert_with(|| tried.clone());
                 missing.is_within(&REACHED)
             });
-            if let (true, Some(first)) = (reaches, first)
-                && best.as_ref().is_none_or(|(other, _)| worst < *other)
-            {
-                best = Some((worst, first));
+            if reaches {
+                found.push((worst, begins));
             }
         }
-        let Some((_, found)) = best else { return false };
-        q.copy_from_slice(&found);
-        true
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.into_iter().map(|(_, posture)| posture).collect()
     }
 
     /// How far the joint is from the middle of its range that is farthest, 1 at a limit.

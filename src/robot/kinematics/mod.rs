@@ -5,3 +5,4 @@ mod closed_form;
 pub mod finger;
 mod finger_ik;
 pub mod joint_positions;
+pub(crate) mod limb_gap;

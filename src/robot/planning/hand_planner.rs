@@ -32,7 +32,7 @@ pub(crate) struct HandPlanner {
 }
 
 impl HandPlanner {
-    /// Returns the planner of a hand before its first task, the start of the robot that moves it, and its first target.
+    /// Returns the planner of a hand before its first task, the starts of the robot that moves it, of which the first is the one to take, and its first target.
     ///
     /// # Errors
     /// A hand that the robot does not have or no task is for; a first task that cannot be planned, or whose way the arm cannot go.
@@ -42,7 +42,7 @@ impl HandPlanner {
         tasks: &[Task],
         scene: &Scene,
         place: &Place<'_>,
-    ) -> Result<(Self, Start, Target), InputError> {
+    ) -> Result<(Self, Vec<Start>, Target), InputError> {
         let lacks = || InputError::new("commands", "are of no hand of the robot");
         let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
         let demonstrated_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
@@ -51,11 +51,11 @@ impl HandPlanner {
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
         let mut planner = Self { side, hand, demonstrated_radius, fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
-        let (start, from_s) =
+        let (starts, from_s) =
             Start::of_plan(limb, &planner.hand, &plan).map_err(|message| at_task(tasks, number, message))?;
         planner.fresh = Some((number, from_s));
         let target = plan.at(from_s);
-        Ok((planner, start, target))
+        Ok((planner, starts, target))
     }
 
     /// Returns its plans of a group of tasks, one after the other, for a palm that is at `palm`. `stretch(plan, t)` retimes a plan from the time `t` on, s, and

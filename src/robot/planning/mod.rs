@@ -1,8 +1,11 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
+pub(crate) mod bimanual;
 pub mod goal;
 pub(crate) mod hand_planner;
 pub(crate) mod interpolation;
+mod moving;
+mod own_axis;
 pub mod plan;
 pub mod posture;
 pub(crate) mod resolved_grasp;

@@ -366,6 +366,11 @@ impl<'a> Plan<'a> {
         minimum_jerk((time - self.transfer - from) / (to - from).max(SHORTEST_S))
     }
 
+    /// The posture of the arm in the commands, as degrees of freedom and their values; empty where there is none.
+    pub(super) fn arm(&self) -> &[(usize, f64)] {
+        self.grips.first().map_or(&[], |grip| &grip.arm)
+    }
+
     /// Where the operator left the object.
     pub fn demonstrated_end(&self) -> Isometry3<f64> {
         let last = self.task.segments.last().and_then(|segment| segment.object.last());

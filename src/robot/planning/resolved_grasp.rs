@@ -5,6 +5,7 @@ use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
 use crate::command::GraspSpec;
 use crate::robot::kinematics::joint_positions::JointPositions;
+use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -23,6 +24,8 @@ pub(crate) struct ResolvedGrasp {
     pub(crate) middle: Vector3<f64>,
     /// What the other fingers do.
     pub(crate) idle: Vec<(Finger, JointPositions)>,
+    /// The degrees of freedom of the arm whose values the commands give.
+    pub(crate) arm: Vec<(usize, f64)>,
 }
 
 impl ResolvedGrasp {
@@ -39,10 +42,11 @@ impl ResolvedGrasp {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
-        let dofs = || hand.fingers.iter().flat_map(|finger| &finger.dofs).map(|dof| &limb.tree.dofs[*dof]);
+        let fingers = hand.fingers.iter().flat_map(|finger| &finger.dofs);
+        let dofs = || fingers.clone().chain(&hand.arm).map(|dof| &limb.tree.dofs[*dof]);
         if let Some(name) = mapped.joints.keys().find(|name| dofs().all(|dof| dof.name != **name)) {
             return Err(format!(
-                "has a grasp with the joint `{name}`, which the hand of `{}` does not have",
+                "has a grasp with the joint `{name}`, which neither hand nor arm of `{}` has",
                 limb.name
             ));
         }
@@ -83,7 +87,26 @@ impl ResolvedGrasp {
             }
             (model.finger, angles)
         });
-        Ok(Self { object_from_palm, idle: idle.collect(), tips, middle })
+        let arm = hand.arm.iter().filter_map(|dof| Some((*dof, *mapped.joints.get(&limb.tree.dofs[*dof].name)?)));
+        Ok(Self { object_from_palm, idle: idle.collect(), tips, middle, arm: arm.collect() })
+    }
+
+    /// The shapes of the hand in it, closed and opened, frame of the object.
+    pub(crate) fn shapes(&self, hand: &HandModel) -> [Vec<PlacedShape>; 2] {
+        [false, true].map(|opened| {
+            let mut shapes = hand.palm_solids.clone();
+            for finger in &hand.fingers {
+                let tip = self.tips.iter().find(|(which, ..)| *which == finger.finger);
+                let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
+                let angles = match (tip, idle) {
+                    (Some((_, closed, open)), _) => finger.ik(if opened { *open } else { *closed }).angles,
+                    (_, Some((_, angles))) => *angles,
+                    _ => resting(&finger.ranges),
+                };
+                shapes.extend(finger.solids(&finger.posture(&angles)).map(|(_, solid)| solid));
+            }
+            shapes.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.object_from_palm))).collect()
+        })
     }
 
     /// Whether an object hangs in it as on a hinge.

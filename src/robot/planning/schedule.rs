@@ -10,7 +10,7 @@ use crate::robot::model::robot::Robot;
 use nalgebra::Isometry3;
 
 /// With two hands the time scale changes its speed within this time before and after, s.
-const EASED_S: f64 = 0.1;
+pub(super) const EASED_S: f64 = 0.1;
 /// Tasks that overlap by less were done one after the other, s.
 const OVERLAP_S: f64 = 0.02;
 

@@ -32,11 +32,19 @@ impl Start {
     /// # Errors
     /// A way that the arm cannot go.
     pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
-        let mut q = vec![0.0; robot.tree.dofs.len()];
-        let mut root = Isometry3::identity();
+        Self::all(robot, hand, target, way).map(|mut all| all.swap_remove(0))
+    }
+
+    /// Returns the starts in all postures of the arm from which it can go the way, best first; one at least.
+    fn all(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Vec<Self>, String> {
+        let rest = vec![0.0; robot.tree.dofs.len()];
+        let (mut root, mut postures) = (Isometry3::identity(), vec![rest.clone()]);
         if hand.arm.is_empty() {
-            root = target.palm * robot.tree.forward_kinematics(&q)[hand.palm].inverse();
-        } else if !hand.arm_on(&robot.tree).inverse_kinematics_along(&root, way, &mut q, STARTS, ITERATIONS) {
+            root = target.palm * robot.tree.forward_kinematics(&rest)[hand.palm].inverse();
+        } else {
+            postures = hand.arm_on(&robot.tree).postures_along(&root, way, &rest, STARTS, ITERATIONS);
+        }
+        if postures.is_empty() {
             let at = target.palm.translation.vector * 1e3;
             let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);
             return Err(format!(
@@ -44,28 +52,35 @@ impl Start {
             ));
         }
         let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
-        for (finger, angles) in hand.fingers.iter().zip(&fingers) {
-            for (dof, angle) in finger.dofs.iter().zip(angles) {
-                q[*dof] = *angle;
+        let starts = postures.into_iter().map(|mut q| {
+            for (finger, angles) in hand.fingers.iter().zip(&fingers) {
+                for (dof, angle) in finger.dofs.iter().zip(angles) {
+                    q[*dof] = *angle;
+                }
             }
-        }
-        Ok(Self { q, root, fingers, palm: target.palm })
+            Self { q, root, fingers: fingers.clone(), palm: target.palm }
+        });
+        Ok(starts.collect())
     }
 
-    /// Returns the start of a plan, and when of the plan that is, s: the operator may come from where the arm cannot be, so as much of the first free motion is
-    /// left out as must be.
+    /// Returns the starts of a plan, first the one that is nearest to the arm's posture in its commands, or else the best; and when of the plan that is, s: the
+    /// operator may come from where the arm cannot be, so as much of the first free motion is left out as must be.
     ///
     /// # Errors
     /// A plan whose way the arm cannot go, wherever it begins.
-    pub(crate) fn of_plan(robot: &Robot, hand: &HandModel, plan: &Plan<'_>) -> Result<(Self, f64), String> {
+    pub(crate) fn of_plan(robot: &Robot, hand: &HandModel, plan: &Plan<'_>) -> Result<(Vec<Self>, f64), String> {
         let mut refused = String::new();
         let (touched, released) = plan.touches();
         for part in 0..=LEFT_OUT {
             let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
             let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
             let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
-            match Self::new(robot, hand, &plan.at(from_s), &way) {
-                Ok(made) => return Ok((made, from_s)),
+            match Self::all(robot, hand, &plan.at(from_s), &way) {
+                Ok(mut all) => {
+                    let far = |start: &Self| plan.arm().iter().map(|(dof, at)| (start.q[*dof] - at).abs()).sum::<f64>();
+                    all.sort_by(|a, b| far(a).total_cmp(&far(b)));
+                    return Ok((all, from_s));
+                }
                 Err(message) => refused = message,
             }
         }

@@ -4,11 +4,9 @@
 //! where a joint would be faster or speed up more than it may, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
 //! commands, not here.
 
-use super::hand_planner::HandPlanner;
-use super::plan::Plan;
+use super::moving::Moving;
 use super::posture::Posture;
 use super::schedule::{Schedule, at_task, groups, sides};
-use super::start::Start;
 use super::toppra::{Timed, timed};
 use crate::base::easing::minimum_jerk;
 use crate::base::error::InputError;
@@ -16,7 +14,6 @@ use crate::base::scene::Scene;
 use crate::command::Commands;
 use crate::description::tree::Dof;
 use crate::robot::Robot;
-use crate::robot::kinematics::arm_ik::PoseError;
 use nalgebra::Isometry3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -25,14 +22,8 @@ use std::collections::BTreeMap;
 const RATE_HZ: f64 = 100.0;
 /// The way from the present posture takes this long at least, s.
 const LEADS_IN_S: f64 = 0.5;
-/// Fingers take the shape of another grasp in this time, s.
-const RESHAPING_S: f64 = 0.8;
-/// Steps of the arm's inverse from one point to the next.
-const ITERATIONS: usize = 20;
 /// A joint that would have to be faster than this many times what it may be jumps.
 const SLOWEST: f64 = 20.0;
-/// A palm that stays farther from where it is to be cannot be brought there.
-const MISSED: PoseError = PoseError { m: 2e-3, rad: 2e-2 };
 
 /// A joint trajectory: `trajectory_msgs/JointTrajectory`, and what was slowed down for it.
 #[derive(Clone, Debug, Serialize)]
@@ -137,11 +128,8 @@ pub fn trajectory(
     }
     let mut hands = Vec::new();
     for &side in &sides {
-        let limb = robot.limb(side)?;
-        let (planner, start, target) =
-            HandPlanner::begin(side, &limb, tasks, scene, &|object| places.get(object).copied())?;
-        let Start { q, root, .. } = start;
-        hands.push(Moving { planner, limb, root, before: q.clone(), q, doing: None, palm: target.palm });
+        let place = |object: &str| places.get(object).copied();
+        hands.push(Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?.swap_remove(0));
     }
     let dofs: Vec<Dof> = hands.iter().flat_map(|hand| hand.limb.tree.dofs.iter().cloned()).collect();
     let shared = dofs.iter().find(|dof| dofs.iter().filter(|other| other.name == dof.name).count() > 1);
@@ -216,54 +204,6 @@ fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
         from.iter().zip(to).map(|(from, to)| from + (to - from) * share).collect()
     };
     (0..=points).map(point).collect()
-}
-
-/// A hand with its arm on its way.
-struct Moving {
-    planner: HandPlanner,
-    /// Its robot, and the pose of its root, where it began.
-    limb: Robot,
-    root: Isometry3<f64>,
-    /// All degrees of freedom now, and as they were when the task began that is done now.
-    q: Vec<f64>,
-    before: Vec<f64>,
-    /// That task, and when it began.
-    doing: Option<(usize, f64)>,
-    /// Where the palm was aimed at last.
-    palm: Isometry3<f64>,
-}
-
-impl Moving {
-    /// Goes on to a time of a plan; `at_s` is the time since the group began, s.
-    fn advance(&mut self, (task, plan, own_s): (usize, &Plan<'_>, f64), at_s: f64) -> Result<(), String> {
-        if self.doing.is_none_or(|(doing, _)| doing != task) {
-            self.before.clone_from(&self.q);
-            self.doing = Some((task, at_s));
-        }
-        let target = plan.at(own_s);
-        self.palm = target.palm;
-        let hand = &self.planner.hand;
-        if !hand.arm.is_empty() {
-            let root = &self.root;
-            let missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
-            if missing.m > MISSED.m || missing.rad > MISSED.rad {
-                return Err(format!(
-                    "{at_s:.2} s into it the arm leaves the palm {:.1} mm and {:.1} deg from where it is to be",
-                    missing.m * 1e3,
-                    missing.rad.to_degrees()
-                ));
-            }
-        }
-        let since = at_s - self.doing.map_or(at_s, |(_, since)| since);
-        let shaped = minimum_jerk(since / RESHAPING_S);
-        for finger in &hand.fingers {
-            let angles = target.angles(finger);
-            for (dof, angle) in finger.dofs.iter().zip(angles) {
-                self.q[*dof] = self.before[*dof] + (angle - self.before[*dof]) * shaped;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// The values of all degrees of freedom of all hands at each point of a group; what is wrong with which task.

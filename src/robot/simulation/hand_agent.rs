@@ -58,8 +58,8 @@ impl<'t> HandAgent<'t> {
         scene: &Scene,
         see: &Place<'_>,
     ) -> Result<Self, InputError> {
-        let (planner, start, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
-        let executor = Executor::new(limb.clone(), planner.hand.clone(), start, scene.gravity());
+        let (planner, mut starts, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
+        let executor = Executor::new(limb.clone(), planner.hand.clone(), starts.swap_remove(0), scene.gravity());
         Ok(Self { planner, executor, target, doing: None, behaviors: Vec::new(), place })
     }
 

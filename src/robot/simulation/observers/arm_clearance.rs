@@ -1,11 +1,9 @@
 //! How near the robot's two arms pass each other. Nothing keeps them apart in the simulation, so a collision of the arms is reported.
-//!
-//! Pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
 
-use crate::description::shape::{CollisionShape, SHORT_M};
+use crate::description::shape::SHORT_M;
 use crate::robot::control::executor::Executor;
+use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
 use crate::robot::simulation::observer::{Observer, Step};
-use nalgebra::Point3;
 
 /// Where two arms with their hands came nearest to each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,29 +38,16 @@ impl Observer for ArmClearance {
         if !step.in_group.is_multiple_of(LOOKED_AT) {
             return;
         }
-        let (one, other, nearest) = (&one.executor, &other.executor, &mut self.nearest);
-        let (ours, theirs) = (solids(one), solids(other));
-        for (link, solid, (centre, radius)) in &ours {
-            for (link_of_other, solid_of_other, (centre_of_other, radius_of_other)) in &theirs {
-                let least = (centre - centre_of_other).norm() - radius - radius_of_other;
-                if nearest.as_ref().is_some_and(|nearest| least >= nearest.gap) {
-                    continue;
-                }
-                let gap = solid.gap(solid_of_other);
-                if nearest.as_ref().is_none_or(|nearest| gap < nearest.gap) {
-                    let name = |limb: &Executor, link: usize| limb.robot().tree.links[link].name.clone();
-                    let links = [name(one, *link), name(other, *link_of_other)];
-                    *nearest = Some(MinDistance { gap, time_s: step.time_s(), links });
-                }
-            }
+        let (one, other) = (&one.executor, &other.executor);
+        let so_far = self.nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
+        if let Some(found) = limb_gap(&shapes(one), &shapes(other), so_far) {
+            let name = |limb: &Executor, link: usize| limb.robot().tree.links[link].name.clone();
+            let links = [name(one, found.links[0]), name(other, found.links[1])];
+            self.nearest = Some(MinDistance { gap: found.gap, time_s: step.time_s(), links });
         }
     }
 }
 
-/// The shapes of a limb where they are, each with its link and a ball about it. The first link is that on which both limbs stand.
-fn solids(limb: &Executor) -> Vec<(usize, CollisionShape, (Point3<f64>, f64))> {
-    let links = limb.robot().tree.links.iter().zip(limb.poses()).enumerate().skip(1);
-    let moved = links.flat_map(|(index, (link, pose))| link.solids.iter().map(move |solid| (index, solid.moved(pose))));
-    let with_ball = |(index, solid): (usize, CollisionShape)| (index, solid, solid.bounding_ball());
-    moved.map(with_ball).collect()
+fn shapes(limb: &Executor) -> Vec<PlacedShape> {
+    placed(&limb.robot().tree, limb.poses())
 }

@@ -1,0 +1,59 @@
+//! The gap between two limbs: pairs of shapes that cannot be nearer than the nearest so far are passed over, by balls about them.
+
+use crate::description::shape::CollisionShape;
+use crate::description::tree::KinematicTree;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+/// A shape of a limb where it is, with its link and a ball about it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedShape {
+    link: usize,
+    shape: CollisionShape,
+    ball: (Point3<f64>, f64),
+}
+
+/// The nearest shapes of two limbs.
+pub(crate) struct LimbGap {
+    /// The gap between them, m; negative, or zero for boxes, when they are in each other.
+    pub(crate) gap: f64,
+    /// Their links.
+    pub(crate) links: [usize; 2],
+}
+
+impl PlacedShape {
+    /// A shape of a link where it is.
+    pub(crate) fn new(link: usize, shape: CollisionShape) -> Self {
+        Self { link, shape, ball: shape.bounding_ball() }
+    }
+
+    /// The same, shifted.
+    pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
+        Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), ..*self }
+    }
+}
+
+/// The shapes of a limb whose links have these poses. The first link is that on which both limbs stand.
+pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<PlacedShape> {
+    let links = tree.links.iter().zip(poses).enumerate().skip(1);
+    let moved = links.flat_map(|(index, (link, pose))| link.solids.iter().map(move |solid| (index, solid.moved(pose))));
+    moved.map(|(link, shape)| PlacedShape::new(link, shape)).collect()
+}
+
+/// The gap between two limbs, where it is less than `below`, m.
+pub(crate) fn limb_gap(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> Option<LimbGap> {
+    let mut nearest: Option<LimbGap> = None;
+    for one in ours {
+        for other in theirs {
+            let so_far = nearest.as_ref().map_or(below, |nearest| nearest.gap);
+            let least = (one.ball.0 - other.ball.0).norm() - one.ball.1 - other.ball.1;
+            if least >= so_far {
+                continue;
+            }
+            let gap = one.shape.gap(&other.shape);
+            if gap < so_far {
+                nearest = Some(LimbGap { gap, links: [one.link, other.link] });
+            }
+        }
+    }
+    nearest
+}

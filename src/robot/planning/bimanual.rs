@@ -1,0 +1,281 @@
+//! Grasps of two hands that meet at one object, their ways to it and from it, and the postures of the arms, chosen so that the arms do not go through each
+//! other.
+//!
+//! Pairs of grasps are looked at in the order of their measures: first the hands alone, closed on the object, and opened on their ways while the other one
+//! holds it; then both arms, which go through their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands says
+//! which steps of them are at the same time, so that any pair is judged by gaps alone. The first pair that leaves room is taken; where none does, the one
+//! that leaves most, or the grasps as they were where all meet.
+
+use super::hand_planner::Place;
+use super::moving::Moving;
+use super::own_axis::{Way, offsets, turn};
+use super::resolved_grasp::ResolvedGrasp;
+use super::schedule::{EASED_S, groups};
+use super::time_scale::{Part, TimeScale};
+use crate::base::error::InputError;
+use crate::base::scene::Scene;
+use crate::command::{Commands, Task};
+use crate::description::shape::SHORT_M;
+use crate::robot::grasp::held_path::held;
+use crate::robot::grasp::mapping::{self, Held, alternatives, meetings};
+use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
+use crate::robot::model::robot::Robot;
+use nalgebra::Vector3;
+use std::cell::OnceCell;
+use std::collections::BTreeMap;
+
+/// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
+const ROOM_M: f64 = 0.005;
+/// Arms are looked at this often, s.
+const STEP_S: f64 = 0.02;
+/// Ways are looked at up to so far from the object, at so many places, m.
+const NEAR_M: f64 = 0.16;
+const PLACES: usize = 8;
+/// So many pairs are looked at with their arms.
+const PAIRS: usize = 60;
+/// Hands that take an object or let it go within this time do so together, s.
+const TOGETHER_S: f64 = 0.3;
+
+/// Maps every grasp of commands; what cannot be held is noted with its reason. Where two hands meet at one object, both grasps are chosen together.
+///
+/// # Errors
+/// A hand that the robot does not have, an object that the scene does not have.
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+    mapping::map(commands, robot, scene)?;
+    for pair in meetings(&commands.tasks) {
+        let meeting = Meeting::new(&commands.tasks, robot, scene, pair);
+        if let Some(chosen) = meeting.chosen()? {
+            for ((number, _), (task, arm)) in pair.into_iter().zip(chosen) {
+                let first = commands.tasks.iter().position(|it| it.track == task.track).unwrap_or(number);
+                commands.tasks[number] = task;
+                let mapped = commands.tasks[first].grasps.first_mut().and_then(|grasp| grasp.mapped.as_mut());
+                mapped.into_iter().for_each(|mapped| mapped.joints.extend(arm.clone()));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Two grasps that meet.
+struct Meeting<'a> {
+    /// The tasks that are done at the same time as theirs, and where the two are among them.
+    tasks: Vec<&'a Task>,
+    places: [(usize, usize); 2],
+    robot: &'a Robot,
+    scene: &'a Scene,
+}
+
+/// A grasp with the hand on the object, closed and opened, frame of the object; and its ways.
+struct Choice {
+    measure: f64,
+    closed: Vec<PlacedShape>,
+    opened: Vec<PlacedShape>,
+    ways: Vec<Ways>,
+}
+
+/// Ways to a grasp and from it: the task with them, the places on them where the hand is near, and the walks of the arm.
+struct Ways {
+    task: Task,
+    near: [Vec<Vector3<f64>>; 2],
+    walks: OnceCell<Vec<Walk>>,
+}
+
+/// A task, and the posture in which its arm begins.
+type Chosen = (Task, BTreeMap<String, f64>);
+
+impl<'a> Meeting<'a> {
+    fn new(tasks: &'a [Task], robot: &'a Robot, scene: &'a Scene, pair: [(usize, usize); 2]) -> Self {
+        let numbers = groups(tasks).into_iter().find(|group| group.contains(&pair[0].0)).unwrap_or_default();
+        let place = |(number, grasp)| (numbers.iter().position(|it| *it == number).unwrap_or_default(), grasp);
+        Self { places: pair.map(place), tasks: numbers.iter().map(|number| &tasks[*number]).collect(), robot, scene }
+    }
+
+    /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
+    fn chosen(&self) -> Result<Option<[Chosen; 2]>, InputError> {
+        let mapped = [0, 1].map(|hand| self.choice(hand, None));
+        if let [Some(one), Some(other)] = &mapped {
+            let walks = [self.walks(0, &one.ways[0]).first(), self.walks(1, &other.ways[0]).first()];
+            // An arm that cannot go its way is refused later, with its reason.
+            let [Some(one), Some(other)] = walks else { return Ok(None) };
+            if one.gap(other, 0.0) >= ROOM_M {
+                return Ok(None);
+            }
+        }
+        let mut choices: Vec<Vec<Choice>> = Vec::new();
+        for (hand, mapped) in mapped.into_iter().enumerate() {
+            let tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
+            let others = alternatives(&tasks, self.robot, self.scene, self.places[hand])?;
+            let others = others.into_iter().filter_map(|held| self.choice(hand, Some(held)));
+            choices.push(mapped.into_iter().chain(others).collect());
+        }
+        let pairs = choices[0].iter().flat_map(|one| choices[1].iter().map(move |other| [one, other]));
+        let beside = |[one, other]: &[&Choice; 2]| leave_room(&one.closed, &other.closed);
+        let mut pairs: Vec<[&Choice; 2]> = pairs.filter(beside).collect();
+        let measure = |pair: &[&Choice; 2]| pair[0].measure * pair[1].measure;
+        pairs.sort_by(|a, b| measure(b).total_cmp(&measure(a)));
+        let mut best: Option<(f64, [Chosen; 2])> = None;
+        for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
+            let [ones, others] = [0, 1].map(|hand| self.walks(hand, ways[hand]));
+            for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
+                let least = best.as_ref().map_or(SHORT_M, |(gap, _)| *gap);
+                let gap = one.gap(other, least);
+                if gap > least {
+                    let chosen = |hand: usize, walk: &Walk| (ways[hand].task.clone(), walk.arm.clone());
+                    best = Some((gap, [chosen(0, one), chosen(1, other)]));
+                }
+                if gap >= ROOM_M {
+                    return Ok(best.map(|(_, chosen)| chosen));
+                }
+            }
+        }
+        Ok(best.map(|(_, chosen)| chosen))
+    }
+
+    /// A grasp with its ways, as demonstrated and along the hand's own axis; the one that is mapped where no other is given.
+    fn choice(&self, hand: usize, other: Option<Held>) -> Option<Choice> {
+        let (number, grasp) = self.places[hand];
+        let mut task = self.tasks[number].clone();
+        if let Some(held) = other {
+            held.note(&mut task, grasp);
+        }
+        let measure = task.grasps[grasp].mapped.as_ref()?.measure;
+        let model = self.robot.hands.get(&task.track)?;
+        let radius = self.scene.hands.get(&task.track).map_or(0.010, |hand| hand.tip_radius.0);
+        let grip = ResolvedGrasp::new(&task.grasps[grasp], self.robot, model, radius).ok()?;
+        let [closed, opened] = grip.shapes(model);
+        let mut tasks = vec![task];
+        for way in [Way::There, Way::Away] {
+            for mut task in tasks.clone() {
+                if turn(&mut task, grasp, &grip, way) {
+                    tasks.push(task);
+                }
+            }
+        }
+        let near = |task: &Task, way: Way| {
+            let near = || offsets(task, grasp, way).into_iter().filter(|off| off.norm() < NEAR_M);
+            near().step_by(near().count().div_ceil(PLACES).max(1)).collect()
+        };
+        let ways = tasks.into_iter().map(|task| Ways {
+            near: [Way::There, Way::Away].map(|way| near(&task, way)),
+            task,
+            walks: OnceCell::new(),
+        });
+        Some(Choice { measure, closed, opened, ways: ways.collect() })
+    }
+
+    /// The ways of two grasps on which each hand, opened, leaves room for the other one where that holds the object.
+    fn free_ways<'c>(&self, pair: [&'c Choice; 2]) -> Vec<[&'c Ways; 2]> {
+        let times = [0, 1].map(|hand| {
+            let task = &pair[hand].ways[0].task;
+            held(task, self.places[hand].1).unwrap_or_default()
+        });
+        // The one that takes it later comes to a hand, the one that lets it go earlier goes from one.
+        let [takes, goes] = [0, 1].map(|end| (times[0][end] - times[1][end]).abs() > TOGETHER_S);
+        let comes = [takes && times[0][0] > times[1][0], takes && times[0][0] < times[1][0]];
+        let leaves = [goes && times[0][1] < times[1][1], goes && times[0][1] > times[1][1]];
+        let free = |hand: usize, ways: &Ways| {
+            let other = &pair[1 - hand].closed;
+            [comes[hand], leaves[hand]].iter().zip(&ways.near).filter(|(looked, _)| **looked).all(|(_, near)| {
+                near.iter().all(|off| {
+                    let there: Vec<PlacedShape> = pair[hand].opened.iter().map(|shape| shape.shifted(off)).collect();
+                    leave_room(&there, other)
+                })
+            })
+        };
+        // A way that is of no concern stays as it was demonstrated.
+        let [ones, others] = [0, 1].map(|hand| {
+            let concerns = |at: &usize| (comes[hand] || at & 1 == 0) && (leaves[hand] || at & 2 == 0);
+            let ways = pair[hand].ways.iter().enumerate().filter(move |(at, _)| concerns(at)).map(|(_, ways)| ways);
+            ways.filter(|ways| free(hand, ways)).collect::<Vec<_>>()
+        });
+        ones.into_iter().flat_map(|one| others.iter().map(move |other| [one, *other])).collect()
+    }
+
+    /// The walks of an arm, first the one from the posture that it takes by itself.
+    fn walks<'c>(&self, hand: usize, ways: &'c Ways) -> &'c [Walk] {
+        let (number, _) = self.places[hand];
+        ways.walks.get_or_init(|| {
+            let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
+            tasks[number] = ways.task.clone();
+            Walk::all(&tasks, number, self.robot, self.scene).unwrap_or_default()
+        })
+    }
+}
+
+/// Whether hands are well apart.
+fn leave_room(ours: &[PlacedShape], theirs: &[PlacedShape]) -> bool {
+    limb_gap(ours, theirs, ROOM_M).is_none()
+}
+
+/// What a hand does in a group of tasks, step by step of its own time.
+struct Walk {
+    /// The posture in which its arm begins.
+    arm: BTreeMap<String, f64>,
+    parts: Vec<Part>,
+    begins_s: f64,
+    steps: Vec<Vec<PlacedShape>>,
+}
+
+impl Walk {
+    /// The walks of the hand of a task, one from each posture from which its arm can go it.
+    fn all(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Vec<Self>, InputError> {
+        let side = tasks[number].track;
+        let place = |object: &str| {
+            let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
+            first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
+        };
+        let begun = Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?;
+        let mut different: Vec<Moving> = Vec::new();
+        for hand in begun {
+            // A joint that is turned all the way round is where it was.
+            let same = |other: &Moving| {
+                hand.q.iter().zip(&other.q).all(|(a, b)| (a - b).sin().abs() < 1e-3 && (a - b).cos() > 0.0)
+            };
+            if !different.iter().any(same) {
+                different.push(hand);
+            }
+        }
+        Ok(different.into_iter().filter_map(|hand| Self::of(hand, tasks, &place)).collect())
+    }
+
+    /// The walk of a hand; `None` for one that the arm cannot go.
+    fn of(mut hand: Moving, tasks: &[Task], place: &Place<'_>) -> Option<Self> {
+        let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
+        let arm = arm.collect();
+        let group: Vec<usize> = (0..tasks.len()).collect();
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, place, &mut |_, from_s| from_s).ok()?;
+        let parts = made.plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
+        let (mut steps, mut done_s) = (Vec::new(), 0.0);
+        for (number, plan) in &made.plans {
+            let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
+            while own_s(steps.len()) <= plan.duration() {
+                let own_s = own_s(steps.len());
+                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                let poses = hand.limb.tree.forward_kinematics(&hand.q);
+                let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
+                steps.push(placed(&hand.limb.tree, &poses));
+            }
+            done_s += plan.duration();
+        }
+        Some(Self { arm, parts, begins_s: made.begins_s, steps })
+    }
+
+    /// The smallest gap to the hand of another walk, m; as soon as it is no more than `least`, that is the answer.
+    fn gap(&self, other: &Self, least: f64) -> f64 {
+        let walks = [self, other];
+        let time = TimeScale::of(&walks.map(|walk| walk.parts.clone()), EASED_S);
+        let mut gap = f64::INFINITY;
+        let mut time_s = 0.0;
+        while time_s <= time.over() && gap > least {
+            let at = |hand: usize| {
+                let since_s = (time.at(hand, time_s) - walks[hand].begins_s).max(0.0);
+                walks[hand].steps.get((since_s / STEP_S).round() as usize).or_else(|| walks[hand].steps.last())
+            };
+            if let (Some(one), Some(other)) = (at(0), at(1)) {
+                gap = limb_gap(one, other, gap).map_or(gap, |found| found.gap);
+            }
+            time_s += STEP_S;
+        }
+        gap
+    }
+}

@@ -1,0 +1,85 @@
+//! Ways of a hand to its contacts and away from them along its own axis.
+//!
+//! Contacts of two hands that alternate around an object leave no room for both hands to come and go from the same side: seen from there, the arc from the
+//! thumb of one hand over its palm to its fingers crosses that of the other one, and each would have to be the upper one. So one of them comes or goes
+//! the way that its own palm lies.
+
+use super::resolved_grasp::ResolvedGrasp;
+use crate::base::easing::minimum_jerk;
+use crate::base::hands::Finger;
+use crate::base::meaning::Meaning;
+use crate::command::Task;
+use nalgebra::{UnitQuaternion, Vector3};
+
+/// The direction of a demonstrated way is that to where it is so far from its end at the object, m.
+const AWAY_M: f64 = 0.06;
+/// Up to so far from there a way is turned as a whole, and farther than this not at all, m.
+const TURNED_M: [f64; 2] = [0.10, 0.25];
+
+/// A way of a hand that touches nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Way {
+    /// To the contacts.
+    There,
+    /// From them.
+    Away,
+}
+
+/// Turns the way of a hand to or from a grasp so that it is along the hand's own axis near the object. Returns whether there is anything to turn.
+pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: Way) -> bool {
+    let Some(axis) = axis(grip) else { return false };
+    let places = places(task, grasp, which);
+    let way: Vec<Vector3<f64>> =
+        places.iter().flat_map(|at| &task.segments[*at].hand).map(|it| Vector3::from(*it)).collect();
+    let from_object: Vec<Vector3<f64>> = if which == Way::There { way.into_iter().rev().collect() } else { way };
+    let Some(end) = from_object.first().copied() else { return false };
+    let far = from_object.iter().map(|at| at - end);
+    let shown = far.clone().find(|off| off.norm() > AWAY_M).or(far.last()).and_then(|off| off.try_normalize(1e-3));
+    let Some(turn) = shown.and_then(|shown| UnitQuaternion::rotation_between(&shown, &axis)) else { return false };
+    for at in places {
+        for hand in &mut task.segments[at].hand {
+            let off = Vector3::from(*hand) - end;
+            let share = 1.0 - minimum_jerk((off.norm() - TURNED_M[0]) / (TURNED_M[1] - TURNED_M[0]));
+            *hand = (end + turn.powf(share) * off).into();
+        }
+    }
+    true
+}
+
+/// The offsets of the middle of the fingertips on a way, near the object, from their place on it; object frame, m.
+pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<Vector3<f64>> {
+    let places = places(task, grasp, which);
+    let way: Vec<Vector3<f64>> =
+        places.iter().flat_map(|at| &task.segments[*at].hand).map(|it| Vector3::from(*it)).collect();
+    let end = if which == Way::There { way.last() } else { way.first() };
+    end.map(|end| way.iter().map(|at| at - end).collect()).unwrap_or_default()
+}
+
+/// The segments of a way.
+fn places(task: &Task, grasp: usize, which: Way) -> Vec<usize> {
+    let of = |at: &usize| task.segments[*at].grasp == Some(grasp);
+    let all = 0..task.segments.len();
+    match which {
+        Way::There => {
+            let touches = task.segments.iter().position(|segment| segment.touching && segment.grasp == Some(grasp));
+            let touches = touches.unwrap_or_default();
+            let begins = task.segments[..touches].iter().rposition(|segment| segment.touching).map_or(0, |at| at + 1);
+            (begins..touches).collect()
+        }
+        Way::Away => all.filter(of).filter(|at| task.segments[*at].does == Meaning::Open).collect(),
+    }
+}
+
+/// From the contacts to the palm, across the line from the thumb to the fingers; object frame.
+fn axis(grip: &ResolvedGrasp) -> Option<Vector3<f64>> {
+    let tips = |thumb: bool| {
+        let of = grip.tips.iter().filter(move |(finger, ..)| (*finger == Finger::Thumb) == thumb);
+        of.map(|(_, closed, _)| closed.coords).collect::<Vec<_>>()
+    };
+    let (thumb, fingers) = (tips(true), tips(false));
+    let fingers_at = fingers.iter().sum::<Vector3<f64>>() / fingers.len().max(1) as f64;
+    let across = (fingers_at - thumb.first().filter(|_| !fingers.is_empty())?).try_normalize(1e-3)?;
+    let middle = (fingers_at + thumb[0]) / 2.0;
+    let back = -middle;
+    Some(grip.object_from_palm * (back - across * back.dot(&across)).try_normalize(1e-3)?)
+}
