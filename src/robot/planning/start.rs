@@ -31,6 +31,7 @@ impl Start {
     ///
     /// # Errors
     /// A way that the arm cannot go.
+    #[cfg(feature = "internals")]
     pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
         Self::all(robot, hand, target, way).map(|mut all| all.swap_remove(0))
     }
