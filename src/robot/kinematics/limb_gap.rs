@@ -30,6 +30,11 @@ impl PlacedShape {
     pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
         Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), ..*self }
     }
+
+    /// The gap between the balls about two shapes, m: theirs is no smaller.
+    fn least(&self, other: &Self) -> f64 {
+        (self.ball.0 - other.ball.0).norm() - self.ball.1 - other.ball.1
+    }
 }
 
 /// The shapes of a limb whose links have these poses. The first link is that on which both limbs stand.
@@ -39,14 +44,19 @@ pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<Plac
     moved.map(|(link, shape)| PlacedShape::new(link, shape)).collect()
 }
 
+/// Whether two limbs are nearer to each other than `below`, m.
+pub(crate) fn nearer(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> bool {
+    let near = |one: &PlacedShape, other: &PlacedShape| one.least(other) < below && one.shape.gap(&other.shape) < below;
+    ours.iter().any(|one| theirs.iter().any(|other| near(one, other)))
+}
+
 /// The gap between two limbs, where it is less than `below`, m.
 pub(crate) fn limb_gap(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> Option<LimbGap> {
     let mut nearest: Option<LimbGap> = None;
     for one in ours {
         for other in theirs {
             let so_far = nearest.as_ref().map_or(below, |nearest| nearest.gap);
-            let least = (one.ball.0 - other.ball.0).norm() - one.ball.1 - other.ball.1;
-            if least >= so_far {
+            if one.least(other) >= so_far {
                 continue;
             }
             let gap = one.shape.gap(&other.shape);

@@ -18,7 +18,7 @@ use crate::command::{Commands, Task};
 use crate::description::shape::SHORT_M;
 use crate::robot::grasp::held_path::held;
 use crate::robot::grasp::mapping::{self, Held, alternatives, meetings};
-use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
+use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, nearer, placed};
 use crate::robot::model::robot::Robot;
 use nalgebra::Vector3;
 use std::cell::OnceCell;
@@ -26,8 +26,9 @@ use std::collections::BTreeMap;
 
 /// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
 const ROOM_M: f64 = 0.005;
-/// Arms are looked at this often, s.
+/// Arms are looked at this often, s, first at every so many of these steps: most pairs that meet do so for longer.
 const STEP_S: f64 = 0.02;
+const STRIDES: [usize; 2] = [16, 1];
 /// Ways are looked at up to so far from the object, at so many places, m.
 const NEAR_M: f64 = 0.16;
 const PLACES: usize = 8;
@@ -42,7 +43,10 @@ const TOGETHER_S: f64 = 0.3;
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     mapping::map(commands, robot, scene)?;
-    for pair in meetings(&commands.tasks) {
+    // The posture in which an arm begins is that of its first task: what follows on other tasks stays as it was mapped.
+    let first = groups(&commands.tasks).into_iter().next().unwrap_or_default();
+    let begins = |pair: &[(usize, usize); 2]| pair.iter().all(|(number, _)| first.contains(number));
+    for pair in meetings(&commands.tasks).into_iter().filter(begins) {
         let meeting = Meeting::new(&commands.tasks, robot, scene, pair);
         if let Some(chosen) = meeting.chosen()? {
             for ((number, _), (task, arm)) in pair.into_iter().zip(chosen) {
@@ -93,11 +97,13 @@ impl<'a> Meeting<'a> {
     /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
     fn chosen(&self) -> Result<Option<[Chosen; 2]>, InputError> {
         let mapped = [0, 1].map(|hand| self.choice(hand, None));
+        let mut apart = SHORT_M;
         if let [Some(one), Some(other)] = &mapped {
             let walks = [self.walks(0, &one.ways[0]).first(), self.walks(1, &other.ways[0]).first()];
             // An arm that cannot go its way is refused later, with its reason.
             let [Some(one), Some(other)] = walks else { return Ok(None) };
-            if one.gap(other, 0.0) >= ROOM_M {
+            apart = one.gap(other, 0.0).max(SHORT_M);
+            if apart >= ROOM_M {
                 return Ok(None);
             }
         }
@@ -117,7 +123,7 @@ impl<'a> Meeting<'a> {
         for ways in pairs.into_iter().flat_map(|pair| self.free_ways(pair)).take(PAIRS) {
             let [ones, others] = [0, 1].map(|hand| self.walks(hand, ways[hand]));
             for [one, other] in ones.iter().flat_map(|one| others.iter().map(move |other| [one, other])) {
-                let least = best.as_ref().map_or(SHORT_M, |(gap, _)| *gap);
+                let least = best.as_ref().map_or(apart, |(gap, _)| *gap);
                 let gap = one.gap(other, least);
                 if gap > least {
                     let chosen = |hand: usize, walk: &Walk| (ways[hand].task.clone(), walk.arm.clone());
@@ -204,7 +210,7 @@ impl<'a> Meeting<'a> {
 
 /// Whether hands are well apart.
 fn leave_room(ours: &[PlacedShape], theirs: &[PlacedShape]) -> bool {
-    limb_gap(ours, theirs, ROOM_M).is_none()
+    !nearer(ours, theirs, ROOM_M)
 }
 
 /// What a hand does in a group of tasks, step by step of its own time.
@@ -264,17 +270,19 @@ impl Walk {
     fn gap(&self, other: &Self, least: f64) -> f64 {
         let walks = [self, other];
         let time = TimeScale::of(&walks.map(|walk| walk.parts.clone()), EASED_S);
+        let all = (time.over() / STEP_S) as usize;
         let mut gap = f64::INFINITY;
-        let mut time_s = 0.0;
-        while time_s <= time.over() && gap > least {
+        for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
             let at = |hand: usize| {
-                let since_s = (time.at(hand, time_s) - walks[hand].begins_s).max(0.0);
+                let since_s = (time.at(hand, step as f64 * STEP_S) - walks[hand].begins_s).max(0.0);
                 walks[hand].steps.get((since_s / STEP_S).round() as usize).or_else(|| walks[hand].steps.last())
             };
             if let (Some(one), Some(other)) = (at(0), at(1)) {
                 gap = limb_gap(one, other, gap).map_or(gap, |found| found.gap);
             }
-            time_s += STEP_S;
+            if gap <= least {
+                break;
+            }
         }
         gap
     }
