@@ -1,5 +1,5 @@
-//! Grasps of two hands that meet at one object, their ways to it and from it, and the postures of the arms, chosen so that the arms do not go through each
-//! other.
+//! Grasps of two hands of which one gives an object to the other one, their ways to it and from it, and the postures of the arms, chosen so that the arms do
+//! not go through each other.
 //!
 //! Pairs of grasps are looked at in the order of their measures: first the hands alone, closed on the object, and opened on their ways while the other one
 //! holds it; then both arms, which go through their tasks by inverse kinematics, in every posture in which they can begin. The time scale of both hands says
@@ -37,17 +37,14 @@ const PAIRS: usize = 60;
 /// Hands that take an object or let it go within this time do so together, s.
 const TOGETHER_S: f64 = 0.3;
 
-/// Maps every grasp of commands; what cannot be held is noted with its reason. Where two hands meet at one object, both grasps are chosen together.
+/// Maps every grasp of commands; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     mapping::map(commands, robot, scene)?;
-    // The posture in which an arm begins is that of its first task: what follows on other tasks stays as it was mapped.
-    let first = groups(&commands.tasks).into_iter().next().unwrap_or_default();
-    let begins = |pair: &[(usize, usize); 2]| pair.iter().all(|(number, _)| first.contains(number));
-    for pair in meetings(&commands.tasks).into_iter().filter(begins) {
-        let meeting = Meeting::new(&commands.tasks, robot, scene, pair);
+    for pair in meetings(&commands.tasks) {
+        let Some(meeting) = Meeting::new(&commands.tasks, robot, scene, pair) else { continue };
         if let Some(chosen) = meeting.chosen()? {
             for ((number, _), (task, arm)) in pair.into_iter().zip(chosen) {
                 let first = commands.tasks.iter().position(|it| it.track == task.track).unwrap_or(number);
@@ -60,11 +57,13 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
     Ok(())
 }
 
-/// Two grasps that meet.
+/// Two grasps that meet when an object is handed over.
 struct Meeting<'a> {
     /// The tasks that are done at the same time as theirs, and where the two are among them.
     tasks: Vec<&'a Task>,
     places: [(usize, usize); 2],
+    /// Whether the first of them gives the object to the other one, or takes it.
+    first_gives: bool,
     robot: &'a Robot,
     scene: &'a Scene,
 }
@@ -88,10 +87,19 @@ struct Ways {
 type Chosen = (Task, BTreeMap<String, f64>);
 
 impl<'a> Meeting<'a> {
-    fn new(tasks: &'a [Task], robot: &'a Robot, scene: &'a Scene, pair: [(usize, usize); 2]) -> Self {
-        let numbers = groups(tasks).into_iter().find(|group| group.contains(&pair[0].0)).unwrap_or_default();
-        let place = |(number, grasp)| (numbers.iter().position(|it| *it == number).unwrap_or_default(), grasp);
-        Self { places: pair.map(place), tasks: numbers.iter().map(|number| &tasks[*number]).collect(), robot, scene }
+    /// `None` where no hand gives the object to the other one, or where a hand has done something before: its arm has a posture then.
+    fn new(tasks: &'a [Task], robot: &'a Robot, scene: &'a Scene, pair: [(usize, usize); 2]) -> Option<Self> {
+        let numbers = groups(tasks).into_iter().next()?;
+        let [one, other] = pair.map(|(number, grasp)| held(&tasks[number], grasp).unwrap_or_default());
+        let gives = |from: [f64; 2], to: [f64; 2]| (0..2).all(|end| from[end] + TOGETHER_S < to[end]);
+        let first_gives = gives(one, other);
+        if !first_gives && !gives(other, one) {
+            return None;
+        }
+        let place = |(number, grasp)| Some((numbers.iter().position(|it| *it == number)?, grasp));
+        let places = [place(pair[0])?, place(pair[1])?];
+        let tasks = numbers.iter().map(|number| &tasks[*number]).collect();
+        Some(Self { tasks, places, first_gives, robot, scene })
     }
 
     /// The tasks with grasps that leave room; `None` when those that are mapped do, or no others are better.
@@ -171,14 +179,9 @@ impl<'a> Meeting<'a> {
 
     /// The ways of two grasps on which each hand, opened, leaves room for the other one where that holds the object.
     fn free_ways<'c>(&self, pair: [&'c Choice; 2]) -> Vec<[&'c Ways; 2]> {
-        let times = [0, 1].map(|hand| {
-            let task = &pair[hand].ways[0].task;
-            held(task, self.places[hand].1).unwrap_or_default()
-        });
-        // The one that takes it later comes to a hand, the one that lets it go earlier goes from one.
-        let [takes, goes] = [0, 1].map(|end| (times[0][end] - times[1][end]).abs() > TOGETHER_S);
-        let comes = [takes && times[0][0] > times[1][0], takes && times[0][0] < times[1][0]];
-        let leaves = [goes && times[0][1] < times[1][1], goes && times[0][1] > times[1][1]];
+        // The hand that takes over comes to the other one, which then leaves it.
+        let comes = [!self.first_gives, self.first_gives];
+        let leaves = [self.first_gives, !self.first_gives];
         let free = |hand: usize, ways: &Ways| {
             let other = &pair[1 - hand].closed;
             [comes[hand], leaves[hand]].iter().zip(&ways.near).filter(|(looked, _)| **looked).all(|(_, near)| {
