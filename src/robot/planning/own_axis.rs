@@ -34,7 +34,11 @@ pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: W
     let from_object: Vec<Vector3<f64>> = if which == Way::There { way.into_iter().rev().collect() } else { way };
     let Some(end) = from_object.first().copied() else { return false };
     let far = from_object.iter().map(|at| at - end);
-    let shown = far.clone().find(|off| off.norm() > AWAY_M).or(far.last()).and_then(|off| off.try_normalize(1e-3));
+    let shown = far
+        .clone()
+        .find(|off| off.norm() > AWAY_M)
+        .or_else(|| far.clone().next_back())
+        .and_then(|off| off.try_normalize(1e-3));
     let Some(turn) = shown.and_then(|shown| UnitQuaternion::rotation_between(&shown, &axis)) else { return false };
     for at in places {
         for hand in &mut task.segments[at].hand {
