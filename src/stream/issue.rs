@@ -42,6 +42,7 @@ kinds! {
     IMPLAUSIBLE_FORCE "implausible_force" "The sign of a force contradicts what the finger touches.",
     IMPLAUSIBLE_POSITION "implausible_position" "A finger touches and is far from every object.",
     IMPLAUSIBLE_ROTATION "implausible_rotation" "A rotation is none, or has its components in another order.",
+    IMPLAUSIBLE_VELOCITY "implausible_velocity" "The velocity of a body contradicts its pose all along.",
     IMPOSSIBLE_JUMP "impossible_jump" "A sample is farther from its neighbors than anything can move.",
     MISSING_CHANNEL "missing_channel" "The log lacks a channel.",
     MISSING_ROW "missing_row" "A missing row was interpolated.",

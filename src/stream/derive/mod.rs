@@ -4,6 +4,7 @@
 
 mod balance;
 mod contacts;
+mod contradictions;
 pub mod convex;
 mod hands;
 mod motion;
@@ -77,6 +78,7 @@ pub struct Findings {
     /// Of the first frame, once that was seen.
     orders: Option<Vec<Issue>>,
     findings: plausible::Findings,
+    velocities: contradictions::Velocities,
     /// Whether flags of hands were off, and on, so far.
     flags: BTreeMap<String, [bool; 2]>,
     /// What the log shows of contacts that are computed from shapes, by object.
@@ -96,6 +98,7 @@ impl Findings {
         issues.extend(self.carried.iter().cloned());
         issues.extend(self.orders.iter().flatten().cloned());
         issues.extend(plausible::told_signs(measured, &self.findings));
+        issues.extend(contradictions::told(&self.velocities));
         issues.extend(self.read.iter().cloned());
         issues.extend(self.flags.iter().filter_map(|(channel, was)| never_changes(measured, channel, *was)));
         issues
@@ -149,6 +152,9 @@ pub fn derived_frames(
     let asked = !findings.unasked;
     if asked {
         findings.orders.get_or_insert_with(|| orders::swapped(measured));
+        for (name, body) in &measured.scene.bodies {
+            contradictions::compare(measured, name, body, &mut findings.velocities);
+        }
         findings.unseen = objects.iter().filter_map(|body| unseen(measured, *body)).collect();
     }
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())

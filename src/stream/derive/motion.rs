@@ -29,6 +29,15 @@ pub fn ahead(rate_hz: f64) -> usize {
     2 * reach + 2
 }
 
+/// How many times a second what needs no more is looked at.
+const LOOKS: f64 = 25.0;
+
+/// Every how many frames that is: a power of two, so that windows of a log have the same ones.
+pub fn every(measured: &CleanLog) -> usize {
+    let most = (measured.rate_hz / LOOKS).clamp(1.0, ANCHOR as f64) as usize;
+    if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
+}
+
 /// Three columns x y z.
 pub type Columns3<'a> = [Cow<'a, [f64]>; 3];
 
@@ -88,7 +97,7 @@ impl<'a> Motion<'a> {
         self.poses.get(frame).copied().unwrap_or_else(|| self.pose_at(frame))
     }
 
-    fn pose_at(&self, frame: usize) -> Isometry3<f64> {
+    pub fn pose_at(&self, frame: usize) -> Isometry3<f64> {
         let rotation = self.rotation.map_or(self.at_start.rotation, |columns| quaternion(&columns, frame));
         Isometry3::from_parts(self.position(frame).into(), rotation)
     }

@@ -4,7 +4,7 @@
 
 use super::contacts::{Contact, Contacts};
 use super::hands::HandTrack;
-use super::motion::{ANCHOR, Motion, vector};
+use super::motion::{Motion, every, vector};
 use super::raw::Array;
 use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
@@ -24,8 +24,6 @@ const REACH: f64 = 0.100;
 const ALONG: f64 = 0.5;
 /// A fingertip that is farther from the surface than this does not push on it, m.
 const NEAR: f64 = 0.030;
-/// How many times a second the push of a finger is looked at.
-const LOOKS: f64 = 25.0;
 /// Fingers that carry an object do not pull it down by more than this, N.
 const PULLS: f64 = 0.1;
 
@@ -200,12 +198,6 @@ pub fn wrong_signs(
             }
         }
     }
-}
-
-/// Every how many frames the push of a finger is looked at: a power of two, so that windows of a log have the same ones.
-fn every(measured: &CleanLog) -> usize {
-    let most = (measured.rate_hz / LOOKS).clamp(1.0, ANCHOR as f64) as usize;
-    if most.is_power_of_two() { most } else { most.next_power_of_two() / 2 }
 }
 
 /// Finds how each finger of a hand pushes on what it touches, or pulls.

@@ -55,6 +55,33 @@ fn the_force_of_one_finger_that_is_turned_is_reported() {
     insta::assert_snapshot!(printed(&log, "implausible_force").join("\n"));
 }
 
+#[test]
+fn a_velocity_that_is_not_that_of_the_pose_is_reported() {
+    for name in shipped::names() {
+        assert_eq!(printed(&taught(name), "implausible_velocity"), [""; 0], "{name}");
+    }
+    let (screw, carried) = (taught("turn_screw"), taught("pick_and_place"));
+    let changed = |plain: &Recording, channel: &str, change: fn(f64) -> f64| {
+        let mut log = plain.clone();
+        let of_channel = log.columns.iter_mut().filter(|(name, _)| name.starts_with(channel));
+        of_channel.for_each(|(_, column)| column.values.iter_mut().for_each(|value| *value = change(*value)));
+        printed(&log, "implausible_velocity").join("\n")
+    };
+    let said = [
+        changed(&screw, "screw.angular_velocity.z", |value| value + 0.3),
+        changed(&screw, "screw.angular_velocity", f64::to_degrees),
+        changed(&screw, "screw.velocity.x", |value| value - 0.02),
+        changed(&carried, "box.velocity", |value| -value),
+        changed(&carried, "box.velocity", |value| value * 1.2),
+    ];
+    insta::assert_snapshot!(said.join("\n--\n"));
+    // A body that is set elsewhere in the middle does not contradict its velocity all along.
+    let mut log = screw;
+    let half = log.time.len() / 2;
+    log.columns["screw.position.x"].values.iter_mut().skip(half).for_each(|value| *value += 0.3);
+    assert_eq!(printed(&log, "implausible_velocity"), [""; 0]);
+}
+
 /// What a binding of this says of a log whose object is turned by an angle of time.
 fn angles(folder: &std::path::Path, unit: &str, angle: impl Fn(f64) -> f64) -> Vec<String> {
     let (log, binding) = (folder.join("log.csv"), folder.join("binding.yaml"));
