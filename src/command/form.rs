@@ -94,8 +94,11 @@ pub struct Contact {
 pub struct MappedGrasp {
     /// Pose of the robot's palm in the frame of the object: x y z in m, quaternion w x y z.
     pub object_from_palm: [f64; 7],
-    /// Values of the hand's degrees of freedom, rad or m; in the first grasp of a hand also those of its arm where it is to begin, when that matters.
+    /// Values of the hand's degrees of freedom, rad or m.
     pub joints: BTreeMap<String, f64>,
+    /// In the first grasp of a hand that hands an object over: the joints of its arm where it is to begin, rad or m.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub arm: BTreeMap<String, f64>,
     /// The geometric mean of the fingers' measures; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's room.
     pub measure: f64,
     /// The same where the palm copies the demonstrated one; nothing where fingers would not reach.

@@ -139,7 +139,7 @@ impl MappedGrasp {
             reported(&[*manipulability, *freedom, *pad_angle_deg])
                 .map_err(|message| format!("has a share of {finger} that {message}"))?;
         }
-        for (joint, value) in &self.joints {
+        for (joint, value) in self.joints.iter().chain(&self.arm) {
             finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
         }
         finite(self.opening.as_slice()).map_err(|message| format!("has an `opening` that {message}"))

@@ -28,4 +28,4 @@ pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
-pub use planning::bimanual::map;
+pub use planning::hand_over::map;

@@ -210,7 +210,7 @@ fn a_page_shows_what_the_robot_did() {
     assert_eq!(said.status.code(), Some(2));
     let printed = complained(&said);
     assert!(
-        printed.contains("the joint `right_hand/thump_1`, which neither hand nor arm of `both hands` has"),
+        printed.contains("the joint `right_hand/thump_1`, which the hand of `both hands` does not have"),
         "{printed}"
     );
     // A grasp that the hand cannot take is an answer, not a mistake.

@@ -199,7 +199,7 @@ fn the_hands_of_a_headset_pick_and_place() {
         browser.wait("window.isThere");
     };
     let (z, away) = (0.047, [-0.15, -0.12, 0.25]);
-    // The page's pictures are late on a busy machine, and then the hand jumps and may drop the box: a person would teach it again, too.
+    // On a busy machine the hand jumps from one picture of the page to the next, and may drop the box: a person would teach it again, too.
     let taught = (0..3).any(|take| {
         browser.eval("page.act('reset')");
         go(&mut browser, 1.5, away, 0.0);

@@ -271,6 +271,7 @@ impl<'a> Holder<'a> {
         MappedGrasp {
             object_from_palm: seven(&found.object_from_palm),
             joints: joints(self.robot, self.hand, &q),
+            arm: BTreeMap::new(),
             measure: found.measure,
             copied_measure: self.mapper.copied(wanted),
             opening: found.opening,

@@ -1,7 +1,7 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
-pub(crate) mod bimanual;
 pub mod goal;
+pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
 pub(crate) mod interpolation;
 mod moving;

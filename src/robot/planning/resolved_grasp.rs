@@ -9,6 +9,7 @@ use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Vector3};
+use std::collections::BTreeMap;
 
 /// Fingers open by this much, m.
 const OPENED_M: f64 = 0.018;
@@ -42,24 +43,9 @@ impl ResolvedGrasp {
         let Some(mapped) = &grasp.mapped else {
             return Err(grasp.infeasible.clone().unwrap_or_else(|| "has a grasp without a robot's hand".into()));
         };
-        let fingers = hand.fingers.iter().flat_map(|finger| &finger.dofs);
-        let dofs = || fingers.clone().chain(&hand.arm).map(|dof| &limb.tree.dofs[*dof]);
-        if let Some(name) = mapped.joints.keys().find(|name| dofs().all(|dof| dof.name != **name)) {
-            return Err(format!(
-                "has a grasp with the joint `{name}`, which neither hand nor arm of `{}` has",
-                limb.name
-            ));
-        }
-        for dof in dofs() {
-            let Some(value) = mapped.joints.get(&dof.name) else { continue };
-            let [low, high] = dof.range;
-            if !(low - ROUNDED..=high + ROUNDED).contains(value) {
-                return Err(format!(
-                    "has a grasp with the joint `{}` at {}, expected {low:.3} to {high:.3}",
-                    dof.name,
-                    Shown(*value)
-                ));
-            }
+        let fingers: Vec<usize> = hand.fingers.iter().flat_map(|finger| finger.dofs.iter().copied()).collect();
+        for (part, dofs, values) in [("hand", &fingers, &mapped.joints), ("arm", &hand.arm, &mapped.arm)] {
+            check(limb, part, dofs, values)?;
         }
         let object_from_palm = from_seven(&mapped.object_from_palm);
         let mut tips = Vec::new();
@@ -87,7 +73,7 @@ impl ResolvedGrasp {
             }
             (model.finger, angles)
         });
-        let arm = hand.arm.iter().filter_map(|dof| Some((*dof, *mapped.joints.get(&limb.tree.dofs[*dof].name)?)));
+        let arm = hand.arm.iter().filter_map(|dof| Some((*dof, *mapped.arm.get(&limb.tree.dofs[*dof].name)?)));
         Ok(Self { object_from_palm, idle: idle.collect(), tips, middle, arm: arm.collect() })
     }
 
@@ -122,4 +108,23 @@ pub(crate) fn resting(ranges: &[[f64; 2]]) -> JointPositions {
         *angle = if index == 0 { (low + high) / 2.0 } else { low + 0.12 * (high - low) };
     }
     angles
+}
+
+/// Refuses values of joints that a part of a robot does not have, and values that they cannot take.
+fn check(limb: &Robot, part: &str, dofs: &[usize], values: &BTreeMap<String, f64>) -> Result<(), String> {
+    for (name, value) in values {
+        let mut of_part = dofs.iter().map(|dof| &limb.tree.dofs[*dof]);
+        let Some(dof) = of_part.find(|dof| dof.name == *name) else {
+            return Err(format!(
+                "has a grasp with the joint `{name}`, which the {part} of `{}` does not have",
+                limb.name
+            ));
+        };
+        let [low, high] = dof.range;
+        if !(low - ROUNDED..=high + ROUNDED).contains(value) {
+            let found = Shown(*value);
+            return Err(format!("has a grasp with the joint `{name}` at {found}, expected {low:.3} to {high:.3}"));
+        }
+    }
+    Ok(())
 }

@@ -18,7 +18,7 @@ const SHARE: f64 = 0.5;
 
 /// A velocity, and what it is compared with.
 struct Quantity {
-    /// The channel of the velocity, and of the pose.
+    /// The channel of the velocity, and that of the pose.
     name: &'static str,
     pose: &'static str,
     /// What differs by less agrees, m/s or rad/s.
@@ -51,28 +51,36 @@ pub type Velocities = BTreeMap<(String, &'static str), Seen>;
 /// Compares the logged velocities of a body with its poses, 25 times a second at most.
 pub fn compare(measured: &CleanLog, name: &str, body: &Body, seen: &mut Velocities) {
     let poses = Motion::of_poses(measured, name, body);
-    let moved = |quantity: &Quantity, [from, to]: [usize; 2]| {
-        let channel = format!("{name}.{}", quantity.pose);
-        if quantity.pose == "position" {
-            measured.vec3(&channel)?;
-            Some(poses.position(to) - poses.position(from))
-        } else {
-            measured.rotation(&channel)?;
-            Some((poses.pose_at(to).rotation * poses.pose_at(from).rotation.inverse()).scaled_axis())
-        }
-    };
+    let moved = |from: usize, to: usize| poses.position(to) - poses.position(from);
+    // From frame to frame, since a body may turn by more than a whole turn in between.
+    let turn =
+        |from: usize, to: usize| (poses.pose_at(to).rotation * poses.pose_at(from).rotation.inverse()).scaled_axis();
+    let turned = |from: usize, to: usize| (from..to).map(|frame| turn(frame, frame + 1)).sum();
+    if measured.vec3(&format!("{name}.position")).is_some() {
+        compare_one(measured, name, &VELOCITY, &moved, seen);
+    }
+    if measured.rotation(&format!("{name}.rotation")).is_some() {
+        compare_one(measured, name, &ANGULAR_VELOCITY, &turned, seen);
+    }
+}
+
+/// The same for one of them; `change` is what the pose changes by from one frame to another.
+fn compare_one(
+    measured: &CleanLog,
+    name: &str,
+    quantity: &Quantity,
+    change: &dyn Fn(usize, usize) -> Vector3<f64>,
+    seen: &mut Velocities,
+) {
     let reach = (TREMOR_SECS * measured.rate_hz / 2.0).round() as usize;
-    for quantity in [VELOCITY, ANGULAR_VELOCITY] {
-        let Some(logged) = measured.vec3(&format!("{name}.{}", quantity.name)).filter(|_| reach > 0) else { continue };
-        let found = seen.entry((name.to_string(), quantity.name)).or_default();
-        for (frame, stretch) in looks(measured) {
-            let [from, to] = [frame.saturating_sub(reach), frame + reach];
-            if from < stretch.start || frame < reach || to >= stretch.end {
-                continue;
-            }
-            let time = |frame: usize| measured.time.get(frame).copied().unwrap_or_default();
-            let Some(moved) = moved(&quantity, [from, to]) else { break };
-            found.look(&quantity, time(frame), mean(logged, from..to), moved / (time(to) - time(from)));
+    let Some(logged) = measured.vec3(&format!("{name}.{}", quantity.name)).filter(|_| reach > 0) else { return };
+    let found = seen.entry((name.to_string(), quantity.name)).or_default();
+    let time = |frame: usize| measured.time.get(frame).copied().unwrap_or_default();
+    for (frame, stretch) in looks(measured) {
+        let (Some(from), to) = (frame.checked_sub(reach), frame + reach) else { continue };
+        if from >= stretch.start && to < stretch.end {
+            let real = change(from, to) / (time(to) - time(from));
+            found.look(quantity, time(frame), mean(logged, from..to), real);
         }
     }
 }

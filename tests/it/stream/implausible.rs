@@ -80,6 +80,18 @@ fn a_velocity_that_is_not_that_of_the_pose_is_reported() {
     let half = log.time.len() / 2;
     log.columns["screw.position.x"].values.iter_mut().skip(half).for_each(|value| *value += 0.3);
     assert_eq!(printed(&log, "implausible_velocity"), [""; 0]);
+    // Nor does one that turns by more than a whole turn between two looks.
+    let (mut log, rate) = (carried, 60.0);
+    for (column, value) in [("w", f64::cos as fn(f64) -> f64), ("x", |_| 0.0), ("y", |_| 0.0), ("z", f64::sin)] {
+        let values = log.time.iter().map(|time| value(rate * time / 2.0)).collect();
+        log.columns[&format!("box.rotation.{column}")].values = values;
+    }
+    for (axis, value) in [("x", 0.0), ("y", 0.0), ("z", rate)] {
+        log.columns[&format!("box.angular_velocity.{axis}")].values.fill(value);
+    }
+    assert_eq!(printed(&log, "implausible_velocity"), [""; 0]);
+    log.columns["box.angular_velocity.z"].values.fill(-rate);
+    assert_eq!(printed(&log, "implausible_velocity").len(), 1);
 }
 
 /// What a binding of this says of a log whose object is turned by an angle of time.

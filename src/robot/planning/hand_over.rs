@@ -50,7 +50,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
                 let first = commands.tasks.iter().position(|it| it.track == task.track).unwrap_or(number);
                 commands.tasks[number] = task;
                 let mapped = commands.tasks[first].grasps.first_mut().and_then(|grasp| grasp.mapped.as_mut());
-                mapped.into_iter().for_each(|mapped| mapped.joints.extend(arm.clone()));
+                mapped.into_iter().for_each(|mapped| mapped.arm = arm.clone());
             }
         }
     }
