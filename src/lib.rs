@@ -27,7 +27,7 @@
 //! - errors: [`Error`] with its [`ErrorKind`], place and help, and for rules each [`Diagnostic`].
 //!
 //! docs/embedding.md goes through all of it. Features: `parquet`, `mcap`, `hdf5` and `arrays` (formats of logs), `world` (simulation, robots), `cli`, `lsp`,
-//! `studio`, `teach` (a person in the virtual environment), `zenoh` (of `teachtree live`, not on by default); with `default-features = false` the library
+//! `studio`, `teach` (a person in the virtual environment), `zenoh` (of `teachtree live`) and `tls` (of `teachtree teach --live`), which are not on by default; with `default-features = false` the library
 //! reads and analyzes logs in text formats.
 
 #![cfg_attr(not(feature = "internals"), allow(unused_imports, reason = "modules hand names on to tests and benches"))]

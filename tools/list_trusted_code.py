@@ -185,6 +185,8 @@ that are compiled on other systems or with other features are included. teachtre
 are {audited} packages. `only 1.2.3` is the last version to which audits lead. Audits by publisher (`wildcard-audits`) are not counted, and the authors of teachtree
 audited no package.
 
+Features that are not on by default are left out: `zenoh`, and `tls`, whose rustls encrypts by ring, which contains C and assembly.
+
 `cargo deny check` tests licenses, sources and advisories of all packages ([deny.toml](../deny.toml)).
 
 | package | runs while built | `unsafe` | use | audited by |

@@ -1,40 +1,95 @@
-//! A connection that one thread reads while another one writes.
+//! A connection that one thread reads while another one writes, with TLS or without.
+
+#[cfg(feature = "tls")]
+mod tls;
 
 use std::io::{Read, Result, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A connection with a reader and a writer of its own; what is written at once stays together. Clones share it.
+/// A connection with one reader and any number of writers; what is written at once stays together. Clones share it.
 #[derive(Clone)]
-pub struct Duplex {
-    reader: Arc<TcpStream>,
-    writer: Arc<Mutex<TcpStream>>,
+pub struct Duplex(Arc<Ends>);
+
+struct Ends {
+    tcp: TcpStream,
+    /// Held while something is written.
+    writing: Mutex<()>,
+    #[cfg(feature = "tls")]
+    tls: Option<tls::Tls>,
 }
 
 impl Duplex {
-    /// Takes a connection over.
-    ///
-    /// # Errors
-    /// When the system gives no second handle of it.
-    pub fn new(stream: TcpStream) -> Result<Self> {
-        Ok(Self { reader: Arc::new(stream.try_clone()?), writer: Arc::new(Mutex::new(stream)) })
+    /// Takes a connection over, without TLS.
+    pub fn new(tcp: TcpStream) -> Self {
+        Self(Arc::new(Ends {
+            tcp,
+            writing: Mutex::default(),
+            #[cfg(feature = "tls")]
+            tls: None,
+        }))
     }
 
-    /// The connection, for its options.
-    pub fn stream(&self) -> &TcpStream {
-        &self.reader
+    /// Takes the connection of a client over, with TLS. The handshake is part of the first read.
+    ///
+    /// # Errors
+    /// When the configuration is none of a server.
+    #[cfg(feature = "tls")]
+    pub fn with_tls(tcp: TcpStream, config: Arc<rustls::ServerConfig>) -> Result<Self> {
+        Ok(Self(Arc::new(Ends { tcp, writing: Mutex::default(), tls: Some(tls::Tls::new(config)?) })))
+    }
+
+    /// The connection below, for its options.
+    pub fn tcp(&self) -> &TcpStream {
+        &self.0.tcp
+    }
+
+    /// Whether both are the same connection.
+    pub fn is(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// Ends the connection in good order; who reads or writes it is no longer held up.
+    pub fn close(&self) {
+        #[cfg(feature = "tls")]
+        if let Some(tls) = &self.0.tls {
+            let _turn = self.0.turn();
+            tls.close(&self.0.tcp);
+        }
+        self.hang_up();
+    }
+
+    /// Ends the connection at once.
+    pub fn hang_up(&self) {
+        // It may be gone already.
+        let _ = self.0.tcp.shutdown(Shutdown::Both);
+    }
+}
+
+impl Ends {
+    fn turn(&self) -> impl Sized {
+        self.writing.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Read for Duplex {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
-        (&*self.reader).read(buffer)
+        #[cfg(feature = "tls")]
+        if let Some(tls) = &self.0.tls {
+            return tls.read(&self.0.tcp, buffer, || self.0.turn());
+        }
+        (&self.0.tcp).read(buffer)
     }
 }
 
 impl Write for Duplex {
     fn write(&mut self, bytes: &[u8]) -> Result<usize> {
-        self.writer.lock().unwrap_or_else(PoisonError::into_inner).write_all(bytes)?;
+        let _turn = self.0.turn();
+        #[cfg(feature = "tls")]
+        if let Some(tls) = &self.0.tls {
+            return tls.write(&self.0.tcp, bytes);
+        }
+        (&self.0.tcp).write_all(bytes)?;
         Ok(bytes.len())
     }
 

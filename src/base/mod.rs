@@ -6,7 +6,7 @@
 pub mod channels;
 pub mod diagnostic;
 pub mod digest;
-#[cfg(any(feature = "net", feature = "teach"))]
+#[cfg(any(feature = "net", feature = "serve"))]
 pub mod duplex;
 pub mod easing;
 pub mod error;

@@ -2,6 +2,8 @@
 
 #[cfg(feature = "teach")]
 mod live;
+#[cfg(feature = "teach")]
+mod others;
 
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};

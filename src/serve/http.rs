@@ -3,9 +3,9 @@
 //! A head has at most 16 KiB and 64 fields, a body its `Content-Length` and at most 8 MiB; bodies in chunks are refused. Whoever sends nothing for half a
 //! minute is hung up on.
 
+use crate::base::duplex::Duplex;
 use std::fs::File;
 use std::io::{ErrorKind, Read, Result, Seek, SeekFrom, Write};
-use std::net::TcpStream;
 use std::time::Duration;
 
 /// The longest head, bytes.
@@ -93,7 +93,7 @@ impl Response {
 
 /// A connection.
 pub struct Connection {
-    stream: TcpStream,
+    stream: Duplex,
     /// What was read and not used yet.
     buffer: Vec<u8>,
     /// Where scripts of its pages may come from.
@@ -110,10 +110,10 @@ pub enum NoRequest {
 
 impl Connection {
     /// A connection that was accepted; whether scripts of its pages compile WebAssembly.
-    pub fn new(stream: TcpStream, compiles: bool) -> Result<Self> {
-        stream.set_read_timeout(Some(SILENCE))?;
-        stream.set_write_timeout(Some(SILENCE))?;
-        stream.set_nodelay(true)?;
+    pub fn new(stream: Duplex, compiles: bool) -> Result<Self> {
+        stream.tcp().set_read_timeout(Some(SILENCE))?;
+        stream.tcp().set_write_timeout(Some(SILENCE))?;
+        stream.tcp().set_nodelay(true)?;
         let scripts = if compiles { "'self' 'wasm-unsafe-eval'" } else { "'self'" };
         Ok(Self { stream, buffer: Vec::new(), scripts })
     }
@@ -161,7 +161,7 @@ impl Connection {
     }
 
     /// Goes on as a WebSocket, with the answer to its key: the stream, and what was read of it already.
-    pub fn upgrade(mut self, accept: &str) -> Result<(TcpStream, Vec<u8>)> {
+    pub fn upgrade(mut self, accept: &str) -> Result<(Duplex, Vec<u8>)> {
         let head = format!(
             "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: {accept}\r\n\r\n"
         );

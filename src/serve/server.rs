@@ -1,17 +1,23 @@
-//! The server: a listener on loopback, and who may ask.
+//! The server: a listener, and who may ask.
 //!
-//! Every path begins with a token that only the address has that was printed. The host must be this machine by its name or number and the port, so that no
-//! name of another page can lead here; a request of another page says so in `Origin`, and is refused. Bodies are JSON, which no form can send.
+//! Every path begins with a token that only the address has that was printed. The host must be the one of that address, so that no name of another page can
+//! lead here; a request of another page says so in `Origin`, and is refused. Bodies are JSON, which no form can send.
 
+#[cfg(feature = "tls")]
+use super::certificate::Certificate;
+#[cfg(feature = "tls")]
+use super::host::Host;
 use super::http::{Connection, NoRequest, Request, Response};
+use super::visitors::Visitors;
+use crate::base::duplex::Duplex;
 use crate::base::error::InputError;
-use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::io::ErrorKind;
+use std::net::{IpAddr, Ipv4Addr, TcpListener, TcpStream};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The most connections at a time.
-const MAX_CONNECTIONS: usize = 64;
+/// The first byte of a handshake in TLS.
+const HANDSHAKE: u8 = 22;
 
 /// What is served: it answers requests that may be made.
 pub trait Page: Send + Sync + 'static {
@@ -32,16 +38,18 @@ pub trait Page: Send + Sync + 'static {
     }
 
     /// Speaks on a WebSocket until it ends; `read` was read of it already.
-    fn socket(&self, _stream: TcpStream, _read: Vec<u8>) {}
+    fn socket(&self, _stream: Duplex, _read: Vec<u8>) {}
 }
+
+/// Encrypts a connection.
+type Encrypt = Box<dyn Fn(TcpStream) -> std::io::Result<Duplex> + Send + Sync>;
 
 /// A server that listens, and answers once it is [`run`](Self::run).
 pub struct Server {
     listener: TcpListener,
-    port: u16,
-    token: String,
-    /// Where a proxy shows the page to others: `https://teach.example.org`.
-    proxy: Option<String>,
+    /// `None` where pages are not encrypted.
+    encrypt: Option<Encrypt>,
+    gate: Gate,
 }
 
 impl Server {
@@ -50,104 +58,161 @@ impl Server {
     /// # Errors
     /// When the port is taken, or the system gives no random numbers for the token.
     pub fn new(port: u16) -> Result<Self, InputError> {
-        let listen = || {
-            let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
-            let port = listener.local_addr()?.port();
-            Ok::<_, std::io::Error>((listener, port))
-        };
-        let (listener, port) = listen().map_err(|error| {
-            InputError::new(format!("port {port}"), format!("cannot be listened on: {error}"))
-                .help("choose another one with --port, or leave it out")
-        })?;
-        let mut random = [0; 16];
-        getrandom::fill(&mut random)
-            .map_err(|error| InputError::new("the token", format!("the system gives no random numbers: {error}")))?;
-        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Self { listener, port, token, proxy: None })
+        let (listener, port) = listen(Ipv4Addr::LOCALHOST.into(), port)?;
+        let origins = ["127.0.0.1", "localhost"].map(|host| format!("http://{host}:{port}"));
+        Ok(Self { listener, encrypt: None, gate: Gate::new(origins.into())? })
+    }
+
+    /// Listens for other machines, which reach this one by a host, and know it by a certificate.
+    ///
+    /// # Errors
+    /// When the port is taken, the host is no address of this machine, or the system gives no random numbers for the token.
+    #[cfg(feature = "tls")]
+    pub fn for_others(host: &Host, port: u16, certificate: &Certificate) -> Result<Self, InputError> {
+        let (listener, port) = listen(host.listens_on(), port)?;
+        let config = Arc::clone(certificate.config());
+        let encrypt: Encrypt = Box::new(move |stream| Duplex::with_tls(stream, Arc::clone(&config)));
+        Ok(Self { listener, encrypt: Some(encrypt), gate: Gate::new(vec![host.origin(port)])? })
     }
 
     /// Lets a proxy on this machine show the page to others, under this origin: `https://teach.example.org`.
     #[must_use]
     pub fn behind(mut self, proxy: Option<String>) -> Self {
-        self.proxy = proxy;
+        self.gate.origins.extend(proxy);
         self
     }
 
     /// The address of the page.
     pub fn address(&self) -> String {
-        format!("http://127.0.0.1:{}/{}/", self.port, self.token)
+        format!("{}/{}/", self.gate.origins.first().map_or("", String::as_str), self.gate.token)
     }
 
     /// Answers until the program ends.
     pub fn run<P: Page>(self, page: &Arc<P>) {
-        let gate = Arc::new(Gate { port: self.port, token: self.token, proxy: self.proxy });
-        let open = Arc::new(AtomicUsize::new(0));
+        let gate = Arc::new(self.gate);
+        let visitors = Arc::new(Visitors::default());
+        let is_encrypted = self.encrypt.is_some();
         for stream in self.listener.incoming() {
             let Ok(stream) = stream else { continue };
-            let (gate, page, open) = (Arc::clone(&gate), Arc::clone(page), Arc::clone(&open));
-            let is_too_many = open.fetch_add(1, Ordering::SeqCst) >= MAX_CONNECTIONS;
+            let stream = match &self.encrypt {
+                Some(encrypt) => encrypt(stream),
+                None => Ok(Duplex::new(stream)),
+            };
+            let Ok(stream) = stream else { continue };
+            let (gate, page, visitors) = (Arc::clone(&gate), Arc::clone(page), Arc::clone(&visitors));
+            visitors.enter(&stream);
             std::thread::spawn(move || {
-                if !is_too_many {
-                    // The other side may hang up at any time.
-                    let _ = converse(stream, &gate, &*page);
-                }
-                open.fetch_sub(1, Ordering::SeqCst);
+                let mut visit = Visit { stream, is_known: false, visitors: &visitors };
+                // The other side may hang up at any time.
+                let _ = visit.converse(is_encrypted, &gate, &*page);
+                visitors.leave(&visit.stream, visit.is_known);
+                visit.stream.close();
             });
         }
     }
 }
 
-fn converse<P: Page>(stream: TcpStream, gate: &Gate, page: &P) -> std::io::Result<()> {
-    let mut connection = Connection::new(stream, page.compiles())?;
-    loop {
-        match connection.next() {
-            Ok(request) => {
-                if let Some(key) = &request.socket_key
-                    && let Ok((path, false)) = gate.admit(&request, P::COMMAND)
-                    && let Some(accept) = page.socket_accept(path, key)
-                {
-                    let (stream, read) = connection.upgrade(&accept)?;
-                    page.socket(stream, read);
-                    return Ok(());
-                }
-                // A panic is a bug, but not one for which a user should lose the page.
-                let answer = catch_unwind(AssertUnwindSafe(|| match gate.admit(&request, P::COMMAND) {
-                    Ok((path, changes)) => page.answer(&request, path, changes),
-                    Err(refused) => refused,
-                }));
-                let answer = answer.unwrap_or_else(|_| Response::refused(500, "the request failed: this is a bug"));
-                connection.send(Some(&request), answer)?;
-                if request.closes {
-                    return Ok(());
-                }
+fn listen(address: IpAddr, port: u16) -> Result<(TcpListener, u16), InputError> {
+    let listen = || {
+        let listener = TcpListener::bind((address, port))?;
+        let port = listener.local_addr()?.port();
+        Ok::<_, std::io::Error>((listener, port))
+    };
+    listen().map_err(|error| {
+        let (place, help) = match error.kind() {
+            ErrorKind::AddrNotAvailable => {
+                (address.to_string(), "choose an address of this machine, or a name that leads to it")
             }
-            Err(NoRequest::Gone) => return Ok(()),
-            Err(NoRequest::Refused(response)) => return connection.send(None, response),
+            _ => (format!("port {port}"), "choose another one with --port, or leave it out"),
+        };
+        InputError::new(place, format!("cannot be listened on: {error}")).help(help)
+    })
+}
+
+/// A connection, and whether it has shown the token.
+struct Visit<'a> {
+    stream: Duplex,
+    is_known: bool,
+    visitors: &'a Visitors,
+}
+
+impl Visit<'_> {
+    fn converse<P: Page>(&mut self, is_encrypted: bool, gate: &Gate, page: &P) -> std::io::Result<()> {
+        let mut connection = Connection::new(self.stream.clone(), page.compiles())?;
+        let mut first = [0];
+        if is_encrypted && self.stream.tcp().peek(&mut first)? == 1 && first != [HANDSHAKE] {
+            return self.refuse_plain();
         }
+        loop {
+            match connection.next() {
+                Ok(request) => {
+                    let admitted = gate.admit(&request, P::COMMAND);
+                    if admitted.is_ok() && !self.is_known {
+                        self.is_known = true;
+                        if !self.visitors.admit(&self.stream) {
+                            return connection.send(None, Response::refused(503, "too many connections are open"));
+                        }
+                    }
+                    if let Some(key) = &request.socket_key
+                        && let Ok((path, false)) = admitted
+                        && let Some(accept) = page.socket_accept(path, key)
+                    {
+                        let (stream, read) = connection.upgrade(&accept)?;
+                        page.socket(stream, read);
+                        return Ok(());
+                    }
+                    // A panic is a bug, but not one for which a user should lose the page.
+                    let answer = catch_unwind(AssertUnwindSafe(|| match admitted {
+                        Ok((path, changes)) => page.answer(&request, path, changes),
+                        Err(refused) => refused,
+                    }));
+                    let answer = answer.unwrap_or_else(|_| Response::refused(500, "the request failed: this is a bug"));
+                    connection.send(Some(&request), answer)?;
+                    if request.closes {
+                        return Ok(());
+                    }
+                }
+                Err(NoRequest::Gone) => return Ok(()),
+                Err(NoRequest::Refused(response)) => return connection.send(None, response),
+            }
+        }
+    }
+
+    /// Answers who asks without TLS, in words.
+    fn refuse_plain(&self) -> std::io::Result<()> {
+        let mut connection = Connection::new(Duplex::new(self.stream.tcp().try_clone()?), false)?;
+        // What is not read would take the answer with it.
+        let _ = connection.next();
+        connection.send(None, Response::refused(400, "the address begins with https://"))?;
+        self.stream.hang_up();
+        Ok(())
     }
 }
 
 /// Who may ask.
 struct Gate {
-    port: u16,
+    /// The origins of the page, that of its address first.
+    origins: Vec<String>,
     token: String,
-    proxy: Option<String>,
 }
 
 impl Gate {
+    /// With a token that cannot be guessed.
+    fn new(origins: Vec<String>) -> Result<Self, InputError> {
+        let mut random = [0; 16];
+        getrandom::fill(&mut random)
+            .map_err(|error| InputError::new("the token", format!("the system gives no random numbers: {error}")))?;
+        let token = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Self { origins, token })
+    }
+
     /// The path below the token of a request that may be made, and whether it may change something.
     fn admit<'a>(&self, request: &'a Request, command: &str) -> Result<(&'a str, bool), Response> {
         let refused = |status, message: &str| Err(Response::refused(status, message));
-        let hosts = ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port));
-        let proxy = self.proxy.as_deref().unwrap_or_default();
-        let is_proxy = |host: &str| !host.is_empty() && proxy.split("://").nth(1) == Some(host);
-        if !hosts.contains(&request.host) && !is_proxy(&request.host) {
+        if !self.origins.iter().any(|origin| origin.split("://").nth(1) == Some(&request.host)) {
             return refused(403, "the host of the request is not this server");
         }
-        let is_own = |origin: &String| {
-            *origin == proxy || origin.strip_prefix("http://").is_some_and(|host| hosts.iter().any(|own| own == host))
-        };
-        if !request.origin.as_ref().is_none_or(is_own) {
+        if !request.origin.as_ref().is_none_or(|origin| self.origins.contains(origin)) {
             return refused(403, "the request comes from another page");
         }
         let mut parts = request.path.trim_start_matches('/').splitn(2, '/');

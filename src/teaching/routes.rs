@@ -2,12 +2,12 @@
 
 use super::shared::{Teaching, lock};
 use super::socket;
+use crate::base::duplex::Duplex;
 use crate::base::pose::seven;
 use crate::base::scene::{Part, Role, Shape};
 use crate::report::page;
 use crate::serve::{Content, Page, Request, Response};
 use serde_json::{Value, json};
-use std::net::TcpStream;
 use std::sync::Arc;
 
 /// The modules of the page, by name.
@@ -69,7 +69,7 @@ impl Page for Shown {
         (path == "live").then(|| socket::accept(key))
     }
 
-    fn socket(&self, stream: TcpStream, read: Vec<u8>) {
+    fn socket(&self, stream: Duplex, read: Vec<u8>) {
         socket::serve(stream, read, &self.0);
     }
 }

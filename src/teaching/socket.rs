@@ -6,7 +6,6 @@ use super::shared::{HandNow, Newest, Teaching, lock};
 use crate::base::duplex::Duplex;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
-use std::net::{Shutdown, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -37,10 +36,12 @@ struct Connection {
 }
 
 /// Speaks until the other side goes.
-pub(super) fn serve(stream: TcpStream, read: Vec<u8>, teaching: &Arc<Teaching>) {
+pub(super) fn serve(both: Duplex, read: Vec<u8>, teaching: &Arc<Teaching>) {
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
-    let set = stream.set_read_timeout(None).and_then(|()| stream.set_write_timeout(Some(PATIENCE)));
-    let Ok(both) = set.and_then(|()| Duplex::new(stream)) else { return };
+    let set = both.tcp().set_read_timeout(None).and_then(|()| both.tcp().set_write_timeout(Some(PATIENCE)));
+    if set.is_err() {
+        return;
+    }
     let mut reading = WebSocket::from_partially_read(both.clone(), read, Role::Server, Some(config));
     let mut writing = WebSocket::from_raw_socket(both.clone(), Role::Server, None);
     let connection = Arc::new(Connection::default());
@@ -62,7 +63,7 @@ pub(super) fn serve(stream: TcpStream, read: Vec<u8>, teaching: &Arc<Teaching>) 
     };
     // The other side may be gone at any time.
     let _ = write(&mut writing, &connection, teaching);
-    let _ = both.stream().shutdown(Shutdown::Both);
+    both.close();
     let _ = reader.join();
 }
 

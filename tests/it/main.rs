@@ -113,6 +113,7 @@ mod teach_camera;
 mod teach_live;
 #[cfg(all(feature = "teach", unix))]
 mod teach_page;
+mod teach_tls;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod teleoperated;
 mod tidy;

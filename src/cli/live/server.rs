@@ -5,7 +5,7 @@ use super::hub::{From, Hub, Subscriptions};
 use super::protocol::{FromClient, advertise, data, server_info, status};
 use crate::base::duplex::Duplex;
 use crate::base::error::InputError;
-use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
@@ -61,7 +61,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
-    let both = Duplex::new(stream)?;
+    let both = Duplex::new(stream);
     let mut from = None;
     let config = WebSocketConfig::default().max_message_size(Some(MAX_MESSAGE)).max_frame_size(Some(MAX_MESSAGE));
     #[allow(clippy::result_large_err, reason = "the type is the library's")]
@@ -73,7 +73,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
         tungstenite::HandshakeError::Failure(error) => error,
         tungstenite::HandshakeError::Interrupted(_) => tungstenite::Error::ConnectionClosed,
     })?;
-    both.stream().set_read_timeout(None)?;
+    both.tcp().set_read_timeout(None)?;
     let mut writing = WebSocket::from_raw_socket(both.clone(), Role::Server, None);
     writing.send(Message::text(server_info(&hub.session)))?;
     writing.send(Message::text(advertise(&hub.topics)))?;
@@ -92,7 +92,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
         })
     };
     let written = write(&mut writing, hub, &subscriptions, &is_gone);
-    let _ = both.stream().shutdown(Shutdown::Both);
+    both.close();
     let _ = reader.join();
     written
 }

@@ -1,5 +1,6 @@
-//! `teachtree teach SCENE --live`: a person moves the hands, on a page of this machine.
+//! `teachtree teach SCENE --live`: a person moves the hands, on a page of this machine or another one.
 
+use super::others::OthersArgs;
 use super::{Args, stem};
 use crate::base::error::InputError;
 use crate::cli::retarget::{open_robot, touch_forces};
@@ -42,8 +43,10 @@ pub struct LiveArgs {
     #[arg(long, value_name = "FOLDER")]
     camera: Option<PathBuf>,
     /// With --live: the address under which a proxy on this machine shows the page to others with TLS, such as https://teach.example.org
-    #[arg(long, value_name = "ORIGIN", value_parser = origin)]
+    #[arg(long, value_name = "ORIGIN", value_parser = origin, conflicts_with = "host")]
     behind: Option<String>,
+    #[command(flatten)]
+    others: OthersArgs,
 }
 
 impl LiveArgs {
@@ -58,6 +61,7 @@ impl LiveArgs {
             ("--rules", !self.rules.is_empty()),
             ("--camera", self.camera.is_some()),
             ("--behind", self.behind.is_some()),
+            ("--host", self.others.is_given()),
         ];
         match given.into_iter().find(|(_, is_given)| *is_given && !self.live) {
             Some((name, _)) => Err(InputError::new(name, "is an option of --live, which was not given")),
@@ -80,11 +84,16 @@ fn origin(text: &str) -> Result<String, String> {
 pub fn run(args: &Args) -> Result<(), Failure> {
     let scene = super::open_scene(&args.scene)?;
     let mut inputs: Vec<PathBuf> = is_yaml(&args.scene).then(|| PathBuf::from(&args.scene)).into_iter().collect();
-    inputs.extend(args.live.rules.clone());
+    inputs.extend(args.live.rules.iter().chain(args.live.others.files()).cloned());
     let (robot, parts) = open_robot(args.robot.as_deref().unwrap_or(ROBOT))?;
     inputs.extend(parts);
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.csv", stem(&args.scene))));
     output::may_record(&out, &inputs.iter().map(PathBuf::as_path).collect::<Vec<_>>())?;
+    let port = args.live.port.unwrap_or(0);
+    let (server, proof) = match args.live.others.server(port)? {
+        Some((server, proof)) => (server, format!("{proof}\n")),
+        None => (Server::new(port)?.behind(args.live.behind.clone()), String::new()),
+    };
     let rules = args.live.rules.iter().fold(RulesOptions::default(), |options, file| options.file(file));
     let options = Options {
         name: scene.name.clone(),
@@ -96,8 +105,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         perform: Box::new(move |file, progress| perform(file, &rules, &robot, progress)),
     };
     let (teaching, ended) = teaching::begin(options).map_err(|error| in_scene(&args.scene, error))?;
-    let server = Server::new(args.live.port.unwrap_or(0))?.behind(args.live.behind.clone());
-    output::print(&format!("{}\nteach on this page; Ctrl-C ends it\n", server.address()))?;
+    output::print(&format!("{}\nteach on this page; Ctrl-C ends it\n{proof}", server.address()))?;
     on_interrupt({
         let teaching = Arc::clone(&teaching);
         move || {

@@ -1,0 +1,73 @@
+//! The side of a server in TLS, which a reader and a writer share.
+//!
+//! The state of TLS is locked for computations only, never while the system waits: a reader waits for bytes by looking at them (`peek`), a writer sends what
+//! was encrypted after it has let go of the state. Records leave in the order in which they were encrypted, since only the writer whose turn it is encrypts.
+
+use rustls::{ServerConfig, ServerConnection};
+use std::io::{Error, ErrorKind, Read, Result, Write};
+use std::net::TcpStream;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+pub struct Tls(Mutex<ServerConnection>);
+
+impl Tls {
+    pub fn new(config: Arc<ServerConfig>) -> Result<Self> {
+        Ok(Self(Mutex::new(ServerConnection::new(config).map_err(Error::other)?)))
+    }
+
+    fn state(&self) -> MutexGuard<'_, ServerConnection> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reads what was decrypted; there is one reader. `turn` waits for the turn to write, as the handshake and changes of keys need it.
+    pub fn read<T>(&self, mut tcp: &TcpStream, buffer: &mut [u8], turn: impl Fn() -> T) -> Result<usize> {
+        loop {
+            let decrypted = self.state().reader().read(buffer);
+            match decrypted {
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                done => return done,
+            }
+            // Its end counts as something that has come.
+            tcp.peek(&mut [0])?;
+            let mut state = self.state();
+            state.read_tls(&mut tcp)?;
+            let taken = state.process_new_packets();
+            let answers = state.wants_write();
+            drop(state);
+            if answers {
+                let _turn = turn();
+                self.send(tcp)?;
+            }
+            taken.map_err(|error| Error::new(ErrorKind::InvalidData, error))?;
+        }
+    }
+
+    /// Writes all of it, by who has the turn.
+    pub fn write(&self, tcp: &TcpStream, bytes: &[u8]) -> Result<usize> {
+        let mut rest = bytes;
+        while !rest.is_empty() {
+            let taken = self.state().writer().write(rest)?;
+            self.send(tcp)?;
+            rest = rest.get(taken..).filter(|_| taken > 0).ok_or(ErrorKind::WriteZero)?;
+        }
+        Ok(bytes.len())
+    }
+
+    /// Says that nothing more comes, by who has the turn.
+    pub fn close(&self, tcp: &TcpStream) {
+        self.state().send_close_notify();
+        // The other side may be gone already.
+        let _ = self.send(tcp);
+    }
+
+    /// Sends what is encrypted, by who has the turn.
+    fn send(&self, mut tcp: &TcpStream) -> Result<()> {
+        let mut records = Vec::new();
+        let mut state = self.state();
+        while state.wants_write() {
+            state.write_tls(&mut records)?;
+        }
+        drop(state);
+        tcp.write_all(&records)
+    }
+}
