@@ -227,7 +227,7 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
             .map(|joint| json!({"axis": three(&joint.axis), "dof": joint.dof, "ratio": joint.ratio}));
         let capsules = link.solids.iter().filter_map(|solid| match solid {
             CollisionShape::Capsule(from, to, radius) => Some(json!([three(&from.coords), three(&to.coords), radius])),
-            CollisionShape::Box(..) => None,
+            CollisionShape::Box(..) | CollisionShape::Piece(..) => None,
         });
         json!({
             "parent": link.parent,
@@ -252,7 +252,7 @@ fn described_hand(robot: &Robot, hand: &HandModel) -> Value {
         CollisionShape::Box(pose, half) => {
             Some(json!({"at": three(&pose.translation.vector), "turned": four(&pose.rotation), "half": three(half)}))
         }
-        CollisionShape::Capsule(..) => None,
+        CollisionShape::Capsule(..) | CollisionShape::Piece(..) => None,
     });
     json!({
         "links": links.collect::<Vec<_>>(),

@@ -11,6 +11,7 @@ pub mod duplex;
 pub mod easing;
 pub mod error;
 pub mod geometry;
+pub(crate) mod guard;
 pub mod hands;
 pub mod json;
 pub mod log_channel;

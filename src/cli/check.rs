@@ -107,8 +107,8 @@ fn other(file: &Path) -> Result<String, InputError> {
         return Err(InputError::new(place, message)
             .help("name it `NAME.scene.yaml`, `NAME.operator.yaml`, `NAME.binding.yaml` or `NAME.robot.yaml`"));
     };
-    inputs::read(kind, file, &text)?;
-    Ok(format!("{place}: {}, without errors\n", kind.name()))
+    let more = inputs::read(kind, file, &text)?;
+    Ok(format!("{place}: {}{more}, without errors\n", kind.name()))
 }
 
 /// What is wrong with a YAML file as a finding: at its line, to the end of it.

@@ -2,6 +2,8 @@
 
 use crate::base::error::InputError;
 use crate::base::yaml;
+#[cfg(feature = "world")]
+use crate::robot::{self, CollisionShape, Link, Robot};
 use crate::session::{Error, Scene};
 use crate::stream::bind::BindingFile;
 use crate::stream::read::text;
@@ -58,26 +60,49 @@ pub fn kind(path: &Path, text: &str) -> Option<Kind> {
     }
 }
 
-/// Reads a text as a file of its kind.
+/// Reads a text as a file of its kind; returns what there is to say of it.
 ///
 /// # Errors
 /// The first thing that is wrong, at `file:line:column` where that is known.
-pub fn read(kind: Kind, path: &Path, text: &str) -> Result<(), InputError> {
+pub fn read(kind: Kind, path: &Path, text: &str) -> Result<String, InputError> {
     let name = path.display().to_string();
     match kind {
-        Kind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input),
-        Kind::Binding => BindingFile::parse(text.into(), name).map(drop),
+        Kind::Scene => Scene::parse(&name, text).map(drop).map_err(Error::into_input)?,
+        Kind::Binding => BindingFile::parse(text.into(), name).map(drop)?,
         #[cfg(feature = "world")]
-        Kind::Operator => crate::world::Operator::read(text, &name).map(drop),
+        Kind::Operator => crate::world::Operator::read(text, &name).map(drop)?,
         #[cfg(feature = "world")]
-        Kind::Robot => {
-            let text_of = |file: &str| match file == name {
-                true => Ok(text.into()),
-                false => text::read(Path::new(file), crate::robot::MAX_BYTES),
-            };
-            crate::robot::open(&name, &text_of).map(drop)
-        }
+        Kind::Robot => return Ok(pieces(&robot(&name, text, true)?)),
     }
+    Ok(String::new())
+}
+
+/// How many convex pieces the meshes of a robot became.
+#[cfg(feature = "world")]
+fn pieces(robot: &Robot) -> String {
+    let rounded = |shape: &CollisionShape| match shape {
+        CollisionShape::Piece(_, polytope) => Some(polytope.radius),
+        _ => None,
+    };
+    let of = |link: &Link| link.solids.iter().filter_map(rounded).collect::<Vec<f64>>();
+    let links: Vec<Vec<f64>> = robot.tree.links.iter().map(of).filter(|pieces| !pieces.is_empty()).collect();
+    if links.is_empty() {
+        return String::new();
+    }
+    let count = links.iter().map(Vec::len).sum::<usize>();
+    let most = links.concat().into_iter().fold(0.0, f64::max) * 1e3;
+    format!(" with meshes on {} links in {count} convex pieces, rounded by {most:.1} mm at most", links.len())
+}
+
+/// Reads a text as a robot file, with its meshes or without them.
+#[cfg(feature = "world")]
+fn robot(name: &str, text: &str, meshes: bool) -> Result<Robot, InputError> {
+    let text_of = |file: &str| match file == name {
+        true => Ok(text.into()),
+        false => text::read(Path::new(file), robot::MAX_BYTES),
+    };
+    let bytes_of = |file: &Path| text::bytes(file, robot::MAX_MESH_BYTES);
+    if meshes { robot::open_with_meshes(name, &text_of, &bytes_of) } else { robot::open(name, &text_of) }
 }
 
 /// The text of a file.
@@ -90,5 +115,10 @@ pub fn text(path: &Path) -> Result<String, InputError> {
 
 /// What is wrong with a text that an editor shows; nothing where it is of no kind that is known here.
 pub fn wrong(path: &Path, text: &str) -> Option<InputError> {
-    read(kind(path, text)?, path, text).err()
+    match kind(path, text)? {
+        // An editor asks after each change: meshes would take too long.
+        #[cfg(feature = "world")]
+        Kind::Robot => robot(&path.display().to_string(), text, false).err(),
+        kind => read(kind, path, text).err(),
+    }
 }

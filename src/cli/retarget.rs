@@ -117,10 +117,18 @@ fn too_hard(commands: &Commands, robot: &Robot) -> String {
 /// The robot of this name, or in this file, with all the files that it was read from.
 pub fn open_robot(name: &str) -> Result<(Robot, Vec<PathBuf>), InputError> {
     let files = RefCell::new(Vec::new());
-    let robot = robot::open(name, &|file| {
+    let text_of = |file: &str| {
         files.borrow_mut().push(PathBuf::from(file));
         text::read(Path::new(file), robot::MAX_BYTES)
-    })?;
+    };
+    let bytes_of = |file: &Path| {
+        let bytes = text::bytes(file, robot::MAX_MESH_BYTES)?;
+        if bytes.is_some() {
+            files.borrow_mut().push(file.into());
+        }
+        Ok(bytes)
+    };
+    let robot = robot::open_with_meshes(name, &text_of, &bytes_of)?;
     Ok((robot, files.into_inner()))
 }
 

@@ -6,3 +6,5 @@ pub const SPEEDS_UP_S: f64 = 0.25;
 pub const MAX_LINKS: usize = 256;
 /// No link has more shapes.
 pub const MAX_SOLIDS: usize = 64;
+/// No robot has more meshes.
+pub const MAX_MESHES: usize = 512;

@@ -1,6 +1,8 @@
 //! Robot descriptions: trees of links and joints with their forward kinematics, and URDF, the format that describes them.
 
 pub mod limits;
+pub mod mesh;
+pub mod polytope;
 pub mod shape;
 pub mod tree;
 pub mod urdf;

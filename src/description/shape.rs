@@ -1,38 +1,59 @@
-//! The shapes of links: bars with round ends and boxes, their masses, and the gaps between them.
+//! The shapes of links: bars with round ends, boxes and convex pieces of meshes, their masses, and the gaps between them.
 //!
 //! Shapes are convex: the nearest points of two are found by going to and fro between them, each time to the nearest point of the other one (W. Cheney and
 //! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959).
 
-use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
+use super::polytope::Polytope;
+use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
+use std::sync::Arc;
 
 /// Gaps take at most so many steps to and fro, until a step is shorter than this, m.
 const STEPS: usize = 200;
 pub(crate) const SHORT_M: f64 = 1e-6;
 
 /// A shape of a link.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
     /// A round bar from one point to the other, m, and its radius.
     Capsule(Point3<f64>, Point3<f64>, f64),
     /// A box about a pose with these half edges, m.
     Box(Isometry3<f64>, Vector3<f64>),
+    /// A convex piece of a mesh at a pose.
+    Piece(Isometry3<f64>, Arc<Polytope>),
 }
 
 impl CollisionShape {
     /// Returns the same shape in the frame in which its own frame is `pose`.
     pub fn moved(&self, pose: &Isometry3<f64>) -> Self {
-        match *self {
-            Self::Capsule(from, to, radius) => Self::Capsule(pose * from, pose * to, radius),
-            Self::Box(at, half) => Self::Box(pose * at, half),
+        match self {
+            Self::Capsule(from, to, radius) => Self::Capsule(pose * from, pose * to, *radius),
+            Self::Box(at, half) => Self::Box(pose * at, *half),
+            Self::Piece(at, polytope) => Self::Piece(pose * at, polytope.clone()),
         }
     }
 
-    /// Returns the distance of a point, m; negative in bars, zero in boxes.
+    /// Returns a box about the shape that is at least as large: the frame of its middle, and its half edges, m.
+    pub fn bounding_box(&self) -> (Isometry3<f64>, Vector3<f64>) {
+        match self {
+            Self::Capsule(from, to, radius) => {
+                let turn = UnitQuaternion::rotation_between(&Vector3::z(), &(to - from)).unwrap_or_default();
+                let half = Vector3::new(*radius, *radius, (to - from).norm() / 2.0 + radius);
+                (Isometry3::from_parts(nalgebra::center(from, to).into(), turn), half)
+            }
+            Self::Box(at, half) => (*at, *half),
+            Self::Piece(at, polytope) => {
+                let (middle, half) = polytope.bounding_box;
+                (at * middle, half.add_scalar(polytope.radius))
+            }
+        }
+    }
+
+    /// Returns the distance of a point, m; negative in round shapes, zero in boxes.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         (self.nearest(point) - point).norm() - self.radius()
     }
 
-    /// Returns the gap to another shape, m; negative for bars that are in something by up to their radius, zero for boxes that overlap.
+    /// Returns the gap to another shape, m; negative for round shapes that are in something by up to their radius, zero for boxes that overlap.
     pub fn gap(&self, other: &Self) -> f64 {
         let mut at = self.begin(other);
         let mut there = other.nearest(&at);
@@ -52,6 +73,10 @@ impl CollisionShape {
         match self {
             Self::Capsule(from, to, radius) => (nalgebra::center(from, to), (to - from).norm() / 2.0 + radius),
             Self::Box(at, half) => (at.translation.vector.into(), half.norm()),
+            Self::Piece(at, polytope) => {
+                let (center, radius) = polytope.bounding_ball();
+                (at * center, radius)
+            }
         }
     }
 
@@ -74,6 +99,7 @@ impl CollisionShape {
         match self {
             Self::Capsule(from, to, _) => nalgebra::center(from, to),
             Self::Box(at, _) => at.translation.vector.into(),
+            Self::Piece(at, polytope) => at * Point3::from(polytope.bounding_box.0.translation.vector),
         }
     }
 
@@ -82,6 +108,7 @@ impl CollisionShape {
         match self {
             Self::Capsule(_, _, radius) => *radius,
             Self::Box(..) => 0.0,
+            Self::Piece(_, polytope) => polytope.radius,
         }
     }
 
@@ -97,13 +124,14 @@ impl CollisionShape {
                 let own = at.inverse_transform_point(to).coords;
                 at * Point3::from(own.zip_map(half, |value, half| value.clamp(-half, half)))
             }
+            Self::Piece(at, polytope) => at * polytope.nearest(&at.inverse_transform_point(to)),
         }
     }
 
     /// Volume, m^3, centre, and inertia about the centre for a density of 1 kg/m^3.
     pub fn mass_properties(&self) -> (f64, Point3<f64>, Matrix3<f64>) {
         use std::f64::consts::PI;
-        match *self {
+        match self {
             Self::Capsule(from, to, radius) => {
                 let along = to - from;
                 let length = along.norm();
@@ -117,7 +145,7 @@ impl CollisionShape {
                 let axis = along.try_normalize(1e-12).unwrap_or_else(Vector3::x);
                 let outer = axis * axis.transpose();
                 let inertia = Matrix3::identity() * across + outer * (about - across);
-                (cylinder + ball, nalgebra::center(&from, &to), inertia)
+                (cylinder + ball, nalgebra::center(from, to), inertia)
             }
             Self::Box(pose, half) => {
                 let volume = 8.0 * half.x * half.y * half.z;
@@ -125,6 +153,11 @@ impl CollisionShape {
                 let own = Matrix3::from_diagonal(&Vector3::new(y2 + z2, x2 + z2, x2 + y2)) * (volume / 3.0);
                 let turn = pose.rotation.to_rotation_matrix();
                 (volume, pose.translation.vector.into(), turn * own * turn.inverse())
+            }
+            Self::Piece(at, polytope) => {
+                let (volume, center, own) = polytope.mass_properties();
+                let turn = at.rotation.to_rotation_matrix();
+                (volume, at * center, turn * own * turn.inverse())
             }
         }
     }

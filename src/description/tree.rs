@@ -3,8 +3,10 @@
 //! INVARIANT (parents first): the parent of a link stands before it. A coupled joint turns by `ratio` times a degree of freedom that
 //! another joint turns by once, so a column of a Jacobian is a sum over the joints of that degree of freedom.
 
+use super::mesh::Mesh;
 use super::shape::CollisionShape;
 use nalgebra::{DVector, Isometry3, Matrix3, Matrix6xX, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use std::sync::Arc;
 
 /// Links and the degrees of freedom that move them.
 #[derive(Clone, Debug, Default)]
@@ -34,6 +36,8 @@ pub struct Link {
     pub inertia: Matrix3<f64>,
     /// What it is made of, link frame.
     pub solids: Vec<CollisionShape>,
+    /// What it looks like, link frame; `None` where its shapes are drawn.
+    pub look: Option<Arc<Mesh>>,
 }
 
 impl Link {
@@ -48,6 +52,7 @@ impl Link {
             centre: Point3::origin(),
             inertia: Matrix3::zeros(),
             solids,
+            look: None,
         }
     }
 }

@@ -1,9 +1,10 @@
 //! URDF: the text of a robot description in, a tree of links and joints out; the only file that names the XML crate.
 //!
 //! Read are joints (revolute, continuous, prismatic, fixed; `mimic`), their limits, also soft ones, masses and inertias, and collision shapes that are boxes,
-//! cylinders (as bars with round ends) and balls. Meshes are passed over. Where a joint says nothing of its motor, a small one is taken.
+//! cylinders (as bars with round ends) and balls. Of meshes the names are given. Where a joint says nothing of its motor, a small one is taken.
 
-use super::limits::{MAX_LINKS, MAX_SOLIDS, SPEEDS_UP_S};
+use super::limits::{MAX_LINKS, MAX_MESHES, MAX_SOLIDS, SPEEDS_UP_S};
+use super::mesh::{MeshName, MeshUse};
 use super::shape::{CollisionShape, inertia_of};
 use super::tree::{Dof, Joint, Kind, KinematicTree, Link};
 use crate::base::error::InputError;
@@ -23,11 +24,19 @@ const USUAL_TORQUE: f64 = 1.0;
 const USUAL_SPEED: f64 = 6.0;
 const USUAL_ARMATURE: f64 = 2e-4;
 
-/// Reads a URDF text; `file` is its name in errors.
+/// Reads a URDF text without its meshes; `file` is its name in errors.
 ///
 /// # Errors
 /// What is wrong with it, at its line.
 pub fn read(text: &str, file: &str) -> Result<KinematicTree, InputError> {
+    Ok(with_meshes(text, file)?.0)
+}
+
+/// Reads a URDF text, and the names of the meshes that its links have.
+///
+/// # Errors
+/// What is wrong with it, at its line.
+pub fn with_meshes(text: &str, file: &str) -> Result<(KinematicTree, Vec<MeshName>), InputError> {
     if text.len() > MAX_BYTES {
         return Err(InputError::new(file, format!("the file has {} bytes, at most {MAX_BYTES} are read", text.len())));
     }
@@ -86,9 +95,13 @@ fn children<'a>(node: Node<'a, 'a>, name: &'static str) -> impl Iterator<Item = 
 }
 
 impl<'a> Reader<'a> {
-    fn error(&self, node: Node<'_, '_>, message: String) -> InputError {
+    fn place(&self, node: Node<'_, '_>) -> String {
         let at = self.document.text_pos_at(node.range().start);
-        InputError::new(format!("{}:{}:{}", self.file, at.row, at.col), message)
+        format!("{}:{}:{}", self.file, at.row, at.col)
+    }
+
+    fn error(&self, node: Node<'_, '_>, message: String) -> InputError {
+        InputError::new(self.place(node), message)
     }
 
     fn name(&self, node: Node<'a, 'a>, key: &str) -> Result<&'a str, InputError> {
@@ -123,7 +136,7 @@ impl<'a> Reader<'a> {
         Ok(Isometry3::from_parts(Translation3::new(x, y, z), turn))
     }
 
-    fn tree(&self, root: Node<'a, 'a>) -> Result<KinematicTree, InputError> {
+    fn tree(&self, root: Node<'a, 'a>) -> Result<(KinematicTree, Vec<MeshName>), InputError> {
         let mut links: Vec<(Node<'a, 'a>, &'a str)> = Vec::new();
         for node in children(root, "link") {
             let name = self.name(node, "name")?;
@@ -161,6 +174,7 @@ impl<'a> Reader<'a> {
             return Err(self.error(root, "no link is the root: the tree does not close".into()));
         };
         let mut tree = KinematicTree { links: Vec::new(), dofs: self.dofs(&joints)? };
+        let mut meshes = Vec::new();
         let mut order = vec![*top];
         let mut at = 0;
         while let Some(&name) = order.get(at) {
@@ -172,6 +186,7 @@ impl<'a> Reader<'a> {
                 link.joint = self.joint(*joint, &tree.dofs)?;
                 link.parent_from_joint = self.origin(*joint)? * self.offset(*joint, link.joint.as_ref())?;
             }
+            self.meshes(node, at, &mut meshes)?;
             tree.links.push(link);
             at += 1;
         }
@@ -180,7 +195,29 @@ impl<'a> Reader<'a> {
                 self.error(*node, format!("the link `{name}` does not hang on `{top}`: the tree does not close"))
             );
         }
-        Ok(tree)
+        Ok((tree, meshes))
+    }
+
+    /// The meshes of a link.
+    fn meshes(&self, node: Node<'a, 'a>, link: usize, meshes: &mut Vec<MeshName>) -> Result<(), InputError> {
+        for (element, usage) in [("collision", MeshUse::Clearance), ("visual", MeshUse::Picture)] {
+            for part in children(node, element) {
+                let at = self.origin(part)?;
+                let named = children(part, "geometry").flat_map(|geometry| children(geometry, "mesh"));
+                for mesh in named {
+                    if meshes.len() == MAX_MESHES {
+                        return Err(self.error(mesh, format!("there are more than {MAX_MESHES} meshes")));
+                    }
+                    let scale = self.three(mesh, "scale", [1.0; 3])?;
+                    if scale.contains(&0.0) {
+                        return Err(self.error(mesh, "`scale` has a 0, expected three factors".into()));
+                    }
+                    let (file, scale) = (self.name(mesh, "filename")?.to_string(), scale.into());
+                    meshes.push(MeshName { link, usage, file, scale, at, place: self.place(mesh) });
+                }
+            }
+        }
+        Ok(())
     }
 
     fn dofs(&self, joints: &[(Node<'a, 'a>, &str, &str)]) -> Result<Vec<Dof>, InputError> {

@@ -14,6 +14,8 @@ pub mod model;
 pub mod planning;
 pub mod simulation;
 
+pub use crate::description::mesh::Mesh;
+pub use crate::description::polytope::Polytope;
 pub use crate::description::shape::CollisionShape;
 pub use crate::description::tree::{Dof, Joint, Kind, KinematicTree, Link};
 pub use grasp::{GraspCandidate, Mapper};
@@ -23,9 +25,10 @@ pub use kinematics::joint_positions::{JointPositions, MAX_DOFS, REACHED_M, Reach
 pub use model::file::read;
 #[cfg(feature = "schemas")]
 pub use model::file::schema;
-pub use model::file::{MAX_BYTES, open};
+pub use model::file::{MAX_BYTES, open, open_with_meshes};
 pub use model::gripper::{Jaw, Jaws};
 pub use model::hand::HandModel;
+pub use model::mesh::MAX_BYTES as MAX_MESH_BYTES;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
 pub use planning::hand_over::map;

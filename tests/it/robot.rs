@@ -8,6 +8,7 @@ mod goals;
 mod grasping;
 mod gripper;
 mod kinematics;
+mod meshes;
 mod motion;
 mod passing;
 mod searching;

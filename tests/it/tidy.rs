@@ -36,10 +36,16 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("pest", &["src/language/"]),
     ("serde_yaml", &["src/base/yaml.rs"]),
     ("rapier3d", &["src/world/"]),
-    ("parry3d", &["src/world/", "src/robot/grasp/clearance.rs"]),
+    ("parry3d", &["src/world/", "src/robot/grasp/clearance.rs", "src/robot/model/mesh/pieces.rs"]),
+    ("mesh_loader", &["src/robot/model/mesh/formats.rs"]),
     (
         "roxmltree",
-        &["src/description/urdf.rs", "src/stream/read/formats/hdf5/mujoco.rs", "src/stream/read/labels/eaf.rs"],
+        &[
+            "src/description/urdf.rs",
+            "src/robot/model/mesh/collada.rs",
+            "src/stream/read/formats/hdf5/mujoco.rs",
+            "src/stream/read/labels/eaf.rs",
+        ],
     ),
     ("rand", &["src/world/"]),
     ("parquet", &["src/stream/read/formats/"]),

@@ -135,6 +135,11 @@ function facesOf(part) {
     }
     return [...faces, { corners: top, edges: [] }, { corners: bottom, edges: [] }];
   }
+  if (part.shape === "mesh") {
+    const corner = (at) => place([0, 1, 2].map((axis) => part.points[3 * at + axis] / 1e4)), faces = [];
+    for (let at = 0; at < part.faces.length; at += 3) faces.push({ corners: part.faces.slice(at, at + 3).map(corner), edges: [] });
+    return faces;
+  }
   return [];
 }
 
@@ -143,7 +148,7 @@ function reachOf(body, direction) {
   const of = (part) => {
     const way = turned(rotationOf([part.turned[0], -part.turned[1], -part.turned[2], -part.turned[3]]), direction);
     const [a, b] = part.size;
-    const own = part.shape === "box" ? (Math.abs(way[0]) * a + Math.abs(way[1]) * b + Math.abs(way[2]) * part.size[2]) / 2
+    const own = part.shape === "box" || part.shape === "mesh" ? (Math.abs(way[0]) * a + Math.abs(way[1]) * b + Math.abs(way[2]) * part.size[2]) / 2
       : part.shape === "cylinder" ? Math.hypot(way[0], way[1]) * a + Math.abs(way[2]) * b / 2 : a;
     return dot(part.at, direction) + own;
   };

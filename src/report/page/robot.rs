@@ -6,10 +6,10 @@ use crate::base::geometry::pose;
 use crate::base::scene::Role;
 use crate::command::Commands;
 use crate::report::palette::{self, TASKS};
-use crate::robot::CollisionShape;
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::trace::{Limb, Moment, Trace};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use crate::robot::{CollisionShape, Link, Mesh};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -179,11 +179,15 @@ impl<'t> Frames<'t> {
                 links.into_iter().map(|link| stance.root * link).collect()
             })
             .collect();
-        let links = limb.robot.tree.links.iter().enumerate().filter(|(_, link)| !link.solids.is_empty());
+        let drawn = |link: &Link| !link.solids.is_empty() || link.look.is_some();
+        let links = limb.robot.tree.links.iter().enumerate().filter(|(_, link)| drawn(link));
         links
             .map(|(at, link)| {
                 let poses: Vec<Isometry3<f64>> = all.iter().filter_map(|links| links.get(at).copied()).collect();
-                let parts: Vec<Value> = link.solids.iter().flat_map(solid).collect();
+                let parts: Vec<Value> = match &link.look {
+                    Some(look) => vec![mesh(look.points.iter().copied(), &look.triangles)],
+                    None => link.solids.iter().flat_map(solid).collect(),
+                };
                 json!({ "name": link.name, "role": "robot", "radius": 0.01, "parts": parts, "pose": self.pose(&poses) })
             })
             .collect()
@@ -281,6 +285,20 @@ impl<'t> Frames<'t> {
     }
 }
 
+/// Triangles as a part of a body; its size is that of a box about it.
+fn mesh(points: impl Iterator<Item = Point3<f64>>, triangles: &[[usize; 3]]) -> Value {
+    let points: Vec<Point3<f64>> = points.collect();
+    let [low, high] = Mesh { points: points.clone(), triangles: Vec::new() }.bounds();
+    let (middle, size) = ((low + high) / 2.0, high - low);
+    // Tenths of a millimeter about the middle.
+    let tenths = |point: &Point3<f64>| (point.coords - middle).map(|at| (at * 1e4).round() as i64);
+    let points: Vec<i64> = points.iter().flat_map(|point| <[i64; 3]>::from(tenths(point))).collect();
+    let [size, at] = [size, middle].map(|all| [all.x, all.y, all.z].map(rounded));
+    json!({
+        "shape": "mesh", "size": size, "at": at, "turned": [1, 0, 0, 0], "points": points, "faces": triangles.concat(),
+    })
+}
+
 /// A shape of a link as parts of a body: a bar is a cylinder with a ball at each end.
 fn solid(solid: &CollisionShape) -> Vec<Value> {
     let part = |shape: &str, size: &[f64], at: &Isometry3<f64>| {
@@ -291,6 +309,9 @@ fn solid(solid: &CollisionShape) -> Vec<Value> {
     };
     match solid {
         CollisionShape::Box(at, half) => vec![part("box", &[2.0 * half.x, 2.0 * half.y, 2.0 * half.z], at)],
+        CollisionShape::Piece(at, polytope) => {
+            vec![mesh(polytope.points.iter().map(|point| at * point), &polytope.triangles)]
+        }
         CollisionShape::Capsule(from, to, radius) => {
             let way = to - from;
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), &way).unwrap_or_default();

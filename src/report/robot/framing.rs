@@ -108,7 +108,8 @@ fn of_hand(limb: &Limb, poses: &[Isometry3<f64>]) -> Bounds {
 fn corners(solid: &CollisionShape, pose: &Isometry3<f64>) -> Vec<(Point3<f64>, f64)> {
     match solid {
         CollisionShape::Capsule(from, to, radius) => vec![(pose * from, *radius), (pose * to, *radius)],
-        CollisionShape::Box(at, half) => {
+        CollisionShape::Box(..) | CollisionShape::Piece(..) => {
+            let (at, half) = solid.bounding_box();
             let signs =
                 (0..8).map(|corner: u8| Vector3::from([0, 1, 2].map(|axis| f64::from(corner >> axis & 1) * 2.0 - 1.0)));
             signs.map(|sign| (pose * at * Point3::from(half.component_mul(&sign)), 0.0)).collect()

@@ -4,8 +4,8 @@ use super::framing::{self, Framing, WIDTH, is_of_hand, poses};
 use crate::base::geometry::pose;
 use crate::base::scene::{Body, Role, Shape};
 use crate::report::svg::length;
-use crate::robot::CollisionShape;
 use crate::robot::simulation::trace::{Moment, Trace};
+use crate::robot::{CollisionShape, Polytope};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A round body has this many sides.
@@ -59,6 +59,7 @@ pub(super) fn picture(trace: &Trace, moment: &Moment, object: &str, framing: Fra
                 match solid {
                     CollisionShape::Capsule(from, to, radius) => view.capsule(pose * from, pose * to, *radius, paint),
                     CollisionShape::Box(at, half) => view.cuboid(&(pose * at), half, Some(paint)),
+                    CollisionShape::Piece(at, polytope) => view.piece(&(pose * at), polytope, paint),
                 }
             }
         }
@@ -145,6 +146,16 @@ impl View {
                 normal[axis] = side;
                 let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
                 self.face(&corners, &(at.rotation * normal), paint);
+            }
+        }
+    }
+
+    fn piece(&mut self, at: &Isometry3<f64>, polytope: &Polytope, paint: Paint) {
+        for triangle in &polytope.triangles {
+            let corners = triangle.map(|corner| at * polytope.points[corner]);
+            let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+            if let Some(normal) = normal.try_normalize(0.0) {
+                self.face(&corners, &normal, Some(paint));
             }
         }
     }

@@ -1,16 +1,18 @@
-//! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and the only place here that names parry.
+//! Gaps between hand, object and obstacles on their exact shapes: the last check of a grasp, and one of two places here that name parry.
 
 use super::problem::{CLEAR_M, Wanted};
 use crate::base::hands::Finger;
 use crate::base::scene::{Body, Shape};
+use crate::description::polytope::Polytope;
 use crate::description::shape::CollisionShape;
 use crate::robot::kinematics::finger::FingerModel;
-use crate::robot::kinematics::joint_positions::JointPositions;
+use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use parry3d::math::{Pose, Vector};
 use parry3d::query;
 use parry3d::shape::SharedShape;
+use std::sync::Arc;
 
 /// Overlaps are looked for up to this gap, m.
 const NEAR_M: f64 = 0.05;
@@ -40,6 +42,8 @@ pub(super) struct Shapes {
     object: Vec<(Pose, SharedShape)>,
     obstacles: Vec<(Pose, SharedShape)>,
     palm: Vec<CollisionShape>,
+    /// The pieces of meshes that the hand has, each with the same for parry.
+    pieces: Vec<(Arc<Polytope>, SharedShape)>,
 }
 
 impl Shapes {
@@ -50,6 +54,7 @@ impl Shapes {
             object: shapes(wanted.object, &Isometry3::identity()),
             obstacles: obstacles.collect(),
             palm: hand.palm_solids.clone(),
+            pieces: pieces(hand),
         }
     }
 
@@ -60,20 +65,23 @@ impl Shapes {
         fingers: &[(&FingerModel, JointPositions)],
     ) -> Clearance {
         let mut clearance = Clearance { object: NEAR_M, obstacles: NEAR_M, fingers: NEAR_M };
-        let mut links: Vec<(Finger, Pose, SharedShape)> = self
-            .palm
-            .iter()
-            .map(|solid| shape(object_from_palm, solid))
-            .map(|(at, it)| (Finger::Palm, at, it))
-            .collect();
+        let mut links: Vec<(Finger, Pose, SharedShape)> = Vec::new();
+        let mut touching = Vec::new();
+        for solid in &self.palm {
+            let (at, it) = self.shape(object_from_palm, solid);
+            links.push((Finger::Palm, at, it));
+        }
         for (finger, angles) in fingers {
-            for (_, solid) in finger.solids(&finger.posture(angles)) {
-                let (at, it) = shape(object_from_palm, &solid);
+            for (index, (_, solid)) in finger.solids(&finger.posture(angles)).enumerate() {
+                let (at, it) = self.shape(object_from_palm, &solid);
+                if finger.touches(index) {
+                    touching.push(links.len());
+                }
                 links.push((finger.finger, at, it));
             }
         }
-        for (_, at, link) in &links {
-            for (other_at, other) in &self.object {
+        for (index, (_, at, link)) in links.iter().enumerate() {
+            for (other_at, other) in self.object.iter().filter(|_| !touching.contains(&index)) {
                 clearance.object = clearance.object.min(gap(at, link, other_at, other));
             }
             for (other_at, other) in &self.obstacles {
@@ -91,6 +99,28 @@ impl Shapes {
         clearance
     }
 
+    fn shape(&self, object_from_palm: &Isometry3<f64>, solid: &CollisionShape) -> (Pose, SharedShape) {
+        let at = |point: &Point3<f64>| vector(point.coords);
+        match solid {
+            CollisionShape::Capsule(from, to, radius) => {
+                (parry_pose(object_from_palm), SharedShape::capsule(at(from), at(to), *radius))
+            }
+            CollisionShape::Box(pose, half) => {
+                (parry_pose(&(object_from_palm * pose)), SharedShape::cuboid(half.x, half.y, half.z))
+            }
+            CollisionShape::Piece(pose, polytope) => {
+                match self.pieces.iter().find(|(known, _)| Arc::ptr_eq(known, polytope)) {
+                    Some((_, shape)) => (parry_pose(&(object_from_palm * pose)), shape.clone()),
+                    // A piece of which parry makes no shape is the box about it.
+                    None => {
+                        let (middle, half) = solid.bounding_box();
+                        (parry_pose(&(object_from_palm * middle)), SharedShape::cuboid(half.x, half.y, half.z))
+                    }
+                }
+            }
+        }
+    }
+
     /// How far the palm is from the object and from the obstacles, m: zero when it is in them, infinite when there are none.
     pub(super) fn palm(&self, object_from_palm: &Isometry3<f64>) -> [f64; 2] {
         [&self.object, &self.obstacles].map(|others| {
@@ -98,7 +128,7 @@ impl Shapes {
                 let to = |(other_at, other): &(Pose, SharedShape)| query::distance(&at, &*palm, other_at, &**other);
                 others.iter().filter_map(|other| Some(to(other).ok()?.distance)).fold(f64::INFINITY, f64::min)
             };
-            self.palm.iter().map(|solid| shape(object_from_palm, solid)).map(to_all).fold(f64::INFINITY, f64::min)
+            self.palm.iter().map(|solid| self.shape(object_from_palm, solid)).map(to_all).fold(f64::INFINITY, f64::min)
         })
     }
 }
@@ -119,16 +149,20 @@ fn parry_pose(pose: &Isometry3<f64>) -> Pose {
     Pose::from_parts(vector(pose.translation.vector), pose.rotation.into())
 }
 
-fn shape(object_from_palm: &Isometry3<f64>, solid: &CollisionShape) -> (Pose, SharedShape) {
-    let at = |point: &Point3<f64>| vector(point.coords);
-    match solid {
-        CollisionShape::Capsule(from, to, radius) => {
-            (parry_pose(object_from_palm), SharedShape::capsule(at(from), at(to), *radius))
-        }
-        CollisionShape::Box(pose, half) => {
-            (parry_pose(&(object_from_palm * pose)), SharedShape::cuboid(half.x, half.y, half.z))
-        }
+/// The pieces of meshes of a hand for parry.
+fn pieces(hand: &HandModel) -> Vec<(Arc<Polytope>, SharedShape)> {
+    let mut all = hand.palm_solids.clone();
+    for finger in &hand.fingers {
+        all.extend(finger.solids(&finger.posture(&[0.0; MAX_DOFS])).map(|(_, solid)| solid));
     }
+    let piece = |solid: CollisionShape| {
+        let CollisionShape::Piece(_, polytope) = solid else { return None };
+        let points = polytope.points.iter().map(|point| vector(point.coords)).collect();
+        let triangles: Vec<_> = polytope.triangles.iter().map(|triangle| triangle.map(|at| at as u32)).collect();
+        let shape = SharedShape::round_convex_mesh(points, &triangles, polytope.radius);
+        Some((polytope, shape?))
+    };
+    all.into_iter().filter_map(piece).collect()
 }
 
 fn shapes(body: &Body, object_from_body: &Isometry3<f64>) -> Vec<(Pose, SharedShape)> {

@@ -323,7 +323,8 @@ impl<'a> Cost<'a> {
     fn overlaps(&self, scene: &[Seen], bar: &Bar, mut each: impl FnMut(&Seen, Point3<f64>, f64)) {
         let kept = MARGIN_M + self.away;
         let (middle, around) = bar.around();
-        for part in scene.iter().filter(|part| part.distance(&middle) < around + kept) {
+        let own = if bar.touches { self.own } else { 0 };
+        for part in scene.iter().skip(own).filter(|part| part.distance(&middle) < around + kept) {
             for ball in bar.balls() {
                 let over = bar.radius + kept - part.distance(&ball);
                 if over > 0.0 {

@@ -68,7 +68,7 @@ pub(crate) fn body(hand: &HandModel, object_from_palm: &Isometry3<f64>, angles: 
     }
 }
 
-/// A bar is a cylinder between two balls.
+/// A bar is a cylinder between two balls, and a piece of a mesh the box about it.
 fn parts(solid: &CollisionShape) -> Vec<Part> {
     let part = |shape: Shape, at: &Isometry3<f64>| Part {
         shape,
@@ -76,7 +76,8 @@ fn parts(solid: &CollisionShape) -> Vec<Part> {
         turned: [at.rotation.w, at.rotation.i, at.rotation.j, at.rotation.k],
     };
     match *solid {
-        CollisionShape::Box(at, half) => {
+        CollisionShape::Box(..) | CollisionShape::Piece(..) => {
+            let (at, half) = solid.bounding_box();
             vec![part(Shape::Box([half.x, half.y, half.z].map(|half| Quantity(2.0 * half))), &at)]
         }
         CollisionShape::Capsule(from, to, radius) => {

@@ -1,5 +1,6 @@
 //! The hand as balls on strings: quick to compare with shapes and with each other while a search runs.
 
+use crate::description::polytope::Polytope;
 use crate::description::shape::CollisionShape;
 use crate::robot::kinematics::finger::{FingerModel, Posture};
 use crate::robot::kinematics::joint_positions::{JointPositions, MAX_DOFS};
@@ -23,6 +24,8 @@ pub(super) struct Bar {
     pub(super) to: Point3<f64>,
     /// m.
     pub(super) radius: f64,
+    /// Whether it is of the mesh that touches the object: see [`FingerModel::touches`].
+    pub(super) touches: bool,
     /// How many ways from ball to ball there are.
     parts: usize,
 }
@@ -69,6 +72,10 @@ impl HandBeads {
                     palm.extend(shell(half).into_iter().map(|point| pose * point));
                 }
                 CollisionShape::Capsule(from, to, _) => palm.extend([from, to]),
+                CollisionShape::Piece(pose, ref polytope) => {
+                    palm_boxes.push(solid.bounding_box());
+                    palm.extend(surface(polytope).map(|point| pose * point));
+                }
             }
         }
         let sum: Vector3<f64> = palm.iter().map(|point| point.coords).sum();
@@ -117,14 +124,15 @@ pub(super) fn placed(bars: &[Bar], posture: &Posture) -> impl Iterator<Item = Ba
 
 fn bars(finger: &FingerModel) -> Vec<Bar> {
     let at_rest = finger.posture(&[0.0; MAX_DOFS]);
-    let bar = |joint: usize, from: Point3<f64>, to: Point3<f64>, radius: f64| {
-        let parts = ((to - from).norm() / APART_M).ceil().max(1.0) as usize;
-        Bar { joint, from, to, radius, parts }
-    };
-    let bars = finger.solids(&at_rest).filter_map(|(joint, solid)| {
+    let bars = finger.solids(&at_rest).enumerate().filter_map(|(index, (joint, solid))| {
+        let bar = |joint: usize, from: Point3<f64>, to: Point3<f64>, radius: f64| {
+            let parts = ((to - from).norm() / APART_M).ceil().max(1.0) as usize;
+            Bar { joint, from, to, radius, touches: finger.touches(index), parts }
+        };
         Some(match solid.moved(&at_rest.joints.get(joint)?.inverse()) {
             CollisionShape::Capsule(from, to, radius) => bar(joint, from, to, radius),
-            CollisionShape::Box(pose, half) => {
+            solid @ (CollisionShape::Box(..) | CollisionShape::Piece(..)) => {
+                let (pose, half) = solid.bounding_box();
                 // A box is the bar along its longest edge, as thick as the mean of the others.
                 let axis = half.imax();
                 let radius = (half.sum() - half[axis]) / 2.0;
@@ -134,6 +142,21 @@ fn bars(finger: &FingerModel) -> Vec<Bar> {
         })
     });
     bars.collect()
+}
+
+/// Points over the faces of a piece of a mesh: its corners, and points between them.
+fn surface(polytope: &Polytope) -> impl Iterator<Item = Point3<f64>> {
+    let between = polytope.triangles.iter().flat_map(|triangle| {
+        let [a, b, c] = triangle.map(|corner| polytope.points[corner].coords);
+        let longest = (a - b).norm().max((b - c).norm()).max((c - a).norm());
+        let count = (longest / PALM_APART_M).ceil().max(1.0) as usize;
+        let point = move |i: usize, j: usize| {
+            let share = |part: usize| part as f64 / count as f64;
+            Point3::from(a + (b - a) * share(i) + (c - a) * share(j))
+        };
+        (0..count).flat_map(move |i| (0..count - i).map(move |j| point(i, j)))
+    });
+    polytope.points.iter().copied().chain(between)
 }
 
 /// Points over the faces of a box.

@@ -51,6 +51,8 @@ pub struct FingerModel {
     tip: Point3<f64>,
     pad: Vector3<f64>,
     solids: Vec<(usize, CollisionShape)>,
+    /// The first of the shapes of the link with the tip.
+    first_of_tip: usize,
     pub(super) closed: Option<Closed>,
 }
 
@@ -91,6 +93,7 @@ impl FingerModel {
         let mut steps: Vec<Step> = Vec::new();
         let mut dofs: Vec<usize> = Vec::new();
         let mut solids = Vec::new();
+        let mut first_of_tip = 0;
         let mut fixed = Isometry3::identity();
         for &link in &path {
             let link = &tree.links[link];
@@ -104,6 +107,7 @@ impl FingerModel {
                 steps.push(Step { before_from_joint: fixed, axis, kind, local, ratio });
                 fixed = Isometry3::identity();
             }
+            first_of_tip = solids.len();
             if let Some(step) = steps.len().checked_sub(1) {
                 solids.extend(link.solids.iter().map(|solid| (step, solid.moved(&fixed))));
             }
@@ -118,6 +122,7 @@ impl FingerModel {
         let mut finger = Self {
             finger: spec.finger,
             dofs,
+            first_of_tip,
             ranges,
             radius: spec.radius,
             force: spec.force,
@@ -194,6 +199,12 @@ impl FingerModel {
     /// The shapes of its links in a posture, palm frame, with the number of the joint that each hangs at.
     pub fn solids(&self, posture: &Posture) -> impl Iterator<Item = (usize, CollisionShape)> {
         self.solids.iter().filter_map(|(step, solid)| Some((*step, solid.moved(posture.joints.get(*step)?))))
+    }
+
+    /// Whether the shape of this number touches what the finger holds: a piece of the mesh of the link with the tip, out of which the fingertip ball need not stand.
+    pub(crate) fn touches(&self, shape: usize) -> bool {
+        let is_piece = |(_, shape): &(usize, CollisionShape)| matches!(shape, CollisionShape::Piece(..));
+        shape >= self.first_of_tip && self.solids.get(shape).is_some_and(is_piece)
     }
 
     /// The Jacobian of the tip: 3 rows, m/s, palm frame; a column a degree of freedom.

@@ -5,7 +5,7 @@ use crate::description::tree::KinematicTree;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A shape of a limb where it is, with its link and a ball about it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct PlacedShape {
     link: usize,
     shape: CollisionShape,
@@ -23,12 +23,12 @@ pub(crate) struct LimbGap {
 impl PlacedShape {
     /// A shape of a link where it is.
     pub(crate) fn new(link: usize, shape: CollisionShape) -> Self {
-        Self { link, shape, ball: shape.bounding_ball() }
+        Self { link, ball: shape.bounding_ball(), shape }
     }
 
     /// The same, shifted.
     pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
-        Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), ..*self }
+        Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), link: self.link }
     }
 
     /// The gap between the balls about two shapes, m: theirs is no smaller.

@@ -8,6 +8,7 @@
 mod assembly;
 mod joints;
 
+use super::mesh::{self, BytesOf, Meshes, Packages};
 use super::shipped;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
@@ -27,6 +28,7 @@ use indexmap::IndexMap;
 use joints::{JointFile, LimitFile, dofs, limit, made_joint};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde::Deserialize;
+use std::path::Path;
 
 /// The largest robot file that is read, bytes.
 pub const MAX_BYTES: u64 = 4 << 20;
@@ -60,6 +62,12 @@ struct RobotFile {
     /// How it is turned there, quaternion w x y z.
     #[serde(default = "no_turn")]
     turned: [f64; 4],
+    /// Which of its meshes are read.
+    #[serde(default)]
+    meshes: Meshes,
+    /// The folders of packages that its meshes are in, by package, from the folder of this file.
+    #[serde(default)]
+    packages: IndexMap<String, String>,
     /// What the URDF does not say of its joints, by joint.
     #[serde(default)]
     limits: IndexMap<String, LimitFile>,
@@ -69,6 +77,20 @@ struct RobotFile {
     /// Robots that it is put together of, by name.
     #[serde(default)]
     parts: IndexMap<String, PartFile>,
+}
+
+impl RobotFile {
+    /// A key that only a file with `urdf` may have, and that is there.
+    fn of_urdf(&self) -> Option<&'static str> {
+        let there = [
+            ("limits", !self.limits.is_empty()),
+            ("at", self.at != [Length::default(); 3]),
+            ("turned", self.turned != no_turn()),
+            ("meshes", self.meshes != Meshes::All),
+            ("packages", !self.packages.is_empty()),
+        ];
+        there.into_iter().find(|(_, there)| *there).map(|(key, _)| key)
+    }
 }
 
 /// A rigid link.
@@ -169,17 +191,37 @@ pub fn schema() -> schemars::Schema {
     schemars::schema_for!(RobotFile)
 }
 
-/// The robot of this name: a shipped one, or a file whose text `text_of` gives.
+/// Returns the text of a file.
+pub type TextOf<'a> = &'a dyn Fn(&str) -> Result<String, InputError>;
+
+/// How the files of a robot are read.
+#[derive(Clone, Copy)]
+pub struct Files<'a> {
+    /// Texts.
+    pub text_of: TextOf<'a>,
+    /// Meshes; without it they are left out.
+    pub bytes_of: Option<BytesOf<'a>>,
+}
+
+/// The robot of this name without its meshes: a shipped one, or a file whose text `text_of` gives.
 ///
 /// # Errors
 /// What is wrong with the file, at its line; that there is no such robot.
-pub fn open(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>) -> Result<Robot, InputError> {
-    nested(name, text_of, 0)
+pub fn open(name: &str, text_of: TextOf<'_>) -> Result<Robot, InputError> {
+    nested(name, Files { text_of, bytes_of: None }, 0)
 }
 
-fn nested(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>, depth: usize) -> Result<Robot, InputError> {
+/// The robot of this name with its meshes.
+///
+/// # Errors
+/// As [`open`]; a mesh that is not there, damaged, or too large.
+pub fn open_with_meshes(name: &str, text_of: TextOf<'_>, bytes_of: BytesOf<'_>) -> Result<Robot, InputError> {
+    nested(name, Files { text_of, bytes_of: Some(bytes_of) }, 0)
+}
+
+fn nested(name: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputError> {
     if let Some(text) = shipped::text(name) {
-        return from_text(text, &format!("robots/{name}.yaml"), text_of, depth);
+        return from_text(text, &format!("robots/{name}.yaml"), files, depth);
     }
     if !(name.ends_with(".yaml") || name.ends_with(".yml")) {
         let known: Vec<_> = shipped::names().map(|name| format!("`{name}`")).collect();
@@ -191,7 +233,7 @@ fn nested(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>, dept
             },
         ));
     }
-    from_text(&text_of(name)?, name, text_of, depth)
+    from_text(&(files.text_of)(name)?, name, files, depth)
 }
 
 /// Reads a robot; `file` is its name in errors. Parts may be shipped robots only.
@@ -200,15 +242,11 @@ fn nested(name: &str, text_of: &dyn Fn(&str) -> Result<String, InputError>, dept
 /// What is wrong with it, at its line.
 #[cfg(feature = "internals")]
 pub fn read(text: &str, file: &str) -> Result<Robot, InputError> {
-    from_text(text, file, &|part| Err(InputError::new(part, "is no shipped robot")), 0)
+    let text_of = |part: &str| Err(InputError::new(part, "is no shipped robot"));
+    from_text(text, file, Files { text_of: &text_of, bytes_of: None }, 0)
 }
 
-fn from_text(
-    text: &str,
-    file: &str,
-    text_of: &dyn Fn(&str) -> Result<String, InputError>,
-    depth: usize,
-) -> Result<Robot, InputError> {
+fn from_text(text: &str, file: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputError> {
     let parsed: RobotFile = yaml::read(text, file)?;
     let places = Places { text, file };
     let built = if let Some(urdf) = &parsed.urdf {
@@ -217,7 +255,13 @@ fn from_text(
             return Err(places.error("urdf", "", message.into()));
         }
         let beside = beside(file, urdf);
-        let mut tree = urdf::read(&text_of(&beside)?, &beside)?;
+        let (mut tree, meshes) = urdf::with_meshes(&(files.text_of)(&beside)?, &beside)?;
+        if let Some(bytes_of) = files.bytes_of {
+            let own = parsed.packages.iter();
+            let named = own.map(|(package, folder)| (package.clone(), self::beside(file, folder).into())).collect();
+            let folder = Path::new(&beside).parent().unwrap_or(Path::new(""));
+            mesh::load(&mut tree, &meshes, parsed.meshes, &Packages { folder, named }, bytes_of)?;
+        }
         let place = placed(parsed.at, parsed.turned, &places, "turned", "")?;
         if let Some(root) = tree.links.first_mut() {
             root.parent_from_joint = place * root.parent_from_joint;
@@ -230,8 +274,7 @@ fn from_text(
             built.hands.insert(side, made);
         }
         built
-    } else if !parsed.limits.is_empty() || parsed.at != [Length::default(); 3] || parsed.turned != no_turn() {
-        let key = if parsed.limits.is_empty() { "at" } else { "limits" };
+    } else if let Some(key) = parsed.of_urdf() {
         return Err(places.error(key, "", "stands without `urdf`, expected beside it".into()));
     } else if parsed.parts.is_empty() {
         single(parsed, &places)?
@@ -245,7 +288,7 @@ fn from_text(
         if let Some((key, _)) = beside.iter().find(|(_, there)| *there) {
             return Err(places.error(key, "", "stands beside `parts`, expected one of the two".into()));
         }
-        assembly(parsed, &places, text_of, depth)?
+        assembly(parsed, &places, files, depth)?
     };
     if built.tree.links.len() > MAX_LINKS {
         return Err(InputError::new(
@@ -258,7 +301,7 @@ fn from_text(
 
 /// A file that another one names: it lies beside it.
 fn beside(file: &str, name: &str) -> String {
-    let folder = std::path::Path::new(file).parent();
+    let folder = Path::new(file).parent();
     folder.map_or_else(|| name.into(), |folder| folder.join(name).display().to_string())
 }
 
@@ -399,16 +442,7 @@ fn made_link(name: &str, link: &LinkFile, places: &Places<'_>) -> Result<Link, I
         });
     }
     let (centre, inertia) = inertia_of(link.mass.0, &solids);
-    Ok(Link {
-        name: name.into(),
-        parent: 0,
-        parent_from_joint: Isometry3::identity(),
-        joint: None,
-        mass: link.mass.0,
-        centre,
-        inertia,
-        solids,
-    })
+    Ok(Link { mass: link.mass.0, centre, inertia, ..Link::massless(name, solids) })
 }
 
 fn placed(

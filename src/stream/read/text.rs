@@ -1,4 +1,4 @@
-//! Reading the text of a file, whole and up to a limit: a device that never ends is no file.
+//! Reading the text or the bytes of a file, whole and up to a limit: a device that never ends is no file.
 
 use crate::base::error::InputError;
 use std::io::Read;
@@ -23,4 +23,24 @@ pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
     }
     read.map_err(failed)?;
     Ok(text)
+}
+
+/// Reads the bytes of a regular file of at most `most`; `None` where there is no such file.
+///
+/// # Errors
+/// What cannot be read, or is longer.
+pub fn bytes(path: &Path, most: u64) -> Result<Option<Vec<u8>>, InputError> {
+    let name = path.display().to_string();
+    let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
+    // A pipe, of which opening may wait forever, is none.
+    if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
+        return Ok(None);
+    }
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).map_err(failed)?.take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > most {
+        let message = format!("the file has more than {most} bytes, which are the most that are read");
+        return Err(InputError::new(&name, message));
+    }
+    Ok(Some(bytes))
 }

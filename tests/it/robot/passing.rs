@@ -17,8 +17,8 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
     };
     let lying = bar([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], 0.02);
     let cases = [
-        ("crossing bars", lying, bar([0.3, -1.0, 0.2], [0.3, 1.0, 0.2], 0.03), 0.2 - 0.05),
-        ("bars one behind the other", lying, bar([1.5, 0.0, 0.0], [2.0, 0.0, 0.0], 0.03), 0.5 - 0.05),
+        ("crossing bars", lying.clone(), bar([0.3, -1.0, 0.2], [0.3, 1.0, 0.2], 0.03), 0.2 - 0.05),
+        ("bars one behind the other", lying.clone(), bar([1.5, 0.0, 0.0], [2.0, 0.0, 0.0], 0.03), 0.5 - 0.05),
         ("bars in each other", lying, bar([0.3, -1.0, 0.01], [0.3, 1.0, 0.01], 0.03), 0.01 - 0.05),
         ("a bar beside a cube", bar([0.3, -1.0, 0.0], [0.3, 1.0, 0.0], 0.05), cube(0.0, 0.0), 0.2 - 0.05),
         ("cubes face to face", cube(0.0, 0.0), cube(0.5, 0.0), 0.3),
@@ -27,8 +27,8 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
         ("cubes in each other", cube(0.0, 0.0), cube(0.15, 0.3), 0.0),
     ];
     for (name, one, other, wanted) in cases {
-        for (one, other) in [(one, other), (other, one)] {
-            let got = one.gap(&other);
+        for (one, other) in [(&one, &other), (&other, &one)] {
+            let got = one.gap(other);
             assert!((got - wanted).abs() < 2e-5, "{name}: {got} m, expected {wanted} m");
         }
     }

@@ -116,6 +116,7 @@ fn gap(robot: &Robot, hands: [(Side, &MappedGrasp); 2]) -> f64 {
                     balls.push((at * Point3::new(half.x * share(1), half.y * share(9), half.z * share(81)), 0.0));
                 }
             }
+            CollisionShape::Piece(..) => unreachable!("shipped hands have no meshes"),
         };
         hand.palm_solids.iter().for_each(&mut add);
         for finger in &hand.fingers {

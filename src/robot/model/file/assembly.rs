@@ -1,6 +1,6 @@
 //! Robots on robots: the `parts` of a robot file.
 
-use super::{MAX_DEPTH, PartFile, Places, RobotFile, beside, nested, placed, shipped};
+use super::{Files, MAX_DEPTH, PartFile, Places, RobotFile, beside, nested, placed, shipped};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::description::limits::MAX_LINKS;
@@ -14,7 +14,7 @@ use indexmap::IndexMap;
 pub(super) fn assembly(
     file: RobotFile,
     places: &Places<'_>,
-    text_of: &dyn Fn(&str) -> Result<String, InputError>,
+    files: Files<'_>,
     depth: usize,
 ) -> Result<Robot, InputError> {
     let refuse = |part: &str, message: String| places.error("parts", part, message);
@@ -29,7 +29,7 @@ pub(super) fn assembly(
             return Err(refuse(part, "has an empty `source`".into()));
         }
         let robot = if shipped::text(robot).is_some() { robot.clone() } else { beside(places.file, robot) };
-        let model = nested(&robot, text_of, depth + 1)?;
+        let model = nested(&robot, files, depth + 1)?;
         let parent = match on {
             None => 0,
             Some(on) => links.iter().position(|link| link.name == *on).ok_or_else(|| {

@@ -2,8 +2,8 @@
 //! own, and what their stamps are. Arrays are read when something of them is wanted.
 
 use super::arrays::Spread;
-use super::guard::guarded;
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::{MAX_COLUMNS, Rows, Sheet, Source, Table, Want, check_size};
 use serde_json::Value;

@@ -11,9 +11,9 @@ mod mujoco;
 
 use super::array_log::{self, Array, Budget, Computed, Recording, rate, rows};
 use super::arrays::width;
-use super::guard::guarded;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, VlenStringReadOptions};
 use mujoco::Model;

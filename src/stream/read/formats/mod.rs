@@ -10,7 +10,6 @@ pub mod delimited;
 mod elements;
 mod folder;
 #[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
-mod guard;
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod json;

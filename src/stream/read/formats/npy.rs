@@ -4,8 +4,8 @@
 use super::array_log::{self, Array, Budget, MAX_RATE_HZ, Recording, rows};
 use super::arrays::width;
 use super::elements::Element;
-use super::guard::guarded;
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
 use npyz::{DType, NpyHeader, Order};
 use std::fs::File;

@@ -14,8 +14,8 @@ mod write;
 
 pub use write::{add, write_table};
 
-use super::guard::guarded;
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::base::{json, yaml};
 use crate::stream::read::csv::check_scene;
 use crate::stream::read::sheet::{Cells, InMemoryTable, titled};

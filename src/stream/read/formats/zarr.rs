@@ -11,9 +11,9 @@ mod store;
 
 use super::array_log::{self, Array, Budget, Recording, rate, rows};
 use super::arrays::width;
-use super::guard::guarded;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::stream::read::table::Source;
 use chunks::Chunked;
 use metadata::{Described, attributes};

@@ -4,9 +4,9 @@
 //! The file is packed anew under another name, edited there, compared with the original, and then renamed: at any time the copy is there whole or not at
 //! all. The file itself is only read.
 
-use super::super::guard::guarded;
 use super::{Container, DEEPEST, damaged, links};
 use crate::base::error::InputError;
+use crate::base::guard::guarded;
 use crate::stream::atomic_write::Folder;
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, RepackOptions, VlenStringReadOptions, repack};
 use std::collections::{BTreeMap, BTreeSet};

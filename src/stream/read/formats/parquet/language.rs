@@ -4,7 +4,7 @@ use super::column::next;
 use super::damaged;
 use super::rewrite::open;
 use crate::base::error::InputError;
-use crate::stream::read::formats::guard::guarded;
+use crate::base::guard::guarded;
 use ::parquet::column::writer::ColumnWriter;
 use ::parquet::data_type::ByteArray;
 use ::parquet::errors::ParquetError;

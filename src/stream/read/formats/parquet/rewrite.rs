@@ -5,7 +5,7 @@ use super::arrow_metadata;
 use super::column::Column;
 use super::{Whole, damaged};
 use crate::base::error::InputError;
-use crate::stream::read::formats::guard::guarded;
+use crate::base::guard::guarded;
 use ::parquet::basic::Compression;
 use ::parquet::column::writer::ColumnCloseResult;
 use ::parquet::errors::ParquetError;

@@ -1,4 +1,4 @@
-//! Makes a panic of a decoder an error of the file: the decoders of Parquet and HDF5 may panic on damaged lengths.
+//! Makes a panic of a decoder an error of the file: the decoders of Parquet, HDF5 and meshes may panic on damaged lengths.
 
 use crate::base::error::InputError;
 use std::cell::Cell;
@@ -14,7 +14,7 @@ thread_local! {
 ///
 /// # Errors
 /// As `decode`, and when it panics: then the file is damaged.
-pub(super) fn guarded<T>(name: &str, decode: impl FnOnce() -> Result<T, InputError>) -> Result<T, InputError> {
+pub(crate) fn guarded<T>(name: &str, decode: impl FnOnce() -> Result<T, InputError>) -> Result<T, InputError> {
     static HOOK: Once = Once::new();
     // The hook is one for all threads: panics of others are printed as before.
     HOOK.call_once(|| {
