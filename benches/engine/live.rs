@@ -36,11 +36,11 @@ impl Rows {
         }
     }
 
-    fn live(&self) -> Live {
+    fn live(&self, file: &str) -> Live {
         let column = |at: usize| self.rows.iter().map(|row| row[at]).collect::<Vec<f64>>();
         let columns = self.titles.iter().enumerate().map(|(at, title)| Column::new(title, "", column(at)));
         let log = Log::from_columns("log", columns, &self.scene).expect("simulated logs are whole");
-        let rules = Rules::options().file("rules/bimanual.rules").load().expect("shipped rules are right");
+        let rules = Rules::options().file(file).load().expect("shipped rules are right");
         let calibration = Calibration::of_whole(&log, &rules).expect("simulated logs are whole");
         Live::new(&rules, &self.titles, &self.scene, &calibration).expect("1 kHz suits the rules")
     }
@@ -62,7 +62,7 @@ impl Rows {
 }
 
 pub fn section() {
-    heading(&format!("Live row by row, all three rule files with two hands, derived channels included, {ROWS} rows"));
+    heading(&format!("Live row by row with two hands, derived channels included, {ROWS} rows"));
     let by_hand = job::data::rows(ROWS, 1);
     let loop_s = race(
         ROUNDS,
@@ -71,23 +71,25 @@ pub fn section() {
         })],
     )[0];
     figure("row loop of twelve predicates: mean", loop_s / ROWS as f64 * 1e6, "µs", Wanted::Nothing);
-    for name in TWO_HANDS {
-        let rows = Rows::new(name);
-        let mut live = rows.live();
-        let mut times = Vec::with_capacity(ROWS);
-        let events = rows.push(&mut live, ROWS, &mut |time| times.push(time));
-        assert!(events > 10, "something happens");
-        let mean = times.iter().sum::<u64>() as f64 / ROWS as f64 * 1e-3;
-        let times = sorted(times);
-        figure(&format!("{name}: median"), at(&times, 0.5) * 1e-3, "µs", Wanted::AtMost(5.0));
-        figure(&format!("{name}: 99 %"), at(&times, 0.99) * 1e-3, "µs", Wanted::Nothing);
-        figure(&format!("{name}: 99.9 %"), at(&times, 0.999) * 1e-3, "µs", Wanted::AtMost(50.0));
-        figure(&format!("{name}: mean"), mean, "µs", Wanted::Nothing);
-        figure(
-            &format!("{name}: mean to that of the row loop"),
-            mean / (loop_s / ROWS as f64 * 1e6),
-            "",
-            Wanted::Nothing,
-        );
+    for file in ["bimanual.rules", "prompt.rules"] {
+        for scene in TWO_HANDS {
+            of_scene(file, scene, loop_s / ROWS as f64 * 1e6);
+        }
     }
+}
+
+/// The time of a row of a scene, beside that of the loop by hand, µs.
+fn of_scene(file: &str, scene: &str, loop_us: f64) {
+    let rows = Rows::new(scene);
+    let mut live = rows.live(file);
+    let mut times = Vec::with_capacity(ROWS);
+    let events = rows.push(&mut live, ROWS, &mut |time| times.push(time));
+    assert!(events > 10, "something happens");
+    let mean = times.iter().sum::<u64>() as f64 / ROWS as f64 * 1e-3;
+    let times = sorted(times);
+    figure(&format!("{file}, {scene}: median"), at(&times, 0.5) * 1e-3, "µs", Wanted::AtMost(5.0));
+    figure(&format!("{file}, {scene}: 99 %"), at(&times, 0.99) * 1e-3, "µs", Wanted::Nothing);
+    figure(&format!("{file}, {scene}: 99.9 %"), at(&times, 0.999) * 1e-3, "µs", Wanted::AtMost(50.0));
+    figure(&format!("{file}, {scene}: mean"), mean, "µs", Wanted::Nothing);
+    figure(&format!("{file}, {scene}: mean to that of the row loop"), mean / loop_us, "", Wanted::Nothing);
 }

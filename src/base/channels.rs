@@ -92,9 +92,15 @@ pub struct Derived {
     pub dimension: Dimension,
     /// Units, frame and sign, for the reference and for hover texts.
     pub doc: &'static str,
+    /// Whether it is an average of frames before and after, without the tremor of a hand.
+    pub is_averaged: bool,
 }
 
 impl Derived {
+    const fn averaged(self) -> Self {
+        Self { is_averaged: true, ..self }
+    }
+
     /// Returns the channel as a rule file would declare it.
     pub fn spec(&self) -> ChannelSpec {
         ChannelSpec {
@@ -109,15 +115,15 @@ impl Derived {
 }
 
 const fn hand(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: true, axis: None, shape, dimension, doc }
+    Derived { name, per_hand: true, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
 const fn contact(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: true, axis: Some(Axis::Contacts), shape, dimension, doc }
+    Derived { name, per_hand: true, axis: Some(Axis::Contacts), shape, dimension, doc, is_averaged: false }
 }
 
 const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'static str) -> Derived {
-    Derived { name, per_hand: false, axis: None, shape, dimension, doc }
+    Derived { name, per_hand: false, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
 /// Every derived channel. `stream` computes exactly these; the language knows their types from here.
@@ -135,13 +141,15 @@ pub const DERIVED: &[Derived] = &[
         Shape::Vec3,
         Dimension::SPEED,
         "velocity of the target's origin without the tremor of a hand, reference frame",
-    ),
+    )
+    .averaged(),
     hand(
         "target.angular_velocity",
         Shape::Vec3,
         Dimension::ANGULAR_SPEED,
         "angular velocity of the target without tremor, reference frame",
-    ),
+    )
+    .averaged(),
     hand(
         "target.radius",
         Shape::Scalar,
@@ -159,7 +167,8 @@ pub const DERIVED: &[Derived] = &[
         Shape::Scalar,
         Dimension::ANGULAR_SPEED,
         "angular velocity of the target about the axis of the socket it is in, else about the normal of the contact that carries it, else about the vertical",
-    ),
+    )
+    .averaged(),
     hand(
         "target.depth",
         Shape::Scalar,
@@ -171,7 +180,8 @@ pub const DERIVED: &[Derived] = &[
         Shape::Scalar,
         Dimension::SPEED,
         "speed at which the target's depth grows, without tremor; negative when it is pulled out, 0 when it is in no socket",
-    ),
+    )
+    .averaged(),
     hand(
         "target.fixed",
         Shape::Bool,
@@ -202,7 +212,8 @@ pub const DERIVED: &[Derived] = &[
         Shape::Vec3,
         Dimension::SPEED,
         "velocity of the other body's origin, reference frame; zero for a fixed body",
-    ),
+    )
+    .averaged(),
     contact(
         "contacts.handled",
         Shape::Bool,
@@ -215,13 +226,15 @@ pub const DERIVED: &[Derived] = &[
         Shape::Vec3,
         Dimension::FORCE,
         "sum of this hand's finger forces on its target without the tremor of the hand, reference frame",
-    ),
+    )
+    .averaged(),
     global(
         "closing",
         Shape::Scalar,
         Dimension::SPEED,
         "speed at which the depth of one hand's target in the other's grows; negative when it is pulled out",
-    ),
+    )
+    .averaged(),
     global(
         "targets.contact",
         Shape::Bool,

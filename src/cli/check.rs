@@ -3,6 +3,7 @@
 use super::fmt::all_rules;
 use super::rules::name_and_value;
 use super::{Failure, inputs, output};
+use crate::analysis;
 use crate::base::diagnostic::{Diagnostic, Severity, Sources, Span, render};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
@@ -11,6 +12,7 @@ use crate::engine::compiled::instantiate::instantiate;
 use crate::engine::width::Width;
 use crate::graph::lower;
 use crate::language::{self, Loaded, Request, Rules, codes};
+use crate::stream::averaging_lag;
 use crate::stream::frames::{HandLayout, Layout};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -280,5 +282,10 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
             settle * 1e3,
         );
     }
+    let averaging = averaging_lag(&analysis::channels(rules), 1000.0);
+    let _ = writeln!(
+        out,
+        "  labels of a live log are final after look-ahead, settling and {averaging} ms of averages about a frame"
+    );
     Ok(out)
 }

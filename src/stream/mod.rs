@@ -18,5 +18,5 @@ pub mod streaming;
 
 #[cfg(feature = "internals")]
 pub use derive::frames;
-pub use derive::{convex, trusted};
+pub use derive::{averaging_lag, convex, trusted};
 pub use open::{OpenRequest, Opened, hand_file_of, open, open_memory, open_source};

@@ -97,6 +97,34 @@ fn what_is_final_is_the_analysis_of_the_whole_log() {
     assert!(early >= 3, "only {early} tasks were final before the end");
 }
 
+/// `prompt.rules` look at no later frame: a segment has closed 50 ms after its end, and what is final is what the whole log says.
+#[test]
+fn prompt_rules_label_for_good_within_50_ms() {
+    for name in ["several_tasks", "push_and_trace", "equal_carry"] {
+        let rows = Rows::of(&demonstration(name));
+        let log = rows.log();
+        let rules = Rules::options().file("prompt.rules").load().unwrap();
+        let calibration = Calibration::of_whole(&log, &rules).unwrap();
+        let mut live = Live::new(&rules, &rows.titles, &rows.scene, &calibration).unwrap();
+        let (mut events, mut closed, mut labels) = (vec![], 0, 0);
+        for row in &rows.rows {
+            for event in live.push(row).unwrap() {
+                labels += usize::from(event.label().is_some());
+                if let Some(segment) = event.segment().filter(|_| !event.is_final()) {
+                    let late = row[0] - segment.end_s();
+                    assert!(late <= 0.05, "{name}: {segment} closed {late} s after its end");
+                    closed += 1;
+                }
+                events.push(event);
+            }
+        }
+        assert_eq!(live.lag_s(), Some(0.0), "{name}");
+        events.extend(live.finish().unwrap());
+        assert!(closed >= 4 && labels >= closed, "{name}: {closed} segments closed, {labels} labels");
+        assert_eq!(reported(events.iter()), whole(&rules.analyze(&log).unwrap()), "{name}");
+    }
+}
+
 /// The label of the newest frame is mostly that which the tree returns of the whole log: in the least share of the frames it flickers, or comes late.
 #[test]
 fn a_label_is_known_at_once() {

@@ -35,7 +35,7 @@ use std::collections::BTreeMap;
 
 /// The newest frames are looked at this often, s.
 const LOOK_SECS: f64 = 0.02;
-/// Segments and tasks are looked for this often, s.
+/// Segments and tasks are looked for this often, s, and whenever a leaf has ended.
 const FIND_SECS: f64 = 0.1;
 /// The longest time that is kept where nothing comes to rest, s.
 const KEPT_SECS: f64 = 600.0;
@@ -115,6 +115,8 @@ pub struct Live {
     /// When the newest frames were looked at, and when segments and tasks were looked for, in frames.
     looked: usize,
     found: usize,
+    /// How many leaves had ended then.
+    ended: usize,
     /// The channels that tasks read later.
     kept: Vec<bool>,
     labels: BTreeMap<Who, Option<String>>,
@@ -141,7 +143,8 @@ impl Live {
     ) -> Result<Self, Error> {
         let Calibration(learned, _) = calibration.clone();
         let wanted = stream::wanted(columns).map_err(|error| Error::new(error, ErrorKind::Format))?;
-        let channels = channels(rules.set());
+        // Not those of reports, of which some are averages.
+        let channels = analysis::channels(rules.set());
         let measured = |name: &str| learned.columns.iter().any(|column| column == name);
         let mut time_at = 0;
         let mut wants = Vec::with_capacity(wanted.len());
@@ -185,6 +188,7 @@ impl Live {
             rate_hz,
             looked: 0,
             found: 0,
+            ended: 0,
             kept,
             labels: BTreeMap::new(),
             labels_newest: true,
@@ -322,6 +326,7 @@ impl Live {
 
     /// Derives and evaluates the frames that no later one can change, and labels the newest one.
     fn evaluate(&mut self, ends: bool) -> Result<(), Error> {
+        let labels_newest = self.labels_newest && !ends;
         let Self { derivation, evaluator: known, graph, history, kept, stretch, .. } = self;
         let mut newest = BTreeMap::new();
         let each = &mut |chunk: stream::LiveChunk| {
@@ -334,12 +339,11 @@ impl Live {
             history::push(evaluator, chunk.frames, &chunk.core, &mut |tree: usize, run: Run| {
                 history.leaf(sides.get(tree).copied().flatten(), run, *stretch);
             });
-            if !chunk.newest.is_empty() {
+            if labels_newest {
                 newest = history::last_leaves(evaluator, &chunk);
             }
             Ok(())
         };
-        let labels_newest = self.labels_newest && !ends;
         derivation.settle(ends, labels_newest, each).map_err(|error| Error::new(error, ErrorKind::Mismatch))?;
         self.label(&newest);
         Ok(())
@@ -352,8 +356,9 @@ impl Live {
         }
         self.looked = taken;
         self.evaluate(false)?;
-        if taken - self.found >= frames(FIND_SECS, self.rate_hz) {
-            self.found = taken;
+        let ended = self.history.ended();
+        if taken - self.found >= frames(FIND_SECS, self.rate_hz) || ended != self.ended {
+            (self.found, self.ended) = (taken, ended);
             self.find(false);
         }
         Ok(())

@@ -31,7 +31,7 @@ use crate::stream::frames::{ColumnKey, Frames, HandLayout, Layout};
 use crate::stream::issue::{Issue, IssueKind};
 pub(super) use balance::balanced;
 use motion::Motion;
-pub(super) use motion::{ANCHOR, ahead, looked_at};
+pub(super) use motion::{ANCHOR, ahead as averaged, looked_at};
 use raw::Slots;
 use std::collections::{BTreeMap, BTreeSet};
 use targets::Derivation;
@@ -261,6 +261,12 @@ fn unseen(measured: &CleanLog, body: usize) -> Option<Issue> {
     let channel = format!("{}.position", body_name(measured, body)?);
     let message = "the log lacks it; the object is taken to stay where the scene puts it".to_string();
     measured.vec3(&channel).is_none().then(|| measured.over_all(IssueKind::MISSING_CHANNEL, &channel, message))
+}
+
+/// How many frames after a frame have a part in one of these channels, at most: none, unless one of them is an average.
+pub fn averaging_lag(channels: &[ChannelSpec], rate_hz: f64) -> usize {
+    let averaged = |channel: &ChannelSpec| derived(&channel.name).is_some_and(|it| it.is_averaged);
+    if channels.iter().any(averaged) { motion::ahead(rate_hz) } else { 0 }
 }
 
 /// Whether rules with these channels read this raw channel.

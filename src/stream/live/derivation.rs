@@ -69,8 +69,12 @@ impl Derivation {
         calibration: Calibration,
         columns: Vec<(String, Dimension)>,
     ) -> Self {
-        let (ahead, behind) = (derive::ahead(calibration.rate_hz), derive::looked_at(calibration.rate_hz));
-        let margin = if calibration.touches.is_empty() { 0 } else { derive::balanced(calibration.rate_hz) };
+        let rate_hz = calibration.rate_hz;
+        // Contacts from shapes depend on velocities.
+        let from_shapes = !calibration.touches.is_empty();
+        let ahead = if from_shapes { derive::averaged(rate_hz) } else { derive::averaging_lag(&channels, rate_hz) };
+        let behind = ahead.next_multiple_of(ANCHOR);
+        let margin = if from_shapes { derive::balanced(rate_hz) } else { 0 };
         let values = vec![vec![]; columns.len()];
         let (time, states, averaged) = (vec![], VecDeque::new(), BTreeMap::new());
         Self {
