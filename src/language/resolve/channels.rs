@@ -18,7 +18,6 @@ const FOR_ANALYSIS: &[&str] = &[
     "target",
     "target.position",
     "target.rotation",
-    "target.spin",
 ];
 
 impl Resolver {
