@@ -11,14 +11,8 @@ use crate::language::types::Scope;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What analysis needs whether or not a rule reads it.
-const FOR_ANALYSIS: &[&str] = &[
-    "fingers.position",
-    "fingers.force",
-    "fingers.contact",
-    "target",
-    "target.position",
-    "target.rotation",
-];
+const FOR_ANALYSIS: &[&str] =
+    &["fingers.position", "fingers.force", "fingers.contact", "target", "target.position", "target.rotation"];
 
 impl Resolver {
     /// Declares the channels with their types; defaults follow when the params are known.
