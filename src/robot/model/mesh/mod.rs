@@ -22,6 +22,8 @@ use std::sync::Arc;
 pub const MAX_BYTES: u64 = 64 << 20;
 /// The files of one robot have so many triangles together at most.
 const MAX_TRIANGLES: usize = 4 << 20;
+/// So many meshes of one robot are taken apart at most; each takes up to some tenths of a second.
+const MAX_TAKEN_APART: usize = 100;
 /// A mesh is at most this long, m: a longer one is in other units.
 const MAX_LENGTH_M: f64 = 5.0;
 /// A robot is drawn with so many triangles at most, a link with so many.
@@ -147,6 +149,10 @@ impl Read {
         let key = (name.file.clone(), name.scale);
         if let Some((_, pieces)) = self.pieces.iter().find(|(known, _)| *known == key) {
             return Ok(pieces.clone());
+        }
+        if self.pieces.len() == MAX_TAKEN_APART {
+            let message = format!("more than {MAX_TAKEN_APART} meshes for collision");
+            return Err(InputError::new(&name.place, message).help("`meshes: none` in the robot file leaves them out"));
         }
         let pieces = pieces::of(&self.scaled(name, packages, bytes_of)?);
         self.pieces.push((key, pieces.clone()));
