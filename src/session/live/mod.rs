@@ -35,6 +35,8 @@ use std::collections::BTreeMap;
 
 /// The newest frames are looked at this often, s.
 const LOOK_SECS: f64 = 0.02;
+/// And this often where no frame waits for later ones, and none is derived twice.
+const PROMPT_LOOK_SECS: f64 = 0.004;
 /// Segments and tasks are looked for this often, s, and whenever a leaf has ended.
 const FIND_SECS: f64 = 0.1;
 /// The longest time that is kept where nothing comes to rest, s.
@@ -351,7 +353,8 @@ impl Live {
 
     fn look(&mut self) -> Result<(), Error> {
         let taken = self.derivation.taken();
-        if taken - self.looked < frames(LOOK_SECS, self.rate_hz) {
+        let every_s = if self.derivation.lag() == 0 { PROMPT_LOOK_SECS } else { LOOK_SECS };
+        if taken - self.looked < frames(every_s, self.rate_hz) {
             return Ok(());
         }
         self.looked = taken;
