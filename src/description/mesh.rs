@@ -57,10 +57,10 @@ impl Mesh {
     }
 
     /// The same mesh with about as many triangles at most: corners in one cell of a grid become their mean (J. Rossignac and P. Borrel,
-    /// *Multi-resolution 3D approximations for rendering complex scenes*, 1993). Of grids of 2, 3, 4, … cells the finest is taken that gives no more.
+    /// *Multi-resolution 3D approximations for rendering complex scenes*, 1993). The finest grid of up to 1023 cells that gives no more is searched by halves.
     pub fn simplified(&self, most: usize) -> Self {
         let mut best = Self::default();
-        // Two grids whose cells differ by a third: what is between them is searched by halves.
+        // A finer grid mostly gives more triangles; where it does not, a coarser one than possible may be found.
         let (mut fits, mut exceeds) = (1, 1024);
         while exceeds - fits > 1 {
             let cells = (fits + exceeds) / 2;

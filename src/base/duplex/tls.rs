@@ -36,7 +36,7 @@ impl Tls {
             drop(state);
             if answers {
                 let _turn = turn();
-                self.send(tcp)?;
+                self.send(tcp, self.state())?;
             }
             taken.map_err(|error| Error::new(ErrorKind::InvalidData, error))?;
         }
@@ -46,8 +46,9 @@ impl Tls {
     pub fn write(&self, tcp: &TcpStream, bytes: &[u8]) -> Result<usize> {
         let mut rest = bytes;
         while !rest.is_empty() {
-            let taken = self.state().writer().write(rest)?;
-            self.send(tcp)?;
+            let mut state = self.state();
+            let taken = state.writer().write(rest)?;
+            self.send(tcp, state)?;
             rest = rest.get(taken..).filter(|_| taken > 0).ok_or(ErrorKind::WriteZero)?;
         }
         Ok(bytes.len())
@@ -55,15 +56,16 @@ impl Tls {
 
     /// Says that nothing more comes, by who has the turn.
     pub fn close(&self, tcp: &TcpStream) {
-        self.state().send_close_notify();
+        let mut state = self.state();
+        state.send_close_notify();
         // The other side may be gone already.
-        let _ = self.send(tcp);
+        let _ = self.send(tcp, state);
     }
 
-    /// Sends what is encrypted, by who has the turn.
-    fn send(&self, mut tcp: &TcpStream) -> Result<()> {
+    /// Sends what is encrypted, by who has the turn. What a writer encrypts is taken out before it lets go of the state: a reader would take it for an answer
+    /// that it has to send, and wait for its turn while the writer waits for the other side.
+    fn send(&self, mut tcp: &TcpStream, mut state: MutexGuard<'_, ServerConnection>) -> Result<()> {
         let mut records = Vec::new();
-        let mut state = self.state();
         while state.wants_write() {
             state.write_tls(&mut records)?;
         }

@@ -77,11 +77,6 @@ impl History {
         append(lane(&mut self.leaves, side), run);
     }
 
-    /// How many leaves that have ended are kept.
-    pub fn ended(&self) -> usize {
-        self.leaves.hands.values().map(Vec::len).sum::<usize>() + self.leaves.both.len()
-    }
-
     /// What an analysis finds in the first `len` frames, of which every leaf is known; `evaluator` is where the leaves came from.
     pub fn analysis(&mut self, rules: &Rules, evaluator: &Evaluator, stretch: usize, len: usize) -> Analysis {
         let (mut leaves, mut open, first) = (self.leaves.clone(), Leaves::default(), self.first);

@@ -33,12 +33,10 @@ use history::History;
 use rest::Rest;
 use std::collections::BTreeMap;
 
-/// The newest frames are looked at this often, s.
-const LOOK_SECS: f64 = 0.02;
-/// And this often where no frame waits for later ones, and none is derived twice.
-const PROMPT_LOOK_SECS: f64 = 0.004;
-/// Segments and tasks are looked for this often, s, and whenever a leaf has ended.
-const FIND_SECS: f64 = 0.1;
+/// How often the newest frames are looked at, and how often segments and tasks are looked for, s.
+const LOOK_SECS: [f64; 2] = [0.02, 0.1];
+/// The same where no frame waits for later ones, and none is derived twice.
+const PROMPT_LOOK_SECS: [f64; 2] = [0.004, 0.02];
 /// The longest time that is kept where nothing comes to rest, s.
 const KEPT_SECS: f64 = 600.0;
 
@@ -117,8 +115,6 @@ pub struct Live {
     /// When the newest frames were looked at, and when segments and tasks were looked for, in frames.
     looked: usize,
     found: usize,
-    /// How many leaves had ended then.
-    ended: usize,
     /// The channels that tasks read later.
     kept: Vec<bool>,
     labels: BTreeMap<Who, Option<String>>,
@@ -190,7 +186,6 @@ impl Live {
             rate_hz,
             looked: 0,
             found: 0,
-            ended: 0,
             kept,
             labels: BTreeMap::new(),
             labels_newest: true,
@@ -353,15 +348,14 @@ impl Live {
 
     fn look(&mut self) -> Result<(), Error> {
         let taken = self.derivation.taken();
-        let every_s = if self.derivation.lag() == 0 { PROMPT_LOOK_SECS } else { LOOK_SECS };
-        if taken - self.looked < frames(every_s, self.rate_hz) {
+        let [look_s, find_s] = if self.derivation.lag() == 0 { PROMPT_LOOK_SECS } else { LOOK_SECS };
+        if taken - self.looked < frames(look_s, self.rate_hz) {
             return Ok(());
         }
         self.looked = taken;
         self.evaluate(false)?;
-        let ended = self.history.ended();
-        if taken - self.found >= frames(FIND_SECS, self.rate_hz) || ended != self.ended {
-            (self.found, self.ended) = (taken, ended);
+        if taken - self.found >= frames(find_s, self.rate_hz) {
+            self.found = taken;
             self.find(false);
         }
         Ok(())

@@ -47,7 +47,8 @@ pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Mesh, InputError> {
     Ok(mesh)
 }
 
-/// Why a binary STL is not whole: the library goes by the length of the file. Files that hold more triangles than they say are let through.
+/// Why a binary STL is cut off, if it is. The library computes the number of triangles from the length of the file. A file with more triangles than its header
+/// says is read.
 fn cut_off(bytes: &[u8]) -> Option<String> {
     let count = u32::from_le_bytes(bytes.get(80..84)?.try_into().ok()?) as usize;
     let there = (bytes.len() - 84) / 50;
