@@ -27,6 +27,7 @@ ENOUGH = {"safe-to-deploy", "ub-risk-0", "ub-risk-1", "ub-risk-1-thorough", "ub-
 # What each direct dependency does here; others are named by the one that brings them.
 DOES = {
     "annotate-snippets": "draws compiler messages",
+    "arrow-array": "features that the wheel needs",
     "arrow-ipc": "the schema in Parquet files",
     "arrow-schema": "the schema in Parquet files",
     "base64": "the schema in Parquet files",
@@ -50,7 +51,9 @@ DOES = {
     "lz4_flex": "lz4 in MCAP, bags and Zarr",
     "memchr": "ends of lines in text logs",
     "nalgebra": "vectors and rotations",
+    "mesh-loader": "meshes of robots",
     "npyz": "NumPy files",
+    "once_cell": "features that the wheel needs",
     "parquet": "Parquet files",
     "parry3d-f64": "distances of shapes",
     "pest": "the grammar of rules",
@@ -66,6 +69,7 @@ DOES = {
     "serde_json": "JSON",
     "serde_yaml": "YAML",
     "similar": "patches",
+    "syn": "features that the wheel needs",
     "tempfile": "temporary files beside outputs",
     "terminal_size": "width of the terminal",
     "tungstenite": "WebSockets",
