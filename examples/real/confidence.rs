@@ -20,10 +20,10 @@ const LABELED_S: f64 = 0.25;
 /// The lower ends of the classes of confidence.
 const CLASSES: [f64; 4] = [0.9, 0.7, 0.5, 0.0];
 
-/// A boundary that was found.
+/// A boundary or a label that was found.
 pub struct Sure {
-    share: f64,
-    right: bool,
+    pub share: f64,
+    pub right: bool,
 }
 
 fn analyzed(path: &Path, binding: Option<&Path>) -> Result<Analysis, String> {
@@ -120,10 +120,10 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
     Ok(sure)
 }
 
-/// How many are right, by confidence.
-pub fn table(sets: &[(&str, &[Sure])]) -> String {
-    let mut text = String::from(
-        "| boundaries right, by confidence | 90 % and more | 70 to 90 % | 50 to 70 % | less |\n|---|---|---|---|---|\n",
+/// How many of `what` are right, by confidence.
+pub fn table(what: &str, sets: &[(&str, &[Sure])]) -> String {
+    let mut text = format!(
+        "| {what} right, by confidence | 90 % and more | 70 to 90 % | 50 to 70 % | less |\n|---|---|---|---|---|\n"
     );
     for (name, sure) in sets {
         let _ = write!(text, "| {name} |");

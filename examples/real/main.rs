@@ -6,6 +6,7 @@ mod confidence;
 mod found;
 mod gold;
 mod kind;
+mod live;
 mod peer;
 mod robustness;
 mod spread;
@@ -33,6 +34,9 @@ struct Args {
     /// How often boundaries of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
     #[arg(long, value_name = "SEEDS")]
     confidence: Option<u64>,
+    /// How often labels of newest frames of which confidence are right, instead, on the recordings and on so many simulated operators of each scene
+    #[arg(long, value_name = "SEEDS")]
+    live: Option<u64>,
     /// How much worse it gets when the recordings are changed as another laboratory would have made them, instead
     #[arg(long)]
     variants: bool,
@@ -71,7 +75,26 @@ fn run(args: &Args) -> Result<(), String> {
             real.extend(confidence::of_recording(*kind, path, root)?);
         }
         let simulated = confidence::of_simulation(seeds)?;
-        println!("{}", confidence::table(&[("real recordings", &real), ("simulated operators", &simulated)]));
+        println!(
+            "{}",
+            confidence::table("boundaries", &[("real recordings", &real), ("simulated operators", &simulated)])
+        );
+        return Ok(());
+    }
+    if let Some(seeds) = args.live {
+        let simulated = live::of_simulation(seeds)?;
+        let mut real = [vec![], vec![]];
+        for (kind, path) in &logs {
+            match live::of_recording(*kind, path, root) {
+                Ok(found) => real.iter_mut().zip(found).for_each(|(real, found)| real.extend(found)),
+                Err(error) => eprintln!("{}: {error}", path.display()),
+            }
+        }
+        for ((against, real), simulated) in live::AGAINST.iter().zip(&real).zip(&simulated) {
+            let sets: [(&str, &[confidence::Sure]); 2] =
+                [("real recordings", real), ("simulated operators", simulated)];
+            println!("{}", confidence::table(&format!("labels of frames, by {against},"), &sets));
+        }
         return Ok(());
     }
     let rules = Choice { folder: args.rules.as_deref(), draw: None };

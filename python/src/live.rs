@@ -74,10 +74,12 @@ impl Live {
         columns: Vec<String>,
         scene_text: &str,
         calibration: &Calibration,
+        confidence: bool,
     ) -> PyResult<Self> {
         let made = Scene::parse("scene", scene_text)
             .and_then(|scene| teachtree::Live::new(&rules.0, &columns, &scene, &calibration.0));
         let live = made.map_err(|error| to_python(py, &error))?;
+        let live = if confidence { live.with_confidence() } else { live };
         Ok(Self { live: Some(live), row: Vec::with_capacity(columns.len()) })
     }
 

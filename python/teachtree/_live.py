@@ -37,6 +37,11 @@ class Event:
         """The primitive of a label or a segment."""
         return self.data.get("primitive")
 
+    @property
+    def confidence(self) -> float | None:
+        """How sure a label is, with ``Live(…, confidence=True)``: 0.5 when it begins, 1 once it has stood long enough (docs/live.md)."""
+        return self.data.get("confidence")
+
 
 class Calibration:
     """What offline analysis learns from a whole log, learned from the beginning of one: rate, bias and contact level of sensors, contacts.
@@ -71,6 +76,7 @@ class Live:
     """A log that is being made: rows go in, events come out, in constant memory.
 
     ``columns`` are the names of the values of a row, as in docs/logs.md, ``time`` among them; ``scene`` has the bodies and hands.
+    With ``confidence`` labels have their confidence, and are repeated when it changes.
 
     >>> import teachtree
     >>> scene = teachtree.Scene("{bodies: {cube: {role: object, radius: 20 mm}}, hands: {right: {fingers: [thumb, index]}}}")
@@ -82,10 +88,10 @@ class Live:
     []
     """
 
-    def __init__(self, calibration: Calibration, columns: Sequence[str], *, scene: Scene | Path) -> None:
+    def __init__(self, calibration: Calibration, columns: Sequence[str], *, scene: Scene | Path, confidence: bool = False) -> None:
         if not isinstance(scene, Scene):
             scene = Scene(_text(scene))
-        self._inner = _teachtree.Live(calibration._rules, list(columns), scene.text, calibration._inner)
+        self._inner = _teachtree.Live(calibration._rules, list(columns), scene.text, calibration._inner, confidence)
 
     def push(self, row: Any) -> list[Event]:
         """Takes a row: a sequence of numbers, or faster an array of doubles. What was not measured is NaN."""

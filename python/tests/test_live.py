@@ -54,6 +54,16 @@ def test_final_events_are_the_analysis(demonstration: Path) -> None:
         live.push(lines[0])
 
 
+def test_labels_have_their_confidence_when_asked(demonstration: Path) -> None:
+    columns, lines = rows(demonstration)
+    calibration = teachtree.Calibration(teachtree.Rules(), teachtree.Log(demonstration))
+    scene = demonstration.with_suffix(".scene.yaml")
+    both = [teachtree.Live(calibration, columns, scene=scene, confidence=confidence) for confidence in (False, True)]
+    plain, sure = ([event for line in lines[:1500] for event in live.push(line) if event.name == "label"] for live in both)
+    assert {event.confidence for event in plain} == {None}
+    assert [event.confidence for event in sure][:6] == [0.5, 0.6, 0.7, 0.8, 0.9, 1.0]
+
+
 def test_a_list_is_a_row_too(demonstration: Path) -> None:
     columns, lines = rows(demonstration)
     calibration = teachtree.Calibration(teachtree.Rules(), teachtree.Log(demonstration))

@@ -190,8 +190,12 @@ fn relabeled(segment: &Segment) -> Value {
 const LIVE: &str = "teachtree.live/1";
 
 /// The primitive of a track at the newest frame, on one line.
-pub fn live_label(sequence: u64, who: Who, primitive: Option<&str>, time_s: f64) -> String {
-    live("label", sequence, Some(who), false, json!({ "primitive": primitive, "time_s": time_s }))
+pub fn live_label(sequence: u64, who: Who, primitive: Option<&str>, time_s: f64, confidence: Option<f64>) -> String {
+    let mut label = json!({ "primitive": primitive, "time_s": time_s });
+    if let (Value::Object(label), Some(confidence)) = (&mut label, confidence) {
+        label.insert("confidence".into(), json!(confidence));
+    }
+    live("label", sequence, Some(who), false, label)
 }
 
 /// A segment of a live log, on one line.

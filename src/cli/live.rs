@@ -72,6 +72,9 @@ pub struct Args {
     #[cfg(feature = "zenoh")]
     #[command(flatten)]
     zenoh: pubsub::ZenohArgs,
+    /// Also report the confidence of each label, by how long it has stood, and the label again when that changes
+    #[arg(long)]
+    confidence: bool,
     /// How events are printed
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
@@ -119,6 +122,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         binder,
         calibrate_s: args.calibrate,
         calibration,
+        confidence: args.confidence,
     });
     let mut sink = Sink::new(args)?;
     #[cfg(feature = "zenoh")]

@@ -147,6 +147,41 @@ fn a_label_is_known_at_once() {
     assert!(share > 0.85, "{share}");
 }
 
+/// Without confidence a label is reported when it changes; with it also when it becomes surer.
+#[test]
+fn a_label_becomes_sure_while_it_stands() {
+    let rows = Rows::of(&demonstration("pick_and_place"));
+    let log = rows.log();
+    let rules = Rules::for_log(&log).unwrap();
+    let calibration = Calibration::of_whole(&log, &rules).unwrap();
+    let run = |confident: bool| {
+        let live = Live::new(&rules, &rows.titles, &rows.scene, &calibration).unwrap();
+        let mut live = if confident { live.with_confidence() } else { live };
+        let events: Vec<LiveEvent> = rows.rows.iter().flat_map(|row| live.push(row).unwrap()).collect();
+        let all =
+            events.iter().chain(&live.finish().unwrap()).map(|it| (it.name(), it.to_string())).collect::<Vec<_>>();
+        (all, events)
+    };
+    let ((plain, labels), (with, sure)) = (run(false), run(true));
+    assert!(labels.iter().all(|event| event.confidence().is_none() && !event.json().contains("confidence")));
+    let others = |all: &[(&'static str, String)]| all.iter().filter(|it| it.0 != "label").cloned().collect::<Vec<_>>();
+    assert_eq!(others(&plain), others(&with));
+    let label = |it: &LiveEvent| it.label().map(|(_, label, at_s)| (label.unwrap().to_string(), at_s, it.confidence()));
+    let (labels, sure) = (labels.iter().filter_map(label), sure.iter().filter_map(label));
+    let sure: Vec<(String, f64, f64)> = sure.map(|(name, at_s, share)| (name, at_s, share.unwrap())).collect();
+    // The labels and when they begin are the same.
+    let begun = sure.iter().filter(|it| it.2 <= 0.5).map(|it| (it.0.clone(), it.1));
+    assert!(labels.map(|it| (it.0, it.1)).eq(begun));
+    for pair in sure.windows(2) {
+        assert!((0.5..=1.0).contains(&pair[1].2));
+        assert!(pair[0].0 != pair[1].0 || pair[0].2 < pair[1].2, "{pair:?}");
+    }
+    // The averages look 128 ms ahead, and the tree settles for 50 ms.
+    assert!(sure.iter().filter(|it| it.2 >= 1.0).count() >= 4, "{sure:?}");
+    let [move_at, sure_at] = [0.5, 1.0].map(|share| sure.iter().find(|it| it.2 >= share).unwrap().1);
+    assert!((0.178..0.198 + 1e-9).contains(&(sure_at - move_at)), "{move_at} s, {sure_at} s");
+}
+
 /// Recordings of real robots, of which contacts are computed from shapes.
 #[test]
 fn contacts_from_shapes_are_those_of_the_whole_log() {
@@ -225,6 +260,9 @@ fn lines_of_json_and_csv_are_labeled() {
     let of_json = said(&teachtree_fed(&["live", "-", "--no-labels"], json.as_bytes()));
     assert_eq!(of_csv, of_json);
     insta::assert_snapshot!(of_csv);
+    let sure = said(&teachtree_fed(&["live", "-", "--confidence"], json.as_bytes()));
+    let sure: Vec<&str> = sure.lines().filter(|line| line.starts_with("now")).collect();
+    insta::assert_snapshot!("labels_with_confidence", sure[..12].join("\n"));
     let lines = said(&teachtree_fed(&["live", "-", "--format", "json"], json.as_bytes()));
     let events: Vec<serde_json::Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(events.iter().all(|event| event["schema"] == "teachtree.live/1"));

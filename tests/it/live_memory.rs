@@ -26,7 +26,7 @@ impl Repeated {
         let last = rows.rows.last().unwrap().clone();
         let length = (rows.rows.len() + 1500).next_multiple_of(IN_STEP);
         rows.rows.resize(length, last);
-        let live = Live::new(&rules, &rows.titles, &rows.scene, &calibration).unwrap();
+        let live = Live::new(&rules, &rows.titles, &rows.scene, &calibration).unwrap().with_confidence();
         Self { rows, live, step, taken: 0 }
     }
 

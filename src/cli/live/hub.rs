@@ -43,6 +43,8 @@ struct State {
     first: u64,
     /// The last message of each channel.
     last: BTreeMap<usize, Arc<Served>>,
+    /// The last label of each track: a label is repeated when its confidence changes.
+    labels: BTreeMap<Who, Option<String>>,
     /// The last task of each track: its start, s, and name.
     tasks: BTreeMap<Who, (f64, String)>,
     /// The time of 0 s, and of the newest event, ns since 1970.
@@ -132,7 +134,10 @@ impl Hub {
             }
         };
         if let Some((who, primitive, _)) = event.label() {
-            text(who.to_string(), "primitive", primitive.unwrap_or_default());
+            let label = primitive.map(str::to_string);
+            if state.labels.insert(who, label.clone()) != Some(label) {
+                text(who.to_string(), "primitive", primitive.unwrap_or_default());
+            }
         }
         if let Some(task) = event.task() {
             // At the end of a log a task may be final at once.

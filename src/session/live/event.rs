@@ -25,7 +25,7 @@ pub struct LiveEvent {
 
 #[derive(Clone, Debug, PartialEq)]
 pub enum Inner {
-    Label { who: Who, primitive: Option<String>, time_s: f64 },
+    Label { who: Who, primitive: Option<String>, time_s: f64, confidence: Option<f64> },
     Segment { who: Who, segment: Stretch, is_final: bool },
     Task { who: Who, task: TaskSpan, is_final: bool },
     Composite { who: Who, found: CompositeSpan },
@@ -67,7 +67,16 @@ impl LiveEvent {
     /// Of a `label`: whose it is, the primitive (`None`: no coordination of both hands), and the stamp of the frame, s.
     pub fn label(&self) -> Option<(Who, Option<&str>, f64)> {
         match &self.inner {
-            Inner::Label { who, primitive, time_s } => Some((*who, primitive.as_deref(), *time_s)),
+            Inner::Label { who, primitive, time_s, .. } => Some((*who, primitive.as_deref(), *time_s)),
+            _ => None,
+        }
+    }
+
+    /// Of a `label`: how sure it is, where [`Live::with_confidence`](crate::Live::with_confidence) was asked: 0.5 when the label begins,
+    /// rising to 1 while it stands for as long as averages look ahead and the trees settle (docs/live.md).
+    pub const fn confidence(&self) -> Option<f64> {
+        match &self.inner {
+            Inner::Label { confidence, .. } => *confidence,
             _ => None,
         }
     }
@@ -116,7 +125,9 @@ impl LiveEvent {
     pub fn json(&self) -> String {
         let (sequence, is_final) = (self.sequence, self.is_final());
         match &self.inner {
-            Inner::Label { who, primitive, time_s } => json::live_label(sequence, *who, primitive.as_deref(), *time_s),
+            Inner::Label { who, primitive, time_s, confidence } => {
+                json::live_label(sequence, *who, primitive.as_deref(), *time_s, *confidence)
+            }
             Inner::Segment { who, segment, .. } => json::live_segment(sequence, *who, segment, is_final),
             Inner::Task { who, task, .. } => json::live_task(sequence, *who, task, is_final),
             Inner::Composite { who, found } => json::live_composite(sequence, *who, found),
@@ -127,11 +138,12 @@ impl LiveEvent {
 }
 
 impl fmt::Display for LiveEvent {
-    /// One line: `12.340 s  right  Grasp`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
+    /// One line: `12.340 s  right Grasp`, with its confidence `12.340 s  right Grasp  80 %`; `right Grasp cube, 1.250 – 1.500 s`; the task; the issue.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match &self.inner {
-            Inner::Label { who, primitive, time_s } => {
-                write!(f, "{time_s:.3} s  {who} {}", primitive.as_deref().unwrap_or("–"))
+            Inner::Label { who, primitive, time_s, confidence } => {
+                write!(f, "{time_s:.3} s  {who} {}", primitive.as_deref().unwrap_or("–"))?;
+                confidence.map_or(Ok(()), |share| write!(f, "  {:.0} %", 100.0 * share))
             }
             Inner::Segment { who, segment, .. } => write!(f, "{}", Segment::of(*who, segment)),
             Inner::Task { who, task, .. } => write!(f, "{}", Task::of(*who, task)),

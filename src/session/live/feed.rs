@@ -41,6 +41,8 @@ pub struct FeedOptions {
     pub calibrate_s: f64,
     /// What is known instead.
     pub calibration: Option<Known>,
+    /// Whether labels have their confidence.
+    pub confidence: bool,
 }
 
 /// Where a calibration comes from.
@@ -464,7 +466,8 @@ impl Feed {
             Some(Known::Recording(recording)) => Calibration::of(recording, &rules)?,
             None => Calibration::of(&log, &rules)?,
         };
-        let mut live = Live::new(&rules, &header, &scene, &calibration)?;
+        let live = Live::new(&rules, &header, &scene, &calibration)?;
+        let mut live = if self.options.confidence { live.with_confidence() } else { live };
         let mut events: Vec<LiveEvent> =
             self.origin_ns.into_iter().flat_map(|origin_ns| live.begin(origin_ns)).collect();
         // What is wrong with a recording that was named is no news of this log.

@@ -95,6 +95,21 @@ impl Calibration {
     }
 }
 
+/// The label of the newest frame of a track, as it was reported last.
+#[derive(Default)]
+struct Newest {
+    primitive: Option<String>,
+    /// The frame at which it was first given, from the beginning of the log.
+    since: usize,
+    confidence: Option<f64>,
+}
+
+/// How sure a label is that has stood for some frames, where one that has stood for `sure` frames is: from a half to 1, in tenths.
+fn confidence(stood: usize, sure: usize) -> f64 {
+    let tenths = (5 * stood.min(sure)).checked_div(sure).unwrap_or(5);
+    0.5 + tenths as f64 / 10.0
+}
+
 /// Rules that run on a log while it is being made.
 pub struct Live {
     rules: Rules,
@@ -117,9 +132,11 @@ pub struct Live {
     found: usize,
     /// The channels that tasks read later.
     kept: Vec<bool>,
-    labels: BTreeMap<Who, Option<String>>,
+    labels: BTreeMap<Who, Newest>,
     /// Whether the newest frames are labeled.
     labels_newest: bool,
+    /// For how many frames a label has stood that is sure, where the confidence of labels is asked for.
+    sure: Option<usize>,
     /// The memory of the values of a row.
     values: Vec<f64>,
     events: Vec<LiveEvent>,
@@ -189,11 +206,22 @@ impl Live {
             kept,
             labels: BTreeMap::new(),
             labels_newest: true,
+            sure: None,
             values: vec![],
             events: vec![],
             sequence: 0,
             newest_s: 0.0,
         })
+    }
+
+    /// Gives labels a [confidence](LiveEvent::confidence), and reports a label again when its confidence changes.
+    #[must_use]
+    pub fn with_confidence(mut self) -> Self {
+        let settling = self.rules.set().trees.iter().filter_map(|tree| tree.settle.as_ref());
+        let settling_s = settling.map(|settle| settle.value).fold(0.0, f64::max);
+        // A cast from f64 saturates.
+        self.sure = Some(self.derivation.lag() + (settling_s * self.rate_hz).round() as usize);
+        self
     }
 
     /// By how much segments and tasks lag behind the newest row, s, besides the time that relabeling and tasks need: what averages and the rules look ahead.
@@ -361,9 +389,9 @@ impl Live {
         Ok(())
     }
 
-    /// Reports the labels of the newest frame that have changed.
+    /// Reports the labels of the newest frame that have changed, or whose confidence has.
     fn label(&mut self, newest: &BTreeMap<Option<Side>, Option<Label>>) {
-        let time_s = self.newest_s;
+        let (time_s, frame) = (self.newest_s, self.derivation.taken());
         let name = |label| self.rules.set().label_name(label);
         let both = newest.get(&None).copied().flatten();
         let labels: Vec<(Who, Option<String>)> = newest
@@ -375,10 +403,12 @@ impl Live {
             .collect();
         for (who, primitive) in labels {
             // Both hands begin without coordination.
-            let was = self.labels.entry(who).or_insert(None);
-            if *was != primitive {
-                was.clone_from(&primitive);
-                self.event(Inner::Label { who, primitive, time_s });
+            let was = self.labels.entry(who).or_default();
+            let since = if was.primitive == primitive { was.since } else { frame };
+            let confidence = self.sure.map(|sure| confidence(frame - since, sure));
+            if was.primitive != primitive || was.confidence != confidence {
+                *was = Newest { primitive: primitive.clone(), since, confidence };
+                self.event(Inner::Label { who, primitive, time_s, confidence });
             }
         }
     }
@@ -427,6 +457,8 @@ impl Live {
         (self.stretch, self.looked, self.found) = (taken, taken, taken);
         self.history.restart(taken);
         self.rest.restart();
+        // What stood before a gap does not count.
+        self.labels.values_mut().for_each(|label| label.since = taken);
         Ok(())
     }
 }
