@@ -1,7 +1,7 @@
 //! Controllers at 1 ms (the paper, section 3.1; gains are ours: docs/sources.md, Control).
 //!
 //! ```text
-//! arm     τ = M_ii (ω² e + 2 ζ ω ė + k_i ∫e) + F_c tanh(q̇_d / v_0) + F_v q̇_d + τ_g        PID with friction compensation
+//! arm     τ = M (ω² e + 2 ζ ω ė + k_i ∫e) + F_c tanh(q̇_d / v_0) + F_v q̇_d + τ_g           PID with inertia and friction compensation
 //! finger  τ = J_iᵀ [ K_p (x_d - x) + K_d (ẋ_d - ẋ) + f_d + K_f (f_d - f) ] + τ_g           impedance with force feedback
 //! idle    τ = M_ii (ω² e - 2 ζ ω q̇) + τ_g
 //! ```
@@ -127,24 +127,7 @@ impl Controller {
     ) -> DVector<f64> {
         let gains = self.gains;
         let mut torques = posture.gravity.clone();
-        for (&dof, &(wanted, wanted_rate)) in hand.arm.iter().zip(arm) {
-            let heard = wanted.is_finite() && wanted_rate.is_finite();
-            let (wanted, wanted_rate) = if heard { (wanted, wanted_rate) } else { (motion.q[dof], 0.0) };
-            let inertia = posture.mass[(dof, dof)];
-            let (error, rate_error) = (wanted - motion.q[dof], wanted_rate - motion.rates[dof]);
-            let model = &tree.dofs[dof];
-            let friction = model.friction * (wanted_rate / 0.02).tanh() + model.damping * wanted_rate;
-            let without = torques[dof]
-                + inertia * (gains.arm_omega.powi(2) * error + 2.0 * gains.arm_zeta * gains.arm_omega * rate_error)
-                + friction;
-            let integral = self.integral[dof] + error * dt;
-            let whole = without + inertia * gains.arm_integral * integral;
-            // Anti-windup: no more is gathered in the direction in which the motor can do no more.
-            if whole.abs() < model.torque || whole.signum() != error.signum() {
-                self.integral[dof] = integral;
-            }
-            torques[dof] = without + inertia * gains.arm_integral * self.integral[dof];
-        }
+        self.move_arm(tree, &hand.arm, motion, posture, arm, dt, &mut torques);
         let share = 1.0 - (-std::f64::consts::TAU * gains.force_hz * dt).exp();
         for (index, (finger, target)) in hand.fingers.iter().zip(fingers).enumerate() {
             let measured = exerted.get(index).copied().unwrap_or_default();
@@ -182,6 +165,46 @@ impl Controller {
         let given = limited(tree, torques.clone());
         self.lacking = torques - &given;
         given
+    }
+
+    /// Adds the torques of the arm: those that give its joints the accelerations of the PID law, each with the inertia that it shares with the others, and
+    /// those against friction.
+    #[allow(clippy::too_many_arguments, reason = "what a controller reads")]
+    fn move_arm(
+        &mut self,
+        tree: &KinematicTree,
+        dofs: &[usize],
+        motion: &Motion,
+        posture: &DynamicsTerms,
+        arm: &[(f64, f64)],
+        dt: f64,
+        torques: &mut DVector<f64>,
+    ) {
+        let gains = self.gains;
+        let mut errors = DVector::zeros(torques.len());
+        let mut accelerations = DVector::zeros(torques.len());
+        for (&dof, &(wanted, wanted_rate)) in dofs.iter().zip(arm) {
+            let heard = wanted.is_finite() && wanted_rate.is_finite();
+            let (wanted, wanted_rate) = if heard { (wanted, wanted_rate) } else { (motion.q[dof], 0.0) };
+            errors[dof] = wanted - motion.q[dof];
+            let rate_error = wanted_rate - motion.rates[dof];
+            accelerations[dof] =
+                gains.arm_omega.powi(2) * errors[dof] + 2.0 * gains.arm_zeta * gains.arm_omega * rate_error;
+            let model = &tree.dofs[dof];
+            torques[dof] += model.friction * (wanted_rate / 0.02).tanh() + model.damping * wanted_rate;
+        }
+        let integral = &self.integral + &errors * dt;
+        let whole = &*torques + &posture.mass * (&accelerations + &integral * gains.arm_integral);
+        // Anti-windup: no more is gathered in the direction in which the motor can do no more.
+        for &dof in dofs {
+            if whole[dof].abs() < tree.dofs[dof].torque || whole[dof].signum() != errors[dof].signum() {
+                self.integral[dof] = integral[dof];
+            }
+        }
+        let moving = &posture.mass * (accelerations + &self.integral * gains.arm_integral);
+        for &dof in dofs {
+            torques[dof] += moving[dof];
+        }
     }
 
     /// A weak spring and damper towards preferred angles, in the motions that leave the tip where it is.
