@@ -20,7 +20,7 @@ use pulp::{Arch, NullaryFnOnce};
 pub struct Columns<R: Real> {
     numbers: Buffers<R>,
     conditions: Vec<Bits>,
-    memory: Memory<R>,
+    pub(super) memory: Memory<R>,
 }
 
 /// What is kept from one block to the next.

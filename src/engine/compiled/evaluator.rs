@@ -60,6 +60,14 @@ impl<R: Real> Evaluator<R> {
         self.taken = 0;
     }
 
+    /// Runs something, then goes on as if it had not been run: such as the end of a log that goes on. What holds within a block only is not copied.
+    pub fn aside<T>(&mut self, run: impl FnOnce(&mut Self) -> T) -> T {
+        let (memory, machine, taken) = (self.columns.memory.clone(), self.machine.clone(), self.taken);
+        let found = run(self);
+        (self.columns.memory, self.machine, self.taken) = (memory, machine, taken);
+        found
+    }
+
     fn block(&mut self, block: &Block<'_>, emit: &mut impl FnMut(usize, Run)) {
         self.columns.run(&self.plan, block);
         // The machine is behind by the plan's delay: the first frames that come out lie before the beginning.

@@ -78,7 +78,7 @@ impl History {
     }
 
     /// What an analysis finds in the first `len` frames, of which every leaf is known; `evaluator` is where the leaves came from.
-    pub fn analysis(&mut self, rules: &Rules, evaluator: &Evaluator, stretch: usize, len: usize) -> Analysis {
+    pub fn analysis(&mut self, rules: &Rules, evaluator: &mut Evaluator, stretch: usize, len: usize) -> Analysis {
         let (mut leaves, mut open, first) = (self.leaves.clone(), Leaves::default(), self.first);
         open_leaves(evaluator, &mut |side, run: Run| {
             let at = |frame: usize| (frame + stretch).saturating_sub(first).min(len);
@@ -183,23 +183,28 @@ fn lane(leaves: &mut Leaves, side: Option<Side>) -> &mut Vec<Run> {
 }
 
 /// The leaves that an evaluator has not given out, as though the log ended here.
-fn open_leaves(evaluator: &Evaluator, each: &mut dyn FnMut(Option<Side>, Run)) {
-    let mut ended = evaluator.clone();
-    let sides: Vec<Option<Side>> = ended.plan().trees.iter().map(|tree| tree.side).collect();
-    ended.finish(&mut |tree, run| each(sides.get(tree).copied().flatten(), run));
+fn open_leaves(evaluator: &mut Evaluator, each: &mut dyn FnMut(Option<Side>, Run)) {
+    let sides = sides(evaluator);
+    evaluator.aside(|ended| ended.finish(&mut |tree, run| each(sides.get(tree).copied().flatten(), run)));
 }
 
 /// The leaf of each tree at the newest frame, as though the log ended with it, from an evaluator that has taken the frames before the newest ones.
-pub fn last_leaves(evaluator: &Evaluator, chunk: &LiveChunk) -> BTreeMap<Option<Side>, Option<Label>> {
-    let mut ended = evaluator.clone();
-    let sides: Vec<Option<Side>> = ended.plan().trees.iter().map(|tree| tree.side).collect();
+pub fn last_leaves(evaluator: &mut Evaluator, chunk: &LiveChunk) -> BTreeMap<Option<Side>, Option<Label>> {
+    let sides = sides(evaluator);
     let mut last = BTreeMap::new();
     let mut emit = |tree: usize, run: Run| {
         last.insert(sides.get(tree).copied().flatten(), run.label);
     };
-    push(&mut ended, chunk.frames, &chunk.newest, &mut emit);
-    ended.finish(&mut emit);
+    evaluator.aside(|ended| {
+        push(ended, chunk.frames, &chunk.newest, &mut emit);
+        ended.finish(&mut emit);
+    });
     last
+}
+
+/// The side of each tree.
+pub fn sides(evaluator: &Evaluator) -> Vec<Option<Side>> {
+    evaluator.plan().trees.iter().map(|tree| tree.side).collect()
 }
 
 /// Gives frames to an evaluator.

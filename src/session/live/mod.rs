@@ -360,7 +360,7 @@ impl Live {
                 none => none.insert(Evaluator::<f64>::new(graph, &chunk.frames.layout)?),
             };
             history.take(&chunk, |channel| kept.get(channel as usize).copied().unwrap_or(false));
-            let sides: Vec<Option<Side>> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+            let sides = history::sides(evaluator);
             history::push(evaluator, chunk.frames, &chunk.core, &mut |tree: usize, run: Run| {
                 history.leaf(sides.get(tree).copied().flatten(), run, *stretch);
             });
@@ -415,7 +415,7 @@ impl Live {
 
     /// Looks for segments and tasks.
     fn find(&mut self, ends: bool) {
-        let Some(evaluator) = &self.evaluator else { return };
+        let Some(evaluator) = &mut self.evaluator else { return };
         let delay = if ends { 0 } else { evaluator.plan().delay as usize };
         let len = self.history.len().saturating_sub(delay);
         if len == 0 {
@@ -446,7 +446,7 @@ impl Live {
     fn end_stretch(&mut self) -> Result<(), Error> {
         self.evaluate(true)?;
         if let Some(evaluator) = &mut self.evaluator {
-            let sides: Vec<Option<Side>> = evaluator.plan().trees.iter().map(|tree| tree.side).collect();
+            let sides = history::sides(evaluator);
             let (history, stretch) = (&mut self.history, self.stretch);
             evaluator.finish(&mut |tree: usize, run: Run| {
                 history.leaf(sides.get(tree).copied().flatten(), run, stretch);
