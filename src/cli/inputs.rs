@@ -72,7 +72,10 @@ pub fn read(kind: Kind, path: &Path, text: &str) -> Result<String, InputError> {
         #[cfg(feature = "world")]
         Kind::Operator => crate::world::Operator::read(text, &name).map(drop)?,
         #[cfg(feature = "world")]
-        Kind::Robot => return Ok(pieces(&robot(&name, text, true)?)),
+        Kind::Robot => {
+            let robot = robot(&name, text, true)?;
+            return Ok(pieces(&robot) + &jerks(&robot));
+        }
     }
     Ok(String::new())
 }
@@ -92,6 +95,16 @@ fn pieces(robot: &Robot) -> String {
     let count = links.iter().map(Vec::len).sum::<usize>();
     let most = links.concat().into_iter().fold(0.0, f64::max) * 1e3;
     format!(" with meshes on {} links in {count} convex pieces, rounded by {most:.1} mm at most", links.len())
+}
+
+/// How many joints of a robot have a limit of jerk.
+#[cfg(feature = "world")]
+fn jerks(robot: &Robot) -> String {
+    let dofs = &robot.tree.dofs;
+    match dofs.iter().filter(|dof| dof.jerk.is_finite()).count() {
+        0 => String::new(),
+        limited => format!(", with limits of jerk on {limited} of {} joints", dofs.len()),
+    }
 }
 
 /// Reads a text as a robot file, with its meshes or without them.

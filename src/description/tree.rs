@@ -94,6 +94,8 @@ pub struct Dof {
     pub speed: f64,
     /// The largest acceleration, rad/s² or m/s².
     pub acceleration: f64,
+    /// The largest jerk, rad/s³ or m/s³; infinite where none is given.
+    pub jerk: f64,
     /// Inertia of its motor at the joint, kg m² or kg.
     pub armature: f64,
     /// Viscous friction, N m s/rad or N s/m.

@@ -257,7 +257,8 @@ impl<'a> Reader<'a> {
             let [damping, friction] = if moves { [damping, friction] } else { [0.0; 2] };
             let acceleration = speed / SPEEDS_UP_S;
             let armature = USUAL_ARMATURE;
-            dofs.push(Dof { name: name.into(), range, torque, speed, acceleration, armature, damping, friction });
+            let jerk = f64::INFINITY;
+            dofs.push(Dof { name: name.into(), range, torque, speed, acceleration, jerk, armature, damping, friction });
         }
         Ok(dofs)
     }

@@ -7,6 +7,10 @@
 //!
 //! The way is the uniform cubic B-spline of its samples: its second derivative is continuous, so a corner is rounded within two samples
 //! instead of being a step of velocity, and where samples bend by q'' it cuts off no more than q'' h² / 6.
+//!
+//! Where a joint has a limit of jerk, x comes from [`jerk`] instead.
+
+mod jerk;
 
 use crate::description::tree::Dof;
 
@@ -44,24 +48,13 @@ const HALVINGS: usize = 40;
 /// The times of a way of samples that are `step_s` apart as planned. It begins and ends at rest.
 pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> Timed {
     let way = Way::new(samples, step_s);
-    let last = way.len().saturating_sub(1);
-    // The largest x of each knot from which the rest can be gone.
-    let mut most = vec![1.0; way.len()];
-    for knot in (0..last).rev() {
-        let can = |x: f64| way.paces(knot, x, most[knot + 1], dofs).is_some();
-        let fastest = way.fastest(knot, dofs);
-        most[knot] = if can(fastest) { fastest } else { largest(fastest, &can) };
-    }
-    let mut x = most.first().copied().unwrap_or(1.0);
+    let limited = dofs.iter().any(|dof| dof.jerk.is_finite());
+    let squares = if limited { jerk::squares(&way, dofs) } else { squares(&way, dofs) };
     let mut knots: Vec<Knot> = Vec::with_capacity(way.len());
     let (mut time_s, mut before) = (0.0, None);
-    for knot in 0..way.len() {
-        let u = if knot == last {
-            None
-        } else {
-            // Rounding may leave nothing where the pass from the end found just enough.
-            Some(way.paces(knot, x, most[knot + 1], dofs).unwrap_or((most[knot + 1] - x) / (2.0 * step_s)))
-        };
+    for (knot, &x) in squares.iter().enumerate() {
+        let next = squares.get(knot + 1).copied();
+        let u = next.map(|next| (next - x) / (2.0 * step_s));
         let mean = match (before, u) {
             (Some(before), Some(after)) => f64::midpoint(before, after),
             (one, other) => one.or(other).unwrap_or_default(),
@@ -70,25 +63,46 @@ pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> Timed {
         let velocities = first.iter().map(|first| first * x.sqrt()).collect();
         let accelerations = first.iter().zip(&second).map(|(first, second)| first * mean + second * x).collect();
         knots.push(Knot { time_s, positions, velocities, accelerations });
-        let next = (x + 2.0 * step_s * u.unwrap_or_default()).clamp(0.0, 1.0);
-        time_s += 2.0 * step_s / (x.sqrt() + next.sqrt());
-        (x, before) = (next, u);
+        time_s += next.map_or(0.0, |next| way.time_s(x, next));
+        before = u;
     }
-    let planned = last as f64 * step_s;
+    let planned = squares.len().saturating_sub(1) as f64 * step_s;
     let slower = knots.last().map_or(1.0, |knot| if planned > 0.0 { knot.time_s / planned } else { 1.0 });
     let at_limit = longest_at_limit(&knots, dofs);
     Timed { knots, slower: slower.max(1.0), at_limit }
 }
 
+/// The squares of the pace at the knots for the limits of velocity and acceleration, by reachability.
+fn squares(way: &Way<'_>, dofs: &[Dof]) -> Vec<f64> {
+    let last = way.len().saturating_sub(1);
+    // The largest x of each knot from which the rest can be gone.
+    let mut most = vec![1.0; way.len()];
+    for knot in (0..last).rev() {
+        let can = |x: f64| way.paces(knot, x, most[knot + 1], dofs).is_some();
+        let fastest = way.fastest(knot, dofs);
+        most[knot] = if can(fastest) { fastest } else { largest(fastest, &can) };
+    }
+    let mut squares: Vec<f64> = most.first().copied().into_iter().collect();
+    for knot in 0..last {
+        let x = squares[knot];
+        // Rounding may leave nothing where the pass from the end found just enough.
+        let next = way.paces(knot, x, most[knot + 1], dofs).map_or(most[knot + 1], |u| x + 2.0 * way.step_s * u);
+        squares.push(next.clamp(0.0, 1.0));
+    }
+    squares
+}
+
 /// Of the joints that come to within a hundredth of a limit, the one that is there for longest.
 fn longest_at_limit(knots: &[Knot], dofs: &[Dof]) -> Option<usize> {
     let at_limit = |joint: usize| {
-        let close = |knot: &&Knot| {
-            let share =
-                (knot.velocities[joint] / dofs[joint].speed, knot.accelerations[joint] / dofs[joint].acceleration);
-            share.0.abs().max(share.1.abs() / USED) > 0.99
+        let dof = &dofs[joint];
+        let close = |pair: &&[Knot]| {
+            let [knot, next] = pair else { return false };
+            let jerk = (next.accelerations[joint] - knot.accelerations[joint]) / (next.time_s - knot.time_s);
+            let used = (knot.accelerations[joint] / dof.acceleration).abs().max((jerk / dof.jerk).abs()) / USED;
+            used.max((knot.velocities[joint] / dof.speed).abs()) > 0.99
         };
-        knots.iter().filter(close).count()
+        knots.windows(2).filter(close).count()
     };
     let times = (0..dofs.len()).map(|joint| (at_limit(joint), joint)).filter(|(times, _)| *times > 0);
     times.max_by_key(|(times, joint)| (*times, std::cmp::Reverse(*joint))).map(|(_, joint)| joint)
@@ -169,16 +183,26 @@ impl<'a> Way<'a> {
             let (one, other) = ((-most - offset) / slope, (most - offset) / slope);
             (low, high) = (low.max(one.min(other)), high.min(one.max(other)));
         };
-        for ((here, after), dof) in self.about(knot).zip(self.about(knot + 1)).zip(dofs) {
-            let most = USED * dof.acceleration;
-            let [[first, second], [end_first, end_second]] = [here, after].map(|about| self.derivatives(about));
-            keep(first, second * x, most);
-            // Halfway; the second derivative is straight between knots.
-            let (middle, bend) =
-                (first + (3.0 * second + end_second) * self.step_s / 8.0, f64::midpoint(second, end_second));
-            keep(middle + bend * self.step_s, bend * x, most);
-            keep(end_first + end_second * h2, end_second * x, most);
+        for (along, dof) in self.accelerations(knot).zip(dofs) {
+            along.into_iter().for_each(|[slope, offset]| keep(slope, offset * x, USED * dof.acceleration));
         }
         (low <= high).then_some(high)
+    }
+
+    /// The accelerations of each joint from a knot to the next, at its beginning, halfway and at its end, as `[slope, offset]`: slope u + offset x with x at
+    /// the beginning.
+    fn accelerations(&self, knot: usize) -> impl Iterator<Item = [[f64; 2]; 3]> {
+        let h = self.step_s;
+        self.about(knot).zip(self.about(knot + 1)).map(move |(here, after)| {
+            let [[first, second], [end_first, end_second]] = [here, after].map(|about| self.derivatives(about));
+            // The second derivative is straight between knots.
+            let (middle, bend) = (first + (3.0 * second + end_second) * h / 8.0, f64::midpoint(second, end_second));
+            [[first, second], [middle + bend * h, bend], [end_first + end_second * 2.0 * h, end_second]]
+        })
+    }
+
+    /// How long it takes from a knot to the next with these squares of the pace at both, s.
+    fn time_s(&self, x: f64, next: f64) -> f64 {
+        2.0 * self.step_s / (x.sqrt() + next.sqrt())
     }
 }

@@ -1,7 +1,7 @@
 //! What the joints of arm and hand are to do, with its times: for controllers that take a joint trajectory instead of targets of palm and fingertips.
 //!
 //! It has the fields of ROS 2's `trajectory_msgs/JointTrajectory`. Joints follow the targets of [`super::plan::Plan`] by the inverse kinematics alone;
-//! where a joint would be faster or speed up more than it may, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
+//! where a joint would exceed its limits, both hands are slowed down, in one measure ([`super::toppra`]). Forces are in the
 //! commands, not here.
 
 use super::moving::Moving;
@@ -196,7 +196,10 @@ fn controllers(hands: &[Moving]) -> Vec<(String, Vec<usize>)> {
 fn lead_in(from: &[f64], to: &[f64], dofs: &[Dof]) -> Vec<Vec<f64>> {
     let ways = from.iter().zip(to).map(|(from, to)| (to - from).abs());
     // The peaks of a minimum-jerk motion of length and time 1.
-    let needs = |(way, dof): (f64, &Dof)| (1.875 * way / dof.speed).max((5.774 * way / dof.acceleration).sqrt());
+    let needs = |(way, dof): (f64, &Dof)| {
+        let speed_s = 1.875 * way / dof.speed;
+        speed_s.max((5.774 * way / dof.acceleration).sqrt()).max((60.0 * way / dof.jerk).cbrt())
+    };
     let time_s = ways.zip(dofs).map(needs).fold(LEADS_IN_S, f64::max);
     let points = (time_s * RATE_HZ).ceil().max(1.0) as usize;
     let point = |at: usize| {

@@ -104,5 +104,14 @@ fn a_urdf_is_placed_and_limited_by_the_file_beside_it() {
     let none = error("limits:\n  elbow: {acceleration: 15 rad/s^2, source: ours}\n");
     assert!(none.contains("own.yaml:4") && none.contains("is no joint of the URDF"), "{none}");
     let slides = error(&format!("limits:\n  {joint}: {{slide_acceleration: 1 m/s^2, source: ours}}\n"));
-    assert!(slides.contains("turns, expected an `acceleration` only"), "{slides}");
+    assert!(slides.contains("turns, expected `acceleration`, found `slide_acceleration`"), "{slides}");
+    let limited = open(&format!("limits:\n  {joint}: {{jerk: 500 rad/s^3, source: ours}}\n")).unwrap();
+    assert_eq!(limited.tree.dofs[0].jerk, 500.0);
+    assert_eq!(limited.tree.dofs[0].acceleration, plain.tree.dofs[0].acceleration);
+    let never = error(&format!("limits:\n  {joint}: {{jerk: 0 rad/s^3, source: ours}}\n"));
+    assert!(never.contains("own.yaml:4") && never.contains("has the jerk 0, expected more than 0"), "{never}");
+    let unit = error(&format!("limits:\n  {joint}: {{jerk: 5 rad/s^2, source: ours}}\n"));
+    assert!(unit.contains("own.yaml:4") && unit.contains("expected a quantity in rad/s^3"), "{unit}");
+    let none = error(&format!("limits:\n  {joint}: {{source: ours}}\n"));
+    assert!(none.contains("has no limit, expected an acceleration or a jerk"), "{none}");
 }

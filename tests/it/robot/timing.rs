@@ -6,7 +6,7 @@ use teachtree::robot::Dof;
 use teachtree::robot::planning::toppra::{Knot, timed};
 
 const STEP_S: f64 = 0.01;
-/// What the polynomial between two points may exceed a limit by.
+/// What the polynomial between two points may exceed a limit by, and a third divided difference that of jerk.
 const SPARE: f64 = 1.02;
 
 /// Joints like those of the shipped arm.
@@ -76,8 +76,47 @@ fn a_corner_is_rounded() {
     assert!((nearest - 4.0 * STEP_S / 6.0).abs() < 1e-12, "{nearest} rad from the corner");
 }
 
+/// The largest share of their limits to which third divided differences of the points come, six times which is the mean jerk over four points.
+fn jerks(knots: &[Knot], dofs: &[Dof]) -> f64 {
+    let mut largest = 0.0_f64;
+    for four in knots.windows(4) {
+        for (joint, dof) in dofs.iter().enumerate() {
+            let mut differences: Vec<f64> = four.iter().map(|knot| knot.positions[joint]).collect();
+            for order in 1..4 {
+                for at in 0..4 - order {
+                    let time_s = four[at + order].time_s - four[at].time_s;
+                    differences[at] = (differences[at + 1] - differences[at]) / time_s;
+                }
+            }
+            largest = largest.max((6.0 * differences[0] / dof.jerk).abs());
+        }
+    }
+    largest
+}
+
+/// From rest to rest over 3 rad with at most 100 rad/s³: seven parts of constant jerk take 1.4 s.
+#[test]
+fn a_limit_of_jerk_takes_little_longer_than_seven_parts_of_constant_jerk() {
+    let samples: Vec<Vec<f64>> = (0..=500).map(|at| vec![f64::from(at) * 0.006]).collect();
+    let dofs: Vec<Dof> = joints(1).into_iter().map(|dof| Dof { jerk: 100.0, ..dof }).collect();
+    let made = timed(&samples, 1e-3, &dofs);
+    let (fastest, hardest) = shares(&made.knots, &dofs);
+    assert!(fastest <= SPARE && hardest <= SPARE, "{fastest} of the speed, {hardest} of the acceleration");
+    let jerk = jerks(&made.knots, &dofs);
+    assert!((0.85..=SPARE).contains(&jerk), "{jerk} of the jerk");
+    // A tenth of the limits is kept back, and from a corner it goes on gently.
+    let time_s = made.knots.last().unwrap().time_s;
+    assert!((1.4..1.8).contains(&time_s), "{time_s} s");
+    let free = timed(&samples, 1e-3, &joints(1));
+    assert!(jerks(&free.knots, &dofs) > 2.0, "the limit changes something");
+}
+
 #[test]
 fn nothing_and_one_place_are_ways() {
+    let dofs: Vec<Dof> = joints(1).into_iter().map(|dof| Dof { jerk: 100.0, ..dof }).collect();
+    assert!(timed(&[], STEP_S, &dofs).knots.len() <= 1);
+    let still = timed(&[vec![0.5]], STEP_S, &dofs);
+    assert!(still.knots.iter().all(|knot| (knot.positions[0] - 0.5).abs() < 1e-12 && knot.velocities[0] == 0.0));
     let dofs = joints(1);
     assert!(timed(&[], STEP_S, &dofs).knots.len() <= 1);
     let still = timed(&[vec![0.5]], STEP_S, &dofs);
@@ -89,8 +128,9 @@ proptest! {
     #[test]
     fn limits_are_kept_between_the_points(
         legs in prop::collection::vec((5_usize..60, prop::collection::vec(-8.0_f64..8.0, 3)), 1..8),
+        jerk in prop_oneof![7 => Just(f64::INFINITY), 1 => 20.0_f64..2000.0],
     ) {
-        let dofs = joints(3);
+        let dofs: Vec<Dof> = joints(3).into_iter().map(|dof| Dof { jerk, ..dof }).collect();
         let mut samples = vec![vec![0.0; 3]];
         for (steps, speeds) in legs {
             for _ in 0..steps {
@@ -102,6 +142,8 @@ proptest! {
         let made = timed(&samples, STEP_S, &dofs);
         let (fastest, hardest) = shares(&made.knots, &dofs);
         prop_assert!(fastest <= SPARE && hardest <= SPARE, "{fastest} of the speed, {hardest} of the acceleration");
+        let jerk = jerks(&made.knots, &dofs);
+        prop_assert!(jerk <= SPARE, "{jerk} of the jerk");
         prop_assert!(made.knots.windows(2).all(|pair| pair[1].time_s > pair[0].time_s && pair[1].time_s.is_finite()));
         let (first, last) = (&made.knots[0], made.knots.last().unwrap());
         for knot in [first, last] {

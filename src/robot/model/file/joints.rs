@@ -14,6 +14,8 @@ use std::f64::consts::TAU;
 type Torque = Quantity<2, 1, -2, 0>;
 type Inertia = Quantity<2, 1, 0, 0>;
 type AngularAcceleration = Quantity<0, 0, -2, 1>;
+type AngularJerk = Quantity<0, 0, -3, 1>;
+type Jerk = Quantity<1, 0, -3, 0>;
 type TurningDamping = Quantity<2, 1, -1, -1>;
 
 /// A joint between two links.
@@ -58,6 +60,12 @@ pub(super) struct JointFile {
     /// The highest acceleration of a joint that slides.
     #[serde(default)]
     slide_acceleration: Option<Acceleration>,
+    /// The largest jerk of a joint that turns.
+    #[serde(default)]
+    jerk: Option<AngularJerk>,
+    /// The largest jerk of a joint that slides.
+    #[serde(default)]
+    slide_jerk: Option<Jerk>,
     /// Inertia of the rotor, at the joint.
     #[serde(default)]
     armature: Inertia,
@@ -96,6 +104,12 @@ pub(super) struct LimitFile {
     /// The highest acceleration of a joint that slides.
     #[serde(default)]
     slide_acceleration: Option<Acceleration>,
+    /// The largest jerk of a joint that turns.
+    #[serde(default)]
+    jerk: Option<AngularJerk>,
+    /// The largest jerk of a joint that slides.
+    #[serde(default)]
+    slide_jerk: Option<Jerk>,
     /// Where the numbers come from.
     source: String,
 }
@@ -106,29 +120,42 @@ pub(super) fn limit(
     limits: &IndexMap<String, LimitFile>,
     places: &Places<'_>,
 ) -> Result<(), InputError> {
-    for (name, LimitFile { acceleration, slide_acceleration, source }) in limits {
-        let refuse = |message: &str| places.error("limits", name, message.into());
-        if source.trim().is_empty() {
-            return Err(refuse("has an empty `source`"));
+    for (name, own) in limits {
+        let refuse = |message: String| places.error("limits", name, message);
+        if own.source.trim().is_empty() {
+            return Err(refuse("has an empty `source`".into()));
         }
         let joint = tree.links.iter().filter_map(|link| link.joint.as_ref()).find(|joint| joint.name == *name);
         let joint = joint.filter(|joint| tree.dofs.get(joint.dof).is_some_and(|dof| dof.name == *name));
-        let joint = joint.ok_or_else(|| refuse("is no joint of the URDF that is driven by itself"))?;
-        let (dof, kind) = (joint.dof, joint.kind);
-        let most = match (kind, acceleration, slide_acceleration) {
-            (Kind::Revolute, Some(most), None) => most.0,
-            (Kind::Prismatic, None, Some(most)) => most.0,
-            (Kind::Revolute, ..) => return Err(refuse("turns, expected an `acceleration` only")),
-            (Kind::Prismatic, ..) => return Err(refuse("slides, expected a `slide_acceleration` only")),
-        };
-        if !(most > 0.0 && most <= 1e5) {
-            return Err(refuse("has an acceleration out of range, expected more than 0 and at most 1e5"));
+        let joint = joint.ok_or_else(|| refuse("is no joint of the URDF that is driven by itself".into()))?;
+        let turns = joint.kind == Kind::Revolute;
+        let acceleration =
+            limit_of(turns, "acceleration", [own.acceleration.map(|it| it.0), own.slide_acceleration.map(|it| it.0)])
+                .map_err(refuse)?;
+        let jerk = limit_of(turns, "jerk", [own.jerk.map(|it| it.0), own.slide_jerk.map(|it| it.0)]).map_err(refuse)?;
+        if acceleration.or(jerk).is_none() {
+            return Err(refuse("has no limit, expected an acceleration or a jerk".into()));
         }
-        if let Some(dof) = tree.dofs.get_mut(dof) {
-            dof.acceleration = most;
+        if let Some(dof) = tree.dofs.get_mut(joint.dof) {
+            dof.acceleration = acceleration.unwrap_or(dof.acceleration);
+            dof.jerk = jerk.unwrap_or(dof.jerk);
         }
     }
     Ok(())
+}
+
+/// A limit with one key for joints that turn and one, with `slide_` before it, for joints that slide; `None` where it is not given.
+fn limit_of(turns: bool, what: &str, [turning, sliding]: [Option<f64>; 2]) -> Result<Option<f64>, String> {
+    let (key, other) = (what.to_string(), format!("slide_{what}"));
+    let (does, key, value, other, foreign) =
+        if turns { ("turns", key, turning, other, sliding) } else { ("slides", other, sliding, key, turning) };
+    match value {
+        _ if foreign.is_some() => Err(format!("{does}, expected `{key}`, found `{other}`")),
+        Some(value) if !(value > 0.0 && value <= 1e5) => {
+            Err(format!("has the {key} {}, expected more than 0 and at most 1e5", Shown(value)))
+        }
+        value => Ok(value),
+    }
 }
 
 /// What can be driven: the joints that are not coupled.
@@ -183,15 +210,12 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
         let (torque_word, speed_word) =
             if joint.range.is_some() { ("torque", "speed") } else { ("force", "slide_speed") };
         let (torque, speed) = (positive(torque_word, torque)?, positive(speed_word, speed)?);
-        let acceleration = match (joint.acceleration, joint.slide_acceleration) {
-            (Some(_), _) if joint.range.is_none() => {
-                return Err(refuse("slides, expected a `slide_acceleration`".into()));
-            }
-            (_, Some(_)) if joint.range.is_some() => return Err(refuse("turns, expected an `acceleration`".into())),
-            (Some(turning), _) => positive("acceleration", Some(turning.0))?,
-            (_, Some(sliding)) => positive("slide_acceleration", Some(sliding.0))?,
-            (None, None) => speed / SPEEDS_UP_S,
-        };
+        let turns = joint.range.is_some();
+        let acceleration = [joint.acceleration.map(|it| it.0), joint.slide_acceleration.map(|it| it.0)];
+        let acceleration =
+            limit_of(turns, "acceleration", acceleration).map_err(refuse)?.unwrap_or(speed / SPEEDS_UP_S);
+        let jerk = [joint.jerk.map(|it| it.0), joint.slide_jerk.map(|it| it.0)];
+        let jerk = limit_of(turns, "jerk", jerk).map_err(refuse)?.unwrap_or(f64::INFINITY);
         for (what, value) in
             [("armature", joint.armature.0), ("damping", joint.damping.0), ("friction", joint.friction.0)]
         {
@@ -200,7 +224,7 @@ pub(super) fn dofs(joints: &IndexMap<String, JointFile>, places: &Places<'_>) ->
             }
         }
         let (armature, damping, friction) = (joint.armature.0, joint.damping.0, joint.friction.0);
-        dofs.push(Dof { name: name.clone(), range, torque, speed, acceleration, armature, damping, friction });
+        dofs.push(Dof { name: name.clone(), range, torque, speed, acceleration, jerk, armature, damping, friction });
     }
     Ok(dofs)
 }
