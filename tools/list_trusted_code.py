@@ -50,8 +50,8 @@ DOES = {
     "gen-lsp-types": "the language server",
     "lz4_flex": "lz4 in MCAP, bags and Zarr",
     "memchr": "ends of lines in text logs",
-    "nalgebra": "vectors and rotations",
     "mesh-loader": "meshes of robots",
+    "nalgebra": "vectors and rotations",
     "npyz": "NumPy files",
     "once_cell": "features that the wheel needs",
     "parquet": "Parquet files",
@@ -170,8 +170,8 @@ def main(arguments):
         if not builds and not unsafe:
             continue
         name = package["name"]
-        by = sorted(brings[package["id"]] - {name})
-        does = DOES.get(name) or "for " + ", ".join(by[:3]) + (", …" if len(by) > 3 else "")
+        by = sorted(brings[package["id"]])
+        does = DOES[name] if name in by else "for " + ", ".join(by[:3]) + (", …" if len(by) > 3 else "")
         who = audited(known.get(name, []), package["version"])
         rows.append(f"| {name} {package['version']} | {builds} | {unsafe or ''} | {does} | {who} |")
     wholly = sum(not row.endswith("|  |") and "| only " not in row for row in rows)

@@ -117,7 +117,10 @@ def measure(program: str, scene: str, rules: str, seconds: float, ports: tuple[i
         source = [f"ws://127.0.0.1:{ports[0]}", "--binding", folder / "cell.binding.yaml", "--scene", folder / "log.scene.yaml", "--rules", rules]
         sink = ["--serve", str(ports[1]), "--format", "json", "--calibrate", str(CALIBRATION_S)]
         live = subprocess.Popen([program, "live", *source, *sink], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        live.stderr.readline()
+        said = live.stderr.readline().decode()
+        if not said.startswith("serving"):
+            robot.kill()
+            sys.exit(said + live.stderr.read().decode())
         reader = subprocess.Popen([*own, "--read", folder, str(ports[1])])
         robot.wait()
         live.send_signal(signal.SIGINT)

@@ -9,6 +9,7 @@ use std::path::Path;
 use teachtree::analysis::Who;
 use teachtree::analysis::score::{NameMap, Truth};
 use teachtree::base::hands::Side;
+use teachtree::base::recording::Recording;
 use teachtree::stream::{self, OpenRequest};
 use teachtree::world::{shipped, teach};
 use teachtree::{Analysis, Log, Rules};
@@ -84,10 +85,11 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<Vec<Sure>, S
     Ok(sure)
 }
 
-/// The boundaries of simulated operators, those of all scenes of one hand with these seeds.
-pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
-    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    let mut sure = vec![];
+/// Gives `each` the name of a scene, a seed and what the simulated operator of that seed does there: all scenes of one hand, so many seeds each.
+pub fn demonstrations(
+    seeds: u64,
+    each: &mut dyn FnMut(&str, u64, Recording) -> Result<(), String>,
+) -> Result<(), String> {
     for seed in 1..=seeds {
         for name in shipped::names() {
             let scene = shipped::scene(name).map_err(|error| error.to_string())?;
@@ -95,28 +97,38 @@ pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
                 continue;
             }
             let operator = shipped::operator(name).map_err(|error| error.to_string())?;
-            let recording = teach(&scene, &operator, seed).map_err(|error| error.to_string())?;
-            let path = folder.path().join(format!("{name}_{seed}.csv"));
-            stream::read::formats::write(&recording, &path).map_err(|error| error.to_string())?;
-            let analysis = analyzed(&path, None)?;
-            let opened = stream::open(&OpenRequest { log: path, ..OpenRequest::default() });
-            let opened = opened.map_err(|error| error.to_string())?;
-            let (rules, frames) = rules_and_frames(&opened)?;
-            let truth = Truth::of_recording(&recording, &NameMap::default()).unwrap_or_default();
-            let truth = truth.retold(&rules, &frames).map_err(|error| error.to_string())?;
-            for track in &truth.tracks {
-                let found = analysis.segments().into_iter().filter(|it| it.track() == track.who);
-                // The first segment begins with the recording.
-                sure.extend(found.filter(|it| it.frames().start > 0).filter_map(|it| {
-                    let same =
-                        |span: &&teachtree::analysis::score::Span| span.names.iter().any(|name| name == it.primitive());
-                    let right =
-                        track.primitives.iter().filter(same).any(|span| (span.start_s - it.start_s()).abs() <= RIGHT_S);
-                    Some(Sure { share: it.confidence()?.share, right })
-                }));
-            }
+            each(name, seed, teach(&scene, &operator, seed).map_err(|error| error.to_string())?)?;
         }
     }
+    Ok(())
+}
+
+/// The boundaries of simulated operators, those of all scenes of one hand with these seeds.
+pub fn of_simulation(seeds: u64) -> Result<Vec<Sure>, String> {
+    let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
+    let mut sure = vec![];
+    demonstrations(seeds, &mut |name, seed, recording| {
+        let path = folder.path().join(format!("{name}_{seed}.csv"));
+        stream::read::formats::write(&recording, &path).map_err(|error| error.to_string())?;
+        let analysis = analyzed(&path, None)?;
+        let opened = stream::open(&OpenRequest { log: path, ..OpenRequest::default() });
+        let opened = opened.map_err(|error| error.to_string())?;
+        let (rules, frames) = rules_and_frames(&opened)?;
+        let truth = Truth::of_recording(&recording, &NameMap::default()).unwrap_or_default();
+        let truth = truth.retold(&rules, &frames).map_err(|error| error.to_string())?;
+        for track in &truth.tracks {
+            let found = analysis.segments().into_iter().filter(|it| it.track() == track.who);
+            // The first segment begins with the recording.
+            sure.extend(found.filter(|it| it.frames().start > 0).filter_map(|it| {
+                let same =
+                    |span: &&teachtree::analysis::score::Span| span.names.iter().any(|name| name == it.primitive());
+                let right =
+                    track.primitives.iter().filter(same).any(|span| (span.start_s - it.start_s()).abs() <= RIGHT_S);
+                Some(Sure { share: it.confidence()?.share, right })
+            }));
+        }
+        Ok(())
+    })?;
     Ok(sure)
 }
 

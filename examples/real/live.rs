@@ -1,11 +1,10 @@
 //! How often the labels of newest frames are right that a live log gives with some confidence: on recordings, and on simulated operators.
 
-use crate::confidence::Sure;
+use crate::confidence::{Sure, demonstrations};
 use crate::kind::Kind;
 use std::collections::BTreeMap;
 use std::path::Path;
 use teachtree::base::recording::Recording;
-use teachtree::world::{shipped, teach};
 use teachtree::{Calibration, Column, Live, LiveEvent, Log, Rules, Scene, Who};
 
 /// What is held against the label of a frame: the segments of the whole log as the trees returned them, and after relabeling.
@@ -31,18 +30,10 @@ pub fn of_recording(kind: Kind, path: &Path, root: &Path) -> Result<[Vec<Sure>; 
 pub fn of_simulation(seeds: u64) -> Result<[Vec<Sure>; 2], String> {
     let rules = Rules::options().load().map_err(|error| error.to_string())?;
     let mut all = [vec![], vec![]];
-    for seed in 1..=seeds {
-        for name in shipped::names() {
-            let scene = shipped::scene(name).map_err(|error| error.to_string())?;
-            if scene.hands.len() > 1 {
-                continue;
-            }
-            let operator = shipped::operator(name).map_err(|error| error.to_string())?;
-            let recording = teach(&scene, &operator, seed).map_err(|error| error.to_string())?;
-            let found = labels(&recording, &rules)?;
-            all.iter_mut().zip(found).for_each(|(all, found)| all.extend(found));
-        }
-    }
+    demonstrations(seeds, &mut |_, _, recording| {
+        all.iter_mut().zip(labels(&recording, &rules)?).for_each(|(all, found)| all.extend(found));
+        Ok(())
+    })?;
     Ok(all)
 }
 

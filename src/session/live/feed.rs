@@ -539,7 +539,7 @@ fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String
 
 /// The cells of a line.
 fn cells(line: &[u8]) -> Result<Vec<String>, String> {
-    // A reader is made for a line with quotes only: that takes as long as a row does otherwise.
+    // Only quotes need a reader of CSV, and making one for each line was a tenth of the time of `live`.
     if !line.contains(&b'"')
         && let Ok(text) = std::str::from_utf8(line.trim_ascii())
         && !text.is_empty()
