@@ -122,6 +122,12 @@ fn wipe_is_carried_out() {
     own("wipe", "slide", ["Wipe", "slide", "wipe"]).carried_out();
 }
 
+/// Each hand has a task of its own, one after the other.
+#[test]
+fn slide_over_is_carried_out() {
+    own("slide_over", "hand_over_left_to_right", ["SlideOver", "slide", "slide_over"]).carried_out();
+}
+
 #[test]
 fn unscrew_is_carried_out() {
     of("turn_knob", "unscrew", ["Unscrew", "turn", "unscrew"]).carried_out();
