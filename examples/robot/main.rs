@@ -4,6 +4,8 @@
 //! - `peg`: only scenes whose names contain `peg`, or the one with that name;
 //! - `displaced`: every object is up to 20 mm and 10° elsewhere, known to the robot;
 //! - `unknown`: the robot sees every object up to 2 mm to each side of its true position, in scenes that end in contact;
+//! - `slow`: the operator takes three times as long;
+//! - `noisy`: every position of the recording is off by 1 mm (standard deviation, each sample by itself), and every force by 0.1 N;
 //! - the name of another shipped robot, such as `arm_with_gripper`.
 //!
 //! Tasks that were not done, tasks that the rules find differently in the robot's recording, and arms that go through each other are listed.
@@ -13,19 +15,29 @@
 #[allow(dead_code, reason = "the other example uses all of it")]
 mod ruleset;
 
+#[path = "../recognition/transforms.rs"]
+#[allow(dead_code, reason = "the other example uses all of it")]
+mod transforms;
+
 use nalgebra::{UnitQuaternion, Vector3};
+use rand::SeedableRng as _;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution as _, Normal};
 use rayon::prelude::*;
 use ruleset::RuleSet;
 use std::process::ExitCode;
 use teachtree::analysis::{Analysis, Track};
 use teachtree::base::error::InputError;
 use teachtree::base::geometry::unit;
+use teachtree::base::recording::Recording;
 use teachtree::base::scene::{Role, Scene};
+use teachtree::base::units::Dimension;
 use teachtree::command::TouchForces;
-use teachtree::robot::simulation::arm_clearance::MinDistance;
-use teachtree::robot::simulation::{Outcome, simulate_seeing};
+use teachtree::robot::simulation::arm_clearance::{Collision, MinDistance};
+use teachtree::robot::simulation::{Outcome, Performance, simulate_seeing};
 use teachtree::robot::{self, Robot};
 use teachtree::{command, stream, world};
+use transforms::slowed;
 
 const SCENES: [&str; 22] = [
     "pick_and_place",
@@ -56,12 +68,21 @@ const SCENES: [&str; 22] = [
 const END_IN_CONTACT: [&str; 7] =
     ["pick_and_place", "pick_and_press", "stamp", "peg_in_hole", "peg_in_hole_tight", "turn_knob", "turn_screw"];
 
-/// Displacements of objects, known or unknown to the robot.
+/// What is otherwise: displacements of objects, known or unknown to the robot; the recording.
 #[derive(Clone, Copy, Default)]
-struct Elsewhere {
+struct Otherwise {
     displaced: bool,
     unknown: bool,
+    slow: bool,
+    noisy: bool,
 }
+
+/// The words for them.
+const WORDS: [&str; 4] = ["displaced", "unknown", "slow", "noisy"];
+/// How many times as long a slow operator takes.
+const SLOW: f64 = 3.0;
+/// Standard deviations of noise, m and N.
+const NOISE: [(Dimension, f64); 2] = [(Dimension::LENGTH, 0.001), (Dimension::FORCE, 0.1)];
 
 /// The result of one demonstration.
 struct Came {
@@ -70,6 +91,8 @@ struct Came {
     tasks: [Vec<String>; 2],
     /// How far two arms were from each other at least.
     nearest: Option<MinDistance>,
+    /// What an arm went through.
+    collisions: Vec<Collision>,
 }
 
 fn main() -> ExitCode {
@@ -98,18 +121,19 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     );
     let (mut operators, mut all_done, mut all_kept, mut all_same) = (0, 0, 0, 0);
     let says = |what: &str| wanted.iter().any(|word| *word == what);
-    let elsewhere = Elsewhere { displaced: says("displaced"), unknown: says("unknown") };
-    let wanted: Vec<&String> = wanted.into_iter().filter(|word| *word != "displaced" && *word != "unknown").collect();
+    let [displaced, unknown, slow, noisy] = WORDS.map(says);
+    let otherwise = Otherwise { displaced, unknown, slow, noisy };
+    let wanted: Vec<&String> = wanted.into_iter().filter(|word| !WORDS.contains(&word.as_str())).collect();
     let named = |word: &str, scene: &str| if SCENES.contains(&word) { word == scene } else { scene.contains(word) };
     let is_wanted = |scene: &&str| wanted.is_empty() || wanted.iter().any(|word| named(word, scene));
-    // An object in a socket or a nest cannot be elsewhere.
+    // An object in a socket or a nest cannot be otherwise.
     let stands_free =
-        |scene: &&str| !(elsewhere.displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
-    let ends_in_contact = |scene: &&str| !elsewhere.unknown || END_IN_CONTACT.contains(scene);
+        |scene: &&str| !(otherwise.displaced && ["ball", "peg_pullout_from_hole", "turn_screw"].contains(scene));
+    let ends_in_contact = |scene: &&str| !otherwise.unknown || END_IN_CONTACT.contains(scene);
     for scene in SCENES.into_iter().filter(is_wanted).filter(stands_free).filter(ends_in_contact) {
         let came: Vec<(u64, Result<Came, InputError>)> = (first..=last)
             .into_par_iter()
-            .map(|seed| (seed, carried_out(scene, seed, elsewhere, &rules, &robot)))
+            .map(|seed| (seed, carried_out(scene, seed, otherwise, &rules, &robot)))
             .collect();
         let (mut done, mut kept, mut same, mut off, mut turned) = (0, 0, 0, 0.0_f64, 0.0_f64);
         let mut failed = Vec::new();
@@ -161,6 +185,9 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     nearest.time_s
                 );
             }
+            for Collision { link, with, time_s } in came.iter().flat_map(|came| &came.collisions) {
+                eprintln!("{scene} {seed}: {link} goes through {with}, after {time_s:.1} s");
+            }
             if let Ok(Came { tasks: [commanded, performed], .. }) = came {
                 same += usize::from(commanded == performed);
                 if commanded != performed {
@@ -183,23 +210,40 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
 fn carried_out(
     scene: &str,
     seed: u64,
-    elsewhere: Elsewhere,
+    otherwise: Otherwise,
     rules: &[RuleSet; 2],
     robot: &Robot,
 ) -> Result<Came, InputError> {
     let stage = world::scene(scene)?;
-    let recording = world::teach(&stage, &world::operator(scene)?, seed)?;
+    let mut recording = world::teach(&stage, &world::operator(scene)?, seed)?;
+    if otherwise.slow {
+        recording = slowed(recording, SLOW);
+    }
+    if otherwise.noisy {
+        add_noise(&mut recording, seed);
+    }
     let rules = &rules[usize::from(stage.hands.len() > 1)];
     let said = rules.over(&recording)?.analysis;
     let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, TouchForces::default(), scene)?;
     robot::map(&mut commands, robot, &recording.scene)?;
-    let stage = if elsewhere.displaced { with_objects_elsewhere(stage, seed) } else { stage };
-    let off = if elsewhere.unknown { [3, 4, 5].map(|step| 0.002 * share(seed, step)) } else { [0.0; 3] };
+    let stage = if otherwise.displaced { with_objects_elsewhere(stage, seed) } else { stage };
+    let off = if otherwise.unknown { [3, 4, 5].map(|step| 0.002 * share(seed, step)) } else { [0.0; 3] };
     let performance = simulate_seeing(&commands, robot, &stage, &Vector3::from(off), &mut |_| {})?;
     let again = rules.over(&performance.recording)?.analysis;
     let commanded = commands.tasks.iter().map(|task| format!("{} {}", task.track, task.task)).collect();
     let tasks = [commanded, names(&again)].map(sorted);
-    Ok(Came { outcomes: performance.outcomes, tasks, nearest: performance.nearest })
+    let Performance { outcomes, nearest, collisions, .. } = performance;
+    Ok(Came { outcomes, tasks, nearest, collisions })
+}
+
+/// Adds noise to positions and forces.
+fn add_noise(recording: &mut Recording, seed: u64) {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for column in recording.columns.values_mut() {
+        let Some((_, sigma)) = NOISE.iter().find(|(dimension, _)| *dimension == column.dimension) else { continue };
+        let Ok(normal) = Normal::new(0.0, *sigma) else { continue };
+        column.values.iter_mut().for_each(|value| *value += normal.sample(&mut rng));
+    }
 }
 
 /// Compares tasks by hand, since the hands may begin in another order.

@@ -78,12 +78,16 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let commanded = folder.join("commands.json");
     output::add(files, &commanded, &commands.json()?, &[])?;
     output::print(&format!("\ncommands for the robot `{ROBOT}`\n{}", summary(&commands)))?;
-    let Performance { recording, outcomes, nearest, trace } = perform(&commands, &robot, scene)?;
+    let Performance { recording, outcomes, nearest, collisions, trace } = perform(&commands, &robot, scene)?;
     let performed = folder.join("robot.csv");
     let performed_log = add(files, &recording, &performed)?;
     let page = folder.join("robot.html");
     output::add(files, &page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
-    output::print(&format!("\nthe robot\n{}{}", format_outcomes(&outcomes), format_clearance(nearest.as_ref())))?;
+    output::print(&format!(
+        "\nthe robot\n{}{}",
+        format_outcomes(&outcomes),
+        format_clearance(nearest.as_ref(), &collisions)
+    ))?;
     let again = analysis.rules().analyze(&performed_log)?;
     let tasks = |analysis: &Analysis| -> Vec<String> {
         analysis.tracks().flat_map(Track::tasks).map(|task| task.name().to_string()).collect()

@@ -13,7 +13,7 @@ use crate::robot::Robot;
 use crate::robot::planning::goal::goals;
 use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
-use crate::robot::simulation::arm_clearance::MinDistance;
+use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
 use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::stream::atomic_write::Files;
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let in_its_file = |error| in_scene(&args.scene, in_file(&file, error));
     let joints = joints.map_err(in_its_file)?;
     let performed = perform(&commands, &robot, &scene).map_err(in_its_file)?;
-    let Performance { recording, outcomes, nearest, trace } = performed;
+    let Performance { recording, outcomes, nearest, collisions, trace } = performed;
     let mut files = Files::default();
     let mut said = String::new();
     if let (Some(place), Some(made)) = (&args.trajectory, &joints) {
@@ -140,11 +140,11 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     let duration = recording.time.last().copied().unwrap_or_default();
     let done = outcomes.iter().all(|outcome| outcome.done);
     if args.format == Format::Json {
-        output::print_json(&report::robot::json(&commands, &outcomes, nearest.as_ref(), duration))?;
+        output::print_json(&report::robot::json(&commands, &outcomes, nearest.as_ref(), &collisions, duration))?;
         return if done { Ok(()) } else { Err(Failure::No) };
     }
     output::print(&said)?;
-    output::print(&(format_outcomes(&outcomes) + &format_clearance(nearest.as_ref())))?;
+    output::print(&(format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions)))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if done { Ok(()) } else { Err(Failure::No) }
 }
@@ -249,16 +249,23 @@ fn how_it_is(outcome: &Outcome) -> String {
     text
 }
 
-/// How near two arms came to each other.
-pub fn format_clearance(nearest: Option<&MinDistance>) -> String {
-    let Some(nearest) = nearest else { return String::new() };
-    let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
-    if nearest.passes_through() {
-        let what = "warning: nothing keeps the simulated arms apart, and they go through each other";
-        format!("{what}: `{one}` and `{other}`, by {:.1} mm after {time_s:.1} s\n", -gap)
-    } else {
-        format!("the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s\n")
+/// How near two arms came to each other, and what arms went through.
+pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision]) -> String {
+    let mut text = String::new();
+    if let Some(nearest) = nearest {
+        let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
+        let _ = if nearest.passes_through() {
+            let what = "warning: nothing keeps the simulated arms apart, and they go through each other";
+            writeln!(text, "{what}: `{one}` and `{other}`, by {:.1} mm after {time_s:.1} s", -gap)
+        } else {
+            writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s")
+        };
     }
+    for Collision { link, with, time_s } in collisions {
+        let what = "warning: nothing stops a simulated arm, and it goes through something";
+        let _ = writeln!(text, "{what}: `{link}` through `{with}` after {time_s:.1} s");
+    }
+    text
 }
 
 /// Forces that are not within their profile; nothing for those that are.

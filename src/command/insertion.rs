@@ -27,9 +27,9 @@ const STANDS_M: f64 = 0.005;
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the operator's depth within this time, s.
 const CATCHES_UP_S: f64 = 0.4;
-/// A hole is as wide as it is this far behind its rim, m, in so many directions, each looked along in so many steps until it is as near as this, m; what is
+/// A hole is as wide as it is this far behind its rim, m, and a peg whose rim is above it as it is farther behind; each is looked at in so many directions, each looked along in so many steps until it is as near as this, m; what is
 /// farther away, m, is none of its walls.
-const BEHIND_M: f64 = 0.003;
+const BEHIND_M: [f64; 3] = [0.003, 0.012, 0.024];
 const RAYS: u32 = 32;
 const MARCHES: usize = 60;
 const ON_SURFACE_M: f64 = 1e-6;
@@ -129,7 +129,12 @@ pub(super) fn along_the_axis(
         let shift = series.wanted[deepest] * end.inverse();
         let after = episode.pieces.iter().flat_map(|piece| piece.samples.iter().copied());
         for at in after.filter(|&at| at > deepest) {
-            series.wanted[at] = shift * series.object[at];
+            let pose = shift * series.object[at];
+            let hole = hole.at(&way[at]);
+            let weight = hole.nearness(&hole.seen(&pose, &plug));
+            let turned = UnitQuaternion::rotation_between(&(pose.rotation * upright), &hole.frame.axis)
+                .unwrap_or_else(UnitQuaternion::identity);
+            series.wanted[at] = Isometry3::from_parts(pose.translation, turned.powf(weight) * pose.rotation);
         }
     }
     into
@@ -174,14 +179,16 @@ fn clearance(
     hole: (&str, &Point3<f64>, &Vector3<f64>),
     plug: (&str, &Point3<f64>, &Vector3<f64>),
 ) -> Option<f64> {
-    let radius = |(name, point, inwards): (&str, Point3<f64>, &Vector3<f64>)| {
+    let radius = |(name, point, inwards): (&str, &Point3<f64>, &Vector3<f64>), behind_m: f64| {
         let solid = Solid::new(scene.bodies.get(name)?);
-        radius_about(&solid, &(point + inwards * BEHIND_M), inwards)
+        radius_about(&solid, &(point + inwards * behind_m), inwards)
     };
-    let (hole, hole_is_solid) = radius((hole.0, *hole.1, &-hole.2))?;
-    let (plug, plug_is_solid) = radius((plug.0, *plug.1, plug.2))?;
-    let wider = if hole_is_solid { plug - hole } else { hole - plug };
-    (hole_is_solid != plug_is_solid && wider > 0.0).then_some(wider)
+    let (plug, plug_is_solid) = radius(plug, BEHIND_M[0])?;
+    BEHIND_M.into_iter().find_map(|behind_m| {
+        let (hole, hole_is_solid) = radius((hole.0, hole.1, &-hole.2), behind_m)?;
+        let wider = if hole_is_solid { plug - hole } else { hole - plug };
+        (hole_is_solid != plug_is_solid && wider > 0.0).then_some(wider)
+    })
 }
 
 /// How near the surface is to a point at right angles to an axis, m, and whether the point is in the body.

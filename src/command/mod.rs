@@ -12,6 +12,7 @@ mod form;
 mod gripping;
 mod insertion;
 mod leaning;
+mod pads;
 mod reading;
 mod series;
 mod settling;
@@ -137,7 +138,7 @@ fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut se
     leaning::against_the_wall(&mut series, recording, object, &episodes);
     // With another hand at work, what is let go may be in that one.
     if !waits {
-        settling::put_down(&mut series, &episodes);
+        settling::put_down(&mut series, recording, object, &episodes);
     }
     let mut task = Task {
         track: side,

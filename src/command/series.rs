@@ -4,8 +4,8 @@ use super::columns::{poses, vectors};
 use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::{TouchForces, flags, touching};
-use super::{FRICTION, RATE_HZ};
-use crate::base::geometry::{across, face_normal, surface_distance};
+use super::{FRICTION, RATE_HZ, pads};
+use crate::base::geometry::{face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::log_channel::{ContactPart, FingerPart, LogChannel};
 use crate::base::meaning::Meaning;
@@ -25,13 +25,11 @@ const TURN_M: f64 = 0.05;
 const TAKES_PART: f64 = 0.3;
 /// A body touches the object with more than this, N.
 const ON_N: f64 = 0.01;
-/// Faces are opposite when the cosine between their normals is below the negative of this.
-const OPPOSITE: f64 = 0.99;
-/// How far the pads of jaws reach to each side of their middle, m, and shares of that.
-const PAD_M: f64 = 0.015;
-const SHARES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
-/// A face goes on where the surface is no farther than this, m.
-const FLAT_M: f64 = 0.0005;
+/// An object has come to rest when it moves by less than this, m, for so long, s; it does so within this time after its task, s.
+const RESTS_M: f64 = 0.001;
+const RESTS_FOR_S: f64 = 0.1;
+const RESTS_WITHIN_S: f64 = 1.0;
+const SAME_S: f64 = 1e-6;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
 
@@ -146,6 +144,20 @@ impl Series {
         poses(recording, body, &self.rows)
     }
 
+    /// Where an object of this name has come to rest, at the end or soon after it; `None` for one that was not measured, or still moves when the recording ends.
+    pub(super) fn at_rest(&self, recording: &Recording, object: &str) -> Option<Isometry3<f64>> {
+        let end_s = recording.time[*self.rows.last()?];
+        let near = |time: &f64| (end_s - RESTS_FOR_S..=end_s + RESTS_WITHIN_S).contains(time);
+        let rows: Vec<usize> = (0..recording.time.len()).filter(|row| near(&recording.time[*row])).collect();
+        let poses = poses(recording, object, &rows)?;
+        let place = |at: usize| poses[at].translation.vector;
+        (0..rows.len()).find_map(|from| {
+            let until_s = recording.time[rows[from]] + RESTS_FOR_S;
+            let until = (from..rows.len()).find(|at| recording.time[rows[*at]] >= until_s - SAME_S)?;
+            (from..=until).all(|at| (place(at) - place(from)).norm() < RESTS_M).then(|| poses[until])
+        })
+    }
+
     /// The unit normals from a body onto the object where they touch, zero elsewhere; `None` when the recording does not have their contact.
     pub(super) fn normals(&self, recording: &Recording, object: &str, body: &str) -> Option<Vec<Vector3<f64>>> {
         let contact = |part| LogChannel::Contact(object, body, part);
@@ -158,15 +170,14 @@ impl Series {
         Some(forces.iter().zip(&normals).map(unit).collect())
     }
 
-    /// Lets a finger press with this force, N, into the surface of the object where it touches it, while it does.
-    pub(super) fn press(&mut self, finger: usize, body: &Body, force: f64, samples: &[usize]) {
-        let finger = &mut self.fingers[finger];
-        let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
-        let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len().max(1) as f64;
-        let Some(normal) = face_normal(body, &mean.into()) else { return };
-        for at in touched {
-            finger.force[at] = -normal * force;
-            finger.wanted_force[at] = finger.force[at];
+    /// Lets a finger press with this force, N, against the normal of its contact where it touches, at these samples.
+    pub(super) fn press(&mut self, contact: &Contact, force: f64, samples: &[usize]) {
+        let pressed = -Vector3::from(contact.normal) * force;
+        let Some(finger) = self.fingers.iter_mut().find(|it| it.finger == contact.finger) else { return };
+        for &at in samples {
+            if finger.touches[at] {
+                (finger.force[at], finger.wanted_force[at]) = (pressed, pressed);
+            }
         }
     }
 
@@ -187,7 +198,7 @@ impl Series {
             episode.pieces.iter().filter(|piece| piece.touching).flat_map(|piece| piece.samples.iter().copied());
         // A hand that goes away for long after it let go touches no less for that.
         let samples: Vec<usize> = samples.filter(|&at| self.fingers.iter().any(|finger| finger.touches[at])).collect();
-        let mut contacts = Vec::new();
+        let (mut contacts, mut means) = (Vec::new(), Vec::new());
         for finger in &self.fingers {
             let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
             if touched.is_empty() || (touched.len() as f64) < TAKES_PART * samples.len() as f64 {
@@ -196,10 +207,15 @@ impl Series {
             let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len() as f64;
             let Some(normal) = face_normal(body, &mean.into()) else { continue };
             let point = mean - normal * surface_distance(body, &mean.into());
-            contacts.push(Contact { finger: finger.finger, point: rounded(point), normal: rounded(normal) });
+            contacts.push(Contact { finger: finger.finger, point: point.into(), normal: normal.into() });
+            means.push(mean);
         }
         if self.flat_pads {
-            opposite(body, &mut contacts, self.tip_radius);
+            pads::facing(body, &mut contacts, &means);
+            pads::opposite(body, &mut contacts, self.tip_radius);
+        }
+        for contact in &mut contacts {
+            (contact.point, contact.normal) = (contact.point.map(round), contact.normal.map(round));
         }
         GraspSpec { contacts, mapped: None, infeasible: None }
     }
@@ -295,37 +311,6 @@ impl Series {
             }
             quality.force_deviation = quality.force_deviation.max(deviation(&raw, &out[start..end]));
             start = end;
-        }
-    }
-}
-
-/// Brings two contacts on opposite faces to one line across them: in the middle between where they were along the faces, and as near to the middle of the
-/// object as pads are long and the faces go on, since pads do not let it turn about the line between them and balls of this radius, m, do.
-fn opposite(body: &Body, contacts: &mut [Contact], radius: f64) {
-    let [one, two] = contacts else { return };
-    let normal = Vector3::from(one.normal);
-    if normal.dot(&Vector3::from(two.normal)) > -OPPOSITE {
-        return;
-    }
-    let (first, second) = (Vector3::from(one.point), Vector3::from(two.point));
-    let half = (second - first) / 2.0;
-    let along = half - normal * half.dot(&normal);
-    let middle = (first + second) / 2.0;
-    let aside = middle - normal * middle.dot(&normal);
-    let ends = |nearer: &Vector3<f64>| [(first + along - nearer, normal), (second - along - nearer, -normal)];
-    // A ball touches the face there, and nothing beside it.
-    let lies = |(point, normal): (Vector3<f64>, Vector3<f64>)| {
-        let gap = |out: f64| surface_distance(body, &(point + normal * out).into());
-        gap(0.0).abs() < FLAT_M && gap(radius) > radius - FLAT_M
-    };
-    let mut nearer = Vector3::zeros();
-    for (direction, length) in across(&normal).map(|direction| (direction, aside.dot(&direction))) {
-        let shares = SHARES.map(|share| nearer + direction * (length.clamp(-PAD_M, PAD_M) * share));
-        nearer = shares.into_iter().find(|nearer| ends(nearer).into_iter().all(lies)).unwrap_or(nearer);
-    }
-    for (contact, end) in [one, two].into_iter().zip(ends(&nearer)) {
-        if lies(end) {
-            contact.point = rounded(end.0);
         }
     }
 }

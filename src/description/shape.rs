@@ -4,6 +4,8 @@
 //! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959).
 
 use super::polytope::Polytope;
+use crate::base::quantity::Length;
+use crate::base::scene::{Body, Part, Shape};
 use nalgebra::{Isometry3, Matrix3, Point3, UnitQuaternion, Vector3};
 use std::sync::Arc;
 
@@ -159,6 +161,25 @@ impl CollisionShape {
                 let turn = at.rotation.to_rotation_matrix();
                 (volume, at * center, turn * own * turn.inverse())
             }
+        }
+    }
+}
+
+/// The shapes of a body, its frame. A cylinder counts as the box about it.
+pub(crate) fn solids(body: &Body) -> Vec<CollisionShape> {
+    body.parts.iter().map(solid).collect()
+}
+
+fn solid(part: &Part) -> CollisionShape {
+    let half = |edges: [Length; 3]| Vector3::from(edges.map(|edge| edge.0 / 2.0));
+    match part.shape {
+        Shape::Box(edges) => CollisionShape::Box(part.pose(), half(edges)),
+        Shape::Cylinder([radius, height]) => {
+            CollisionShape::Box(part.pose(), Vector3::new(radius.0, radius.0, height.0 / 2.0))
+        }
+        Shape::Ball(radius) => {
+            let middle = part.pose() * Point3::origin();
+            CollisionShape::Capsule(middle, middle, radius.0)
         }
     }
 }

@@ -187,6 +187,8 @@ pub struct World {
     bodies: Bodies,
     fingertips: Fingertips,
     tip_radius: Vec<f64>,
+    /// The contact law of each fingertip, by hand and finger.
+    laws: Vec<Vec<TouchLaw>>,
     tips: Vec<Vec<Tip>>,
     threads: Vec<Thread>,
     steps: u64,
@@ -243,12 +245,14 @@ impl World {
             tip_radius.push(hand.tip_radius.0);
         }
         let contacts = bodies.pairs();
+        let laws = tips.iter().map(|tips: &Vec<Tip>| vec![fingertips.touch; tips.len()]).collect();
         let observation = Observation { time_s: 0.0, hands, bodies: Vec::new(), contacts };
         let pushed = tips.iter().map(|tips: &Vec<Tip>| vec![Pushed::default(); tips.len()]).collect();
         let mut world = Self {
             bodies,
             fingertips,
             tip_radius,
+            laws,
             tips,
             threads: threads(&places(scene)),
             steps: 0,
@@ -258,6 +262,14 @@ impl World {
         };
         world.observe_bodies();
         Ok(world)
+    }
+
+    /// Gives a finger of a hand, by its index in the scene, a flat pad of this radius, m, in place of a fingertip's patch.
+    pub fn set_pad(&mut self, hand: usize, finger: Finger, radius: f64) {
+        let own = self.observation.hands[hand].tips.iter().zip(&mut self.laws[hand]);
+        for (_, law) in own.filter(|(tip, _)| tip.finger == finger) {
+            *law = self.fingertips.touch.with_pad(radius);
+        }
     }
 
     /// What is felt and seen now.
@@ -387,9 +399,8 @@ impl World {
     /// How often the next step must be divided to keep the stiffest body stable.
     fn substeps(&self) -> usize {
         let mut damped = vec![0.0; self.bodies.len()];
-        let law = &self.fingertips.touch;
-        for (tips, state) in self.tips.iter().zip(&self.observation.hands) {
-            for (tip, state) in tips.iter().zip(&state.tips) {
+        for ((tips, laws), state) in self.tips.iter().zip(&self.laws).zip(&self.observation.hands) {
+            for ((tip, law), state) in tips.iter().zip(laws).zip(&state.tips) {
                 for touch in &state.touches {
                     if tip.bristles[touch.body].is_some_and(|bristle| bristle.is_explicit()) {
                         let mobility = self.bodies.mobility(touch.body, state.position, touch.normal);
@@ -441,7 +452,7 @@ impl World {
                 spin: spin - self.bodies.angular_velocity(body),
                 world_from_body,
             };
-            let (touch, next) = self.fingertips.touch.touch(*bristle, &overlap, dt);
+            let (touch, next) = self.laws[hand][finger].touch(*bristle, &overlap, dt);
             *bristle = Some(next);
             let push = Push { force: touch.force, point, torque: touch.torque, damping: touch.damping };
             self.bodies.push(body, &push, dt);
@@ -453,7 +464,7 @@ impl World {
     fn answer(&mut self, share: f64) {
         self.pushed.iter_mut().flatten().for_each(|pushed| *pushed = Pushed::default());
         for Touching { hand, finger, body, point, touch } in self.touching.drain(..) {
-            let force = self.fingertips.touch.answered(&touch, self.bodies.change_at(body, point));
+            let force = self.laws[hand][finger].answered(&touch, self.bodies.change_at(body, point));
             let state = &mut self.observation.hands[hand].tips[finger];
             let pushed = &mut self.pushed[hand][finger];
             pushed.force -= force;

@@ -105,6 +105,14 @@ impl Bristle {
 }
 
 impl TouchLaw {
+    /// The law of a flat pad, a disc of this radius (m) of the same material: along the surface and for a twist it is per area as stiff as a fingertip per area
+    /// of its patch (an elastic foundation; K. L. Johnson, Contact Mechanics, 1985, section 4.3). Along the normal it gives way as a fingertip does, since what
+    /// is behind it does. It is damped in all directions alike, so that all of it can be taken implicitly.
+    pub fn with_pad(&self, radius: f64) -> Self {
+        let tangential_stiffness = self.tangential_stiffness * (radius / self.patch_radius).powi(2);
+        Self { tangential_stiffness, tangential_damping: self.damping, patch_radius: radius, ..*self }
+    }
+
     /// The damping of a tip that sticks which is the same in all directions, N s/m.
     fn common_damping(&self) -> f64 {
         self.damping.min(self.tangential_damping)

@@ -13,7 +13,7 @@ const LAYERS: &[(&str, &[&str])] = &[
     ("description", &[]),
     ("world", &[]),
     ("stream", &["description"]),
-    ("command", &["analysis", "stream"]),
+    ("command", &["description", "analysis", "stream"]),
     ("robot", &["command", "description", "world"]),
     ("engine", &["language", "graph", "stream"]),
     ("analysis", &["language", "stream", "engine"]),

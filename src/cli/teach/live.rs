@@ -177,9 +177,9 @@ fn perform(
         return Err(format!("the robot's hand cannot take the grasp: {why}"));
     }
     let performed = simulate(&commands, robot, scene, progress).map_err(|error| in_words(&error))?;
-    let Performance { recording, outcomes, nearest, trace } = performed;
+    let Performance { recording, outcomes, nearest, collisions, trace } = performed;
     Ok(Performed {
-        text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref()),
+        text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
         done: outcomes.iter().all(|outcome| outcome.done),
         page: report::robot::page(&commands, &trace, &outcomes),
         recording,

@@ -5,12 +5,18 @@ use crate::command::Commands;
 use crate::robot::Kind;
 use crate::robot::control::behavior::Searched;
 use crate::robot::simulation::Outcome;
-use crate::robot::simulation::arm_clearance::MinDistance;
+use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::cause::{Cause, Why};
 use serde_json::{Value, json};
 
 /// Writes the document; `duration_s` is that of the robot's recording.
-pub fn json(commands: &Commands, outcomes: &[Outcome], nearest: Option<&MinDistance>, duration_s: f64) -> String {
+pub fn json(
+    commands: &Commands,
+    outcomes: &[Outcome],
+    nearest: Option<&MinDistance>,
+    collisions: &[Collision],
+    duration_s: f64,
+) -> String {
     let nearest = nearest.map(|nearest| {
         json!({ "gap_m": exact(nearest.gap), "time_s": exact(nearest.time_s), "links": nearest.links,
             "pass_through": nearest.passes_through() })
@@ -22,8 +28,13 @@ pub fn json(commands: &Commands, outcomes: &[Outcome], nearest: Option<&MinDista
         "duration_s": exact(duration_s),
         "tasks": outcomes.iter().map(outcome).collect::<Vec<_>>(),
         "nearest": nearest,
+        "collisions": collisions.iter().map(collision).collect::<Vec<_>>(),
     });
     format!("{document}\n")
+}
+
+fn collision(Collision { link, with, time_s }: &Collision) -> Value {
+    json!({ "link": link, "with": with, "time_s": exact(*time_s) })
 }
 
 /// A number as all that are written.

@@ -17,5 +17,9 @@ use pose_correction::PoseCorrection;
 /// Returns the behaviors of a hand at the beginning of a group of tasks, in the order in which they correct a target: each sees the target as the one before
 /// has left it.
 pub(crate) fn behaviors(hand: &HandModel, tasks: &[Task], scene: &Scene) -> Vec<Box<dyn Behavior>> {
-    vec![Box::new(PegSearch::new(tasks, scene)), Box::new(PoseCorrection::new(scene)), Box::new(GripForce::new(hand))]
+    vec![
+        Box::new(PegSearch::new(tasks, scene)),
+        Box::new(PoseCorrection::new(scene, hand)),
+        Box::new(GripForce::new(hand)),
+    ]
 }

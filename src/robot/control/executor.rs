@@ -4,6 +4,7 @@ use super::impedance::{Controller, FingerTarget, Gains, TipTarget};
 use super::palm_compliance::PalmCompliance;
 use crate::robot::dynamics::motion::{DynamicsTerms, Motion};
 use crate::robot::kinematics::arm_ik::PoseError;
+use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
@@ -94,7 +95,8 @@ impl Executor {
 
     /// Decides what its motors do in the next millisecond to come to a target; `exerted` are the forces of its fingertips, as they are measured, N.
     pub fn set_target(&mut self, target: &Target, exerted: &[Vector3<f64>]) {
-        let yielded = self.hand.jaws.as_ref().map(|jaws| self.yielding.apply(target, jaws, exerted, STEP_S));
+        let law = self.hand.fingers.first().map_or_else(TouchLaw::default, touch_law);
+        let yielded = self.hand.jaws.as_ref().map(|jaws| self.yielding.apply(target, (jaws, &law), exerted, STEP_S));
         let target = yielded.as_ref().unwrap_or(target);
         let before = self.before.replace(target.clone()).unwrap_or_else(|| target.clone());
         // The arm.
@@ -136,7 +138,8 @@ impl Executor {
                     Some((_, position, force)) => {
                         *idle = finger.angles(self.motion.q.as_slice());
                         // The pad gives way under the force that it is to exert.
-                        let given = |force: Vector3<f64>| force / TouchLaw::default().stiffness;
+                        let stiffness = touch_law(finger).stiffness;
+                        let given = |force: Vector3<f64>| force / stiffness;
                         let earlier = of(&before).map_or(position, |(_, at, force)| at + given(force));
                         let position = position + given(force);
                         let velocity = (position - earlier) / STEP_S;
@@ -194,6 +197,12 @@ impl Executor {
         root.rotation = turn * root.rotation;
         self.posture = self.motion.posture(&self.robot.tree, dt);
     }
+}
+
+/// The law by which a finger touches.
+fn touch_law(finger: &FingerModel) -> TouchLaw {
+    let law = TouchLaw::default();
+    finger.pad_radius.map_or(law, |radius| law.with_pad(radius))
 }
 
 /// Robots that move the hands of a scene, in its order.

@@ -12,10 +12,11 @@
 use crate::robot::control::impedance::Gains;
 use crate::robot::model::gripper::Jaws;
 use crate::robot::planning::plan::Target;
+use crate::world::TouchLaw;
 use nalgebra::{Translation3, Vector3};
 
-/// D, N s/m: with the stiffness of two fingertips' friction, 1400 N/m, the force follows within 0.1 s, slower than arms do.
-const DAMPING: f64 = 160.0;
+/// D along the line of the jaws and across it, as times the stiffness of both contacts, s: the force follows within this time, slower than arms do.
+const FOLLOWS_S: [f64; 2] = [0.08, 0.114];
 /// The palm gives way no farther, m.
 const MOST_M: f64 = 0.02;
 
@@ -27,17 +28,27 @@ pub(crate) struct PalmCompliance {
 
 impl PalmCompliance {
     /// A target shifted by what the forces of the fingertips, N, are not as they are to be, after a step of `dt`, s.
-    pub(crate) fn apply(&mut self, target: &Target, jaws: &Jaws, exerted: &[Vector3<f64>], dt: f64) -> Target {
+    pub(crate) fn apply(
+        &mut self,
+        target: &Target,
+        (jaws, law): (&Jaws, &TouchLaw),
+        exerted: &[Vector3<f64>],
+        dt: f64,
+    ) -> Target {
         let gains = Gains::default();
         let stiffness = 2.0 * gains.stiffness / (1.0 + gains.force_feedback);
         let asked: Vector3<f64> = target.tips.iter().map(|(.., force)| force).sum();
         let touches = asked != Vector3::zeros() && exerted.iter().any(|force| *force != Vector3::zeros());
         let mut missing = if touches { asked - exerted.iter().sum::<Vector3<f64>>() } else { Vector3::zeros() };
+        let line = target.palm.rotation * jaws.along.into_inner();
         if !jaws.geared {
-            let along = target.palm.rotation * jaws.along.into_inner();
-            missing -= along * along.dot(&missing);
+            missing -= line * line.dot(&missing);
         }
-        let shift = self.shift + (missing - self.shift * stiffness) * (dt / DAMPING);
+        let pull = missing - self.shift * stiffness;
+        let along = line * line.dot(&pull);
+        let [slow_along, slow_across] =
+            [law.stiffness * FOLLOWS_S[0], law.tangential_stiffness * FOLLOWS_S[1]].map(|half| 2.0 * half);
+        let shift = self.shift + (along / slow_along + (pull - along) / slow_across) * dt;
         if shift.iter().all(|part| part.is_finite()) {
             self.shift = shift * (MOST_M / shift.norm().max(1e-9)).min(1.0);
         }

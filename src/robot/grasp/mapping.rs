@@ -183,7 +183,7 @@ impl<'a> Holder<'a> {
         let q = vec![0.0; robot.tree.dofs.len()];
         let arm = hand.arm_on(&robot.tree);
         hand.arm.is_empty()
-            || !arm.postures_along(&Isometry3::identity(), &way, &q, REACH_STARTS, REACH_STEPS).is_empty()
+            || !arm.postures_along(&Isometry3::identity(), &way, &q, (REACH_STARTS, REACH_STEPS), None).is_empty()
     }
 
     /// The best way to take hold with `others` in the way, frame of the object.

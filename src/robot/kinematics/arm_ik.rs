@@ -1,5 +1,6 @@
 //! The arm's inverse kinematics: the palm to a pose, and along a way.
 
+use super::surroundings::{ArmLinks, Surroundings};
 use crate::description::tree::KinematicTree;
 use nalgebra::{Isometry3, Matrix6, Point3, Vector6};
 
@@ -78,19 +79,27 @@ impl Arm<'_> {
         missing
     }
 
-    /// Returns the values of all degrees of freedom from which the arm can bring the palm along a whole way, those first that stay farthest from the limits.
+    /// Returns the values of all degrees of freedom from which the arm can bring the palm along a whole way: those first whose links meet the surroundings
+    /// and each other at the fewest poses of the way, then those that stay farthest from their limits. Without surroundings they are in no order.
     /// The search has several starts that are the same ones each time; joints that are not the arm's stay as in `q`.
     pub fn postures_along(
         &self,
         root: &Isometry3<f64>,
         way: &[Isometry3<f64>],
         q: &[f64],
-        starts: usize,
-        iterations: usize,
+        (starts, iterations): (usize, usize),
+        surroundings: Option<&Surroundings>,
     ) -> Vec<Vec<f64>> {
         let Some((first, rest)) = way.split_first() else { return Vec::new() };
         let mut begun: Vec<Vec<f64>> = Vec::new();
-        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        let mut found: Vec<((usize, f64), Vec<f64>)> = Vec::new();
+        let links = ArmLinks::new(self.tree, self.palm, false);
+        let looked_at = |q: &[f64]| {
+            let Some(surroundings) = surroundings else { return (0, 0.0) };
+            let mut poses = self.tree.forward_kinematics(q);
+            poses.iter_mut().for_each(|pose| *pose = root * *pose);
+            (usize::from(surroundings.meet(&links, &poses)), self.off_middle(q))
+        };
         for index in 0..starts {
             let mut tried = q.to_vec();
             for (place, &dof) in self.dofs.iter().enumerate() {
@@ -108,17 +117,18 @@ impl Arm<'_> {
             }
             begun.push(tried.clone());
             let begins = tried.clone();
-            let mut worst = self.off_middle(&tried);
+            let (mut met, mut worst) = looked_at(&tried);
             let reaches = rest.iter().all(|palm| {
                 let missing = self.inverse_kinematics(root, palm, &mut tried, FOLLOWING);
-                worst = worst.max(self.off_middle(&tried));
+                let (meets, off) = looked_at(&tried);
+                (met, worst) = (met + meets, worst.max(off));
                 missing.is_within(&REACHED)
             });
             if reaches {
-                found.push((worst, begins));
+                found.push(((met, worst), begins));
             }
         }
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.sort_by(|((met, worst), _), ((other_met, other), _)| met.cmp(other_met).then(worst.total_cmp(other)));
         found.into_iter().map(|(_, posture)| posture).collect()
     }
 

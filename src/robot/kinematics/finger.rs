@@ -17,6 +17,8 @@ pub(crate) struct FingerSpec {
     pub(crate) tip: Point3<f64>,
     pub(crate) radius: f64,
     pub(crate) pad: Unit<Vector3<f64>>,
+    /// Radius of a flat pad, m.
+    pub(crate) pad_radius: Option<f64>,
     pub(crate) force: f64,
 }
 
@@ -38,6 +40,8 @@ pub struct FingerModel {
     pub ranges: Vec<[f64; 2]>,
     /// Radius of the fingertip ball, m.
     pub radius: f64,
+    /// Radius of a flat pad, m; `None` for a soft fingertip.
+    pub pad_radius: Option<f64>,
     /// The largest force of the tip, N.
     pub force: f64,
     /// Length from the joint about which it bends first to the centre of the ball, m; what measures are scaled by.
@@ -125,6 +129,7 @@ impl FingerModel {
             first_of_tip,
             ranges,
             radius: spec.radius,
+            pad_radius: spec.pad_radius,
             force: spec.force,
             length: 0.0,
             tip_link: spec.link,

@@ -26,6 +26,21 @@ impl PlacedShape {
         Self { link, ball: shape.bounding_ball(), shape }
     }
 
+    /// Its link.
+    pub(crate) const fn link(&self) -> usize {
+        self.link
+    }
+
+    /// The shape itself.
+    pub(crate) const fn shape(&self) -> &CollisionShape {
+        &self.shape
+    }
+
+    /// Middle and radius of the ball about it, m.
+    pub(crate) const fn ball(&self) -> (Point3<f64>, f64) {
+        self.ball
+    }
+
     /// The same, shifted.
     pub(crate) fn shifted(&self, by: &Vector3<f64>) -> Self {
         Self { shape: self.shape.moved(&Isometry3::from(*by)), ball: (self.ball.0 + by, self.ball.1), link: self.link }

@@ -6,3 +6,4 @@ pub mod finger;
 mod finger_ik;
 pub mod joint_positions;
 pub(crate) mod limb_gap;
+pub mod surroundings;

@@ -152,6 +152,9 @@ struct FingerFile {
     radius: Length,
     /// The direction out of its pad, frame of the link.
     pad: [f64; 3],
+    /// The radius of a disc of its area, for a pad that is flat; a soft fingertip when left out.
+    #[serde(default)]
+    pad_radius: Option<Length>,
     /// The largest force that it presses with.
     force: Force,
     /// Where the numbers come from.
@@ -494,6 +497,10 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
                 format!("has a force of {found} N, expected more than 0 and at most {MAX_FORCE_N} N"),
             ));
         }
+        if let Some(pad_radius) = file.pad_radius.filter(|radius| !(1e-3..=0.05).contains(&radius.0)) {
+            let found = Shown(pad_radius.0);
+            return Err(refuse(name, format!("has a `pad_radius` of {found} m, expected 1 mm to 50 mm")));
+        }
         let pad = Unit::try_new(Vector3::from(file.pad), 1e-6)
             .ok_or_else(|| refuse(name, "has a `pad` without direction".into()))?;
         specs.push(FingerSpec {
@@ -502,6 +509,7 @@ fn made_hand(robot: &Robot, file: HandFile, places: &Places<'_>) -> Result<HandM
             tip: Point3::from(file.tip.map(|part| part.0)),
             radius: file.radius.0,
             pad,
+            pad_radius: file.pad_radius.map(|radius| radius.0),
             force: file.force.0,
         });
     }

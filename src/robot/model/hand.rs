@@ -75,6 +75,11 @@ impl HandModel {
         Arm { tree, palm: self.palm, dofs: &self.arm }
     }
 
+    /// Whether every fingertip is a flat pad.
+    pub fn has_flat_pads(&self) -> bool {
+        self.fingers.iter().all(|finger| finger.pad_radius.is_some())
+    }
+
     /// How far the jaws of a gripper are open at these values of the robot's degrees of freedom, m; `None` for another hand.
     pub fn opening(&self, q: &[f64]) -> Option<f64> {
         let [thumb, other] = self.jaws.as_ref()?.pair.map(|jaw| self.finger(jaw.finger));

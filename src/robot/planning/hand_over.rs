@@ -6,29 +6,25 @@
 //! which steps of them are at the same time, so that any pair is judged by gaps alone. The first pair that leaves room is taken; where none does, the one
 //! that leaves most, or the grasps as they were where all meet.
 
-use super::hand_planner::Place;
-use super::moving::Moving;
+use super::apart;
+use super::hand_planner::TIP_RADIUS_M;
+use super::lifted::lift;
 use super::own_axis::{Way, offsets, turn};
 use super::resolved_grasp::ResolvedGrasp;
-use super::schedule::{EASED_S, groups};
-use super::time_scale::{Part, TimeScale};
+use super::schedule::groups;
+use super::walk::{ROOM_M, Walk};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::command::{Commands, Task};
 use crate::description::shape::SHORT_M;
 use crate::robot::grasp::held_path::held;
 use crate::robot::grasp::mapping::{self, Held, alternatives, meetings};
-use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, nearer, placed};
+use crate::robot::kinematics::limb_gap::{PlacedShape, nearer};
 use crate::robot::model::robot::Robot;
 use nalgebra::Vector3;
 use std::cell::OnceCell;
 use std::collections::BTreeMap;
 
-/// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
-const ROOM_M: f64 = 0.005;
-/// Arms are looked at this often, s, first at every so many of these steps: most pairs that meet do so for longer.
-const STEP_S: f64 = 0.02;
-const STRIDES: [usize; 2] = [16, 1];
 /// Ways are looked at up to so far from the object, at so many places, m.
 const NEAR_M: f64 = 0.16;
 const PLACES: usize = 8;
@@ -43,6 +39,16 @@ const TOGETHER_S: f64 = 0.3;
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
     mapping::map(commands, robot, scene)?;
+    for task in &mut commands.tasks {
+        let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
+            continue;
+        };
+        let radius = scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let grips = task.grasps.iter().map(|grasp| ResolvedGrasp::new(grasp, robot, hand, radius));
+        if let Ok(grips) = grips.collect::<Result<Vec<_>, String>>() {
+            lift(task, hand, &grips, object, scene);
+        }
+    }
     for pair in meetings(&commands.tasks) {
         let Some(meeting) = Meeting::new(&commands.tasks, robot, scene, pair) else { continue };
         if let Some(chosen) = meeting.chosen()? {
@@ -54,7 +60,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             }
         }
     }
-    Ok(())
+    apart::keep(commands, robot, scene)
 }
 
 /// Two grasps that meet when an object is handed over.
@@ -154,7 +160,7 @@ impl<'a> Meeting<'a> {
         }
         let measure = task.grasps[grasp].mapped.as_ref()?.measure;
         let model = self.robot.hands.get(&task.track)?;
-        let radius = self.scene.hands.get(&task.track).map_or(0.010, |hand| hand.tip_radius.0);
+        let radius = self.scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
         let grip = ResolvedGrasp::new(&task.grasps[grasp], self.robot, model, radius).ok()?;
         let [closed, opened] = grip.shapes(model);
         let mut tasks = vec![task];
@@ -166,7 +172,7 @@ impl<'a> Meeting<'a> {
             }
         }
         let near = |task: &Task, way: Way| {
-            let near = || offsets(task, grasp, way).into_iter().filter(|off| off.norm() < NEAR_M);
+            let near = || offsets(task, grasp, way).into_iter().map(|(off, _)| off).filter(|off| off.norm() < NEAR_M);
             near().step_by(near().count().div_ceil(PLACES).max(1)).collect()
         };
         let ways = tasks.into_iter().map(|task| Ways {
@@ -206,7 +212,7 @@ impl<'a> Meeting<'a> {
         ways.walks.get_or_init(|| {
             let mut tasks: Vec<Task> = self.tasks.iter().map(|task| (*task).clone()).collect();
             tasks[number] = ways.task.clone();
-            Walk::all(&tasks, number, self.robot, self.scene).unwrap_or_default()
+            Walk::all(&tasks, number, self.robot, self.scene, usize::MAX).unwrap_or_default()
         })
     }
 }
@@ -214,79 +220,4 @@ impl<'a> Meeting<'a> {
 /// Whether hands are well apart.
 fn leave_room(ours: &[PlacedShape], theirs: &[PlacedShape]) -> bool {
     !nearer(ours, theirs, ROOM_M)
-}
-
-/// What a hand does in a group of tasks, step by step of its own time.
-struct Walk {
-    /// The posture in which its arm begins.
-    arm: BTreeMap<String, f64>,
-    parts: Vec<Part>,
-    begins_s: f64,
-    steps: Vec<Vec<PlacedShape>>,
-}
-
-impl Walk {
-    /// The walks of the hand of a task, one from each posture from which its arm can go it.
-    fn all(tasks: &[Task], number: usize, robot: &Robot, scene: &Scene) -> Result<Vec<Self>, InputError> {
-        let side = tasks[number].track;
-        let place = |object: &str| {
-            let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
-            first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
-        };
-        let begun = Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?;
-        let mut different: Vec<Moving> = Vec::new();
-        for hand in begun {
-            // A joint that is turned all the way round is where it was.
-            let same = |other: &Moving| {
-                hand.q.iter().zip(&other.q).all(|(a, b)| (a - b).sin().abs() < 1e-3 && (a - b).cos() > 0.0)
-            };
-            if !different.iter().any(same) {
-                different.push(hand);
-            }
-        }
-        Ok(different.into_iter().filter_map(|hand| Self::of(hand, tasks, &place)).collect())
-    }
-
-    /// The walk of a hand; `None` for one that the arm cannot go.
-    fn of(mut hand: Moving, tasks: &[Task], place: &Place<'_>) -> Option<Self> {
-        let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
-        let arm = arm.collect();
-        let group: Vec<usize> = (0..tasks.len()).collect();
-        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, place, &mut |_, from_s| from_s).ok()?;
-        let parts = made.plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
-        let (mut steps, mut done_s) = (Vec::new(), 0.0);
-        for (number, plan) in &made.plans {
-            let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
-            while own_s(steps.len()) <= plan.duration() {
-                let own_s = own_s(steps.len());
-                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
-                let poses = hand.limb.tree.forward_kinematics(&hand.q);
-                let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
-                steps.push(placed(&hand.limb.tree, &poses));
-            }
-            done_s += plan.duration();
-        }
-        Some(Self { arm, parts, begins_s: made.begins_s, steps })
-    }
-
-    /// The smallest gap to the hand of another walk, m; as soon as it is no more than `least`, that is the answer.
-    fn gap(&self, other: &Self, least: f64) -> f64 {
-        let walks = [self, other];
-        let time = TimeScale::of(&walks.map(|walk| walk.parts.clone()), EASED_S);
-        let all = (time.over() / STEP_S) as usize;
-        let mut gap = f64::INFINITY;
-        for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
-            let at = |hand: usize| {
-                let since_s = (time.at(hand, step as f64 * STEP_S) - walks[hand].begins_s).max(0.0);
-                walks[hand].steps.get((since_s / STEP_S).round() as usize).or_else(|| walks[hand].steps.last())
-            };
-            if let (Some(one), Some(other)) = (at(0), at(1)) {
-                gap = limb_gap(one, other, gap).map_or(gap, |found| found.gap);
-            }
-            if gap <= least {
-                break;
-            }
-        }
-        gap
-    }
 }

@@ -7,6 +7,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
 use crate::command::Task;
+use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::Isometry3;
@@ -15,7 +16,7 @@ use nalgebra::Isometry3;
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
-const TIP_RADIUS_M: f64 = 0.010;
+pub(super) const TIP_RADIUS_M: f64 = 0.010;
 
 /// Where an object is, reference frame; `None` for what is no body of the scene.
 pub(crate) type Place<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
@@ -51,8 +52,8 @@ impl HandPlanner {
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
         let mut planner = Self { side, hand, demonstrated_radius, fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
-        let (starts, from_s) =
-            Start::of_plan(limb, &planner.hand, &plan).map_err(|message| at_task(tasks, number, message))?;
+        let (starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
+            .map_err(|message| at_task(tasks, number, message))?;
         planner.fresh = Some((number, from_s));
         let target = plan.at(from_s);
         Ok((planner, starts, target))

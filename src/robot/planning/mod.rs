@@ -1,9 +1,11 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
+mod apart;
 pub mod goal;
 pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
 pub(crate) mod interpolation;
+mod lifted;
 mod moving;
 mod own_axis;
 pub mod plan;
@@ -14,3 +16,4 @@ pub mod start;
 pub mod time_scale;
 pub mod toppra;
 pub mod trajectory;
+mod walk;

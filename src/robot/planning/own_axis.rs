@@ -8,6 +8,7 @@ use super::resolved_grasp::ResolvedGrasp;
 use crate::base::easing::minimum_jerk;
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
+use crate::base::pose::Seven;
 use crate::command::Task;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -50,13 +51,14 @@ pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: W
     true
 }
 
-/// The offsets of the middle of the fingertips on a way, near the object, from their place on it; object frame, m.
-pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<Vector3<f64>> {
-    let places = places(task, grasp, which);
-    let way: Vec<Vector3<f64>> =
-        places.iter().flat_map(|at| &task.segments[*at].hand).map(|it| Vector3::from(*it)).collect();
+/// The offsets of the middle of the fingertips on a way, from their place on the object, object frame, m; and the poses of the object.
+pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<(Vector3<f64>, Seven)> {
+    let segments = places(task, grasp, which).into_iter().map(|at| &task.segments[at]);
+    let way = segments.flat_map(|segment| segment.hand.iter().zip(&segment.object));
+    let way: Vec<(Vector3<f64>, Seven)> = way.map(|(hand, object)| (Vector3::from(*hand), *object)).collect();
     let end = if which == Way::There { way.last() } else { way.first() };
-    end.map(|end| way.iter().map(|at| at - end).collect()).unwrap_or_default()
+    let end = end.map_or_else(Vector3::zeros, |(end, _)| *end);
+    way.into_iter().map(|(at, object)| (at - end, object)).collect()
 }
 
 /// The segments of a way.

@@ -34,6 +34,8 @@ const STEADIES_S: f64 = 1.0;
 const INSERTS_M_S: f64 = 0.04;
 /// What hangs between two tips, as on a hinge, is not sped up more, m/s²: it would swing.
 const HINGED_M_S2: f64 = 1.5;
+/// Nor is what two flat pads hold sped up more than this, m/s²: it would slip.
+const PINCHED_M_S2: f64 = 5.0;
 /// Speeds are looked at this often, s, and no phase is stretched more.
 const WATCHED_S: f64 = 0.02;
 const MOST_STRETCHED: f64 = 20.0;
@@ -120,6 +122,8 @@ struct Phase<'a> {
     faded: [f64; 2],
     /// From when to when the operator did it, s of the recording; the same twice for what no one showed.
     demonstrated: [f64; 2],
+    /// Where the object stands all the time, as it was demonstrated, when nothing has touched it yet: what the operator nudged on the way, the robot does not.
+    stands: Option<Isometry3<f64>>,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -162,6 +166,7 @@ impl<'a> Plan<'a> {
         let mut anchor = found.off;
         // For how long the hand has held the object since it began to bring it onto the demonstrated way, and how long that takes, s.
         let mut fading: Option<(f64, f64)> = None;
+        let touched = task.segments.iter().position(|segment| segment.touching).unwrap_or(0);
         for (index, segment) in task.segments.iter().enumerate() {
             let begins = segment.demonstrated_start_s;
             let ends = begins + segment.duration_s;
@@ -195,6 +200,7 @@ impl<'a> Plan<'a> {
                     anchor,
                     faded: [0.0; 2],
                     demonstrated: [begins; 2],
+                    stands: None,
                 });
                 clock += CLOSING_S;
             }
@@ -217,12 +223,14 @@ impl<'a> Plan<'a> {
                     anchor,
                     faded: [0.0; 2],
                     demonstrated,
+                    stands: None,
                 });
                 clock += duration;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
-            let hinged = role == Role::Hold && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_hinge);
-            let gently = if hinged { gentle_s(&segment.object, segment.duration_s, HINGED_M_S2) } else { 0.0 };
+            let pinched = role == Role::Hold && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_pinch);
+            let most_m_s2 = if hand.has_flat_pads() { PINCHED_M_S2 } else { HINGED_M_S2 };
+            let gently = if pinched { gentle_s(&segment.object, segment.duration_s, most_m_s2) } else { 0.0 };
             let duration = segment.duration_s.max(least).max(slow).max(gently);
             let demonstrated = [begins, ends];
             if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
@@ -236,7 +244,18 @@ impl<'a> Plan<'a> {
                 faded = [since_s, since_s + duration].map(|time| time / whole_s);
                 fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
             }
-            plan.phases.push(Phase { segment, grip, role, start: clock, duration, anchor, faded, demonstrated });
+            let stands = (index < touched && found.until_s.is_infinite()).then(|| task.taken_at());
+            plan.phases.push(Phase {
+                segment,
+                grip,
+                role,
+                start: clock,
+                duration,
+                anchor,
+                faded,
+                demonstrated,
+                stands,
+            });
             clock += duration;
             match role {
                 Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
@@ -279,10 +298,19 @@ impl<'a> Plan<'a> {
             let turn = to.rotation.angle_to(&from.rotation);
             if may && (way > JUMP.0 || turn > JUMP.1) {
                 let duration = transfer_time(way, turn);
-                let Phase { segment, grip, start, anchor, .. } = self.phases[after];
+                let Phase { segment, grip, start, anchor, stands, .. } = self.phases[after];
                 let demonstrated = [self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]];
-                let over =
-                    Phase { segment, grip, role: Role::Over, start, duration, anchor, faded: [0.0; 2], demonstrated };
+                let over = Phase {
+                    segment,
+                    grip,
+                    role: Role::Over,
+                    start,
+                    duration,
+                    anchor,
+                    faded: [0.0; 2],
+                    demonstrated,
+                    stands,
+                };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;
@@ -357,6 +385,11 @@ impl<'a> Plan<'a> {
         }
         let segment = self.phases[self.index_at(time - self.transfer)].segment;
         (&segment.primitive, segment.does)
+    }
+
+    /// The grasp at a time, s.
+    pub(super) fn grasp(&self, time: f64) -> usize {
+        self.phases[self.index_at(time - self.transfer)].grip.min(self.grips.len() - 1)
     }
 
     /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
@@ -440,7 +473,7 @@ impl<'a> Plan<'a> {
         let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
         let anchor = share_of(&phase.anchor, 1.0 - minimum_jerk(faded));
-        let object = anchor * pose_at(&segment.object, at);
+        let object = anchor * phase.stands.unwrap_or_else(|| pose_at(&segment.object, at));
         let closing = phase.duration / 2.0;
         let (mut offset, opened, force): (Vector3<f64>, f64, f64) = match phase.role {
             Role::Free => {

@@ -4,6 +4,7 @@ use crate::base::hands::Finger;
 use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
 use crate::command::GraspSpec;
+use crate::description::shape::CollisionShape;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::model::hand::HandModel;
@@ -95,8 +96,19 @@ impl ResolvedGrasp {
         })
     }
 
-    /// Whether an object hangs in it as on a hinge.
-    pub(crate) fn is_hinge(&self) -> bool {
+    /// The shapes of the opened hand with its fingertip balls, frame of the object.
+    pub(crate) fn opened(&self, hand: &HandModel) -> Vec<PlacedShape> {
+        let [_, mut shapes] = self.shapes(hand);
+        for (finger, _, open) in &self.tips {
+            let radius = hand.finger(*finger).map_or(0.0, |model| model.radius);
+            let middle = self.object_from_palm * open;
+            shapes.push(PlacedShape::new(0, CollisionShape::Capsule(middle, middle, radius)));
+        }
+        shapes
+    }
+
+    /// Whether two fingertips hold an object: it hangs between them as on a hinge, unless they are flat pads.
+    pub(crate) fn is_pinch(&self) -> bool {
         self.tips.len() == 2 && self.tips.iter().any(|(finger, ..)| *finger == Finger::Thumb)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::plan::{Plan, Target};
 use crate::robot::kinematics::joint_positions::JointPositions;
+use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::Isometry3;
@@ -33,17 +34,24 @@ impl Start {
     /// A way that the arm cannot go.
     #[cfg(feature = "internals")]
     pub fn new(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Self, String> {
-        Self::all(robot, hand, target, way).map(|mut all| all.swap_remove(0))
+        Self::all(robot, hand, target, way, &Surroundings::default()).map(|mut all| all.swap_remove(0))
     }
 
     /// Returns the starts in all postures of the arm from which it can go the way, best first; one at least.
-    fn all(robot: &Robot, hand: &HandModel, target: &Target, way: &[Isometry3<f64>]) -> Result<Vec<Self>, String> {
+    fn all(
+        robot: &Robot,
+        hand: &HandModel,
+        target: &Target,
+        way: &[Isometry3<f64>],
+        surroundings: &Surroundings,
+    ) -> Result<Vec<Self>, String> {
         let rest = vec![0.0; robot.tree.dofs.len()];
         let (mut root, mut postures) = (Isometry3::identity(), vec![rest.clone()]);
         if hand.arm.is_empty() {
             root = target.palm * robot.tree.forward_kinematics(&rest)[hand.palm].inverse();
         } else {
-            postures = hand.arm_on(&robot.tree).postures_along(&root, way, &rest, STARTS, ITERATIONS);
+            postures =
+                hand.arm_on(&robot.tree).postures_along(&root, way, &rest, (STARTS, ITERATIONS), Some(surroundings));
         }
         if postures.is_empty() {
             let at = target.palm.translation.vector * 1e3;
@@ -69,14 +77,19 @@ impl Start {
     ///
     /// # Errors
     /// A plan whose way the arm cannot go, wherever it begins.
-    pub(crate) fn of_plan(robot: &Robot, hand: &HandModel, plan: &Plan<'_>) -> Result<(Vec<Self>, f64), String> {
+    pub(crate) fn of_plan(
+        robot: &Robot,
+        hand: &HandModel,
+        plan: &Plan<'_>,
+        surroundings: &Surroundings,
+    ) -> Result<(Vec<Self>, f64), String> {
         let mut refused = String::new();
         let (touched, released) = plan.touches();
         for part in 0..=LEFT_OUT {
             let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
             let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
             let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
-            match Self::all(robot, hand, &plan.at(from_s), &way) {
+            match Self::all(robot, hand, &plan.at(from_s), &way, surroundings) {
                 Ok(mut all) => {
                     let far = |start: &Self| plan.arm().iter().map(|(dof, at)| (start.q[*dof] - at).abs()).sum::<f64>();
                     all.sort_by(|a, b| far(a).total_cmp(&far(b)));

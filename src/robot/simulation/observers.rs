@@ -40,8 +40,8 @@ impl Observers {
             recorder: Recorder::new(scene, seen),
             judge: Judge::new(tasks.len()),
             forces: ForceTolerance::new(tasks),
+            clearance: ArmClearance::new(scene, &limbs),
             tracer: Tracer::new(limbs, scene),
-            clearance: ArmClearance::default(),
             causes: Causes::new(tasks.len()),
         }
     }

@@ -7,7 +7,7 @@
 use super::hand_agent::HandAgent;
 use super::observer::Step;
 use super::observers::Observers;
-use super::observers::arm_clearance::MinDistance;
+use super::observers::arm_clearance::{Collision, MinDistance};
 use super::observers::judge::{Findings, Outcome};
 use super::trace::{Limb, Trace};
 use crate::base::error::InputError;
@@ -37,6 +37,8 @@ pub struct Performance {
     pub outcomes: Vec<Outcome>,
     /// Where its two arms came nearest to each other; `None` for one.
     pub nearest: Option<MinDistance>,
+    /// What an arm went through, each pair once, in the order of time.
+    pub collisions: Vec<Collision>,
     /// How it moved and pressed.
     pub trace: Trace,
 }
@@ -106,6 +108,13 @@ impl<'t> Simulation<'t> {
         let limbs = sides.iter().map(|&side| robot.limb(side)).collect::<Result<Vec<Robot>, InputError>>()?;
         let own = with_hands(scene, &sides, &limbs);
         let mut world = World::new(&own, Fingertips::default())?;
+        for (place, (side, limb)) in sides.iter().zip(&limbs).enumerate() {
+            for finger in limb.hands.get(side).iter().flat_map(|hand| &hand.fingers) {
+                if let Some(radius) = finger.pad_radius {
+                    world.set_pad(place, finger.finger, radius);
+                }
+            }
+        }
         let see = |object: &str| seen(&own, world.observation(), &sight, object);
         let mut hands = Vec::new();
         for (place, (&side, limb)) in sides.iter().zip(&limbs).enumerate() {
@@ -229,6 +238,7 @@ impl<'t> Simulation<'t> {
             recording: recorder.finish(&self.scene),
             outcomes: self.outcomes.into_iter().flatten().collect(),
             nearest: clearance.nearest,
+            collisions: clearance.collisions,
             trace: tracer.trace,
         }
     }

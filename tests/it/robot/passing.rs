@@ -1,7 +1,9 @@
 //! Gaps between shapes of two arms, against closed forms.
 
+use crate::program::{all_said, teachtree_in};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
+use std::path::Path;
 use teachtree::robot::CollisionShape;
 use teachtree::robot::simulation::arm_clearance::MinDistance;
 
@@ -56,4 +58,28 @@ proptest! {
         // Points stand at most 9 mm apart on each bar.
         prop_assert!(got <= least + 1e-4 && got > least - 0.009, "{} m, points {} m", got, least);
     }
+}
+
+/// A post stands where the elbow of the right arm is: nothing stops the arm, and `simulate` says so.
+#[test]
+fn an_arm_that_goes_through_the_scene_is_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), args);
+        let said = all_said(&output);
+        assert_eq!(output.status.code(), Some(0), "{args:?}\n{said}");
+        said
+    };
+    run(&["teach", "pick_and_place", "pick_and_place", "--variation", "0", "-o", "shown.csv"]);
+    run(&["retarget", "shown.csv", "--robot", "both_hands", "-o", "commands.json"]);
+    let simulate =
+        |scene: &str| run(&["simulate", "commands.json", "--robot", "both_hands", "--scene", scene, "-o", "robot.csv"]);
+    assert!(!simulate("pick_and_place").contains("warning"));
+    let scene =
+        std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/pick_and_place.yaml")).unwrap();
+    let post =
+        "  post: {role: wall, position: [150 mm, -450 mm, 700 mm], parts: [{box: [300 mm, 300 mm, 20 mm]}]}\nhands:";
+    std::fs::write(folder.path().join("post.yaml"), scene.replacen("hands:", post, 1)).unwrap();
+    let said = simulate("post.yaml");
+    assert!(said.contains("warning: nothing stops a simulated arm") && said.contains("through `post`"), "{said}");
 }

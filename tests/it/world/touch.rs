@@ -276,6 +276,30 @@ fn a_pinch_of_two_tips_resists_a_twist_by_its_patches_only() {
 }
 
 #[test]
+fn what_flat_pads_hold_beside_its_middle_sinks_as_far_as_they_twist() {
+    // Gripped 5 mm beside the centre of mass, which is 2.45 mN m about the line between the pads. A disc of the radius r of an elastic foundation that has
+    // 700 N/m for 4 mm twists by 700 N/m (r / 4 mm)² r² / 2 a rad.
+    let sunk = |pad: f64| {
+        let mut world = world(&cube_on_base("", TWO));
+        [Finger::Thumb, Finger::Index].into_iter().for_each(|finger| world.set_pad(0, finger, pad));
+        let inside = FACE - 2.5 / SERIES;
+        let at = |z: f64, y: f64| [hand(&[[0.005, -y, z], [0.005, y, z]])];
+        for step in 0..steps(0.5) {
+            world.step(&at(0.06, 0.075 + (inside - 0.075) * (step as f64 / 300.0).min(1.0)));
+        }
+        for step in 0..steps(4.0) {
+            world.step(&at(0.06 + (0.015 * step as f64 * 1e-3).min(0.03), inside));
+        }
+        world.observation().bodies[0].pose.rotation.angle()
+    };
+    for pad in [0.008, 0.010, 0.012] {
+        let (twisted, expected) =
+            (sunk(pad), WEIGHT * 0.005 / (2.0 * 700.0 * (pad / 0.004_f64).powi(2) * pad * pad / 2.0));
+        assert!((twisted / expected - 1.0).abs() < 0.03, "pads of {pad} m twist by {twisted} rad, expected {expected}");
+    }
+}
+
+#[test]
 fn observations_name_the_finger_and_what_it_touches() {
     let mut world = world(&cube_on_base("", TWO));
     let targets = [hand(&[[0.0, -FACE + 0.0005, 0.06], [0.3, 0.0, -0.001 + 0.01]])];

@@ -6,6 +6,7 @@
 use super::sway_damping::SwayDamping;
 use crate::base::scene::Scene;
 use crate::robot::control::behavior::{Behavior, Progress, Sensed, holds};
+use crate::robot::model::hand::HandModel;
 use crate::robot::planning::plan::Target;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -35,16 +36,18 @@ pub(crate) struct PoseCorrection {
     gains: Gains,
     turned: Vector3<f64>,
     moved: Vector3<f64>,
-    sway: SwayDamping,
+    /// What hangs between soft tips sways; flat pads keep it from that.
+    sway: Option<SwayDamping>,
     /// The direction in which a support carries, unit; zero without gravity.
     up: Vector3<f64>,
 }
 
 impl PoseCorrection {
     /// The correction of a hand that has made up for nothing yet.
-    pub(super) fn new(scene: &Scene) -> Self {
+    pub(super) fn new(scene: &Scene, hand: &HandModel) -> Self {
         let (turned, moved) = (Vector3::zeros(), Vector3::zeros());
-        Self { gains: Gains::default(), turned, moved, sway: SwayDamping::default(), up: scene.up() }
+        let sway = (!hand.has_flat_pads()).then(SwayDamping::default);
+        Self { gains: Gains::default(), turned, moved, sway, up: scene.up() }
     }
 
     /// Gathers what the object's pose is off.
@@ -79,7 +82,9 @@ impl Behavior for PoseCorrection {
         let held = holds(target);
         self.gather(target, &sensed.object, held, sensed.shared, dt_s);
         let hangs = held && !sensed.shared && target.free;
-        let against = if hangs { self.sway.turn(target, &sensed.object, dt_s) } else { self.sway.rest() };
+        let against = self.sway.as_mut().map_or_else(Vector3::zeros, |sway| {
+            if hangs { sway.turn(target, &sensed.object, dt_s) } else { sway.rest() }
+        });
         let middle = if target.pushed {
             target.object.translation.vector
         } else {

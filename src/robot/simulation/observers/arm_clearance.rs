@@ -1,9 +1,12 @@
-//! How near the robot's two arms pass each other. Nothing keeps them apart in the simulation, so a collision of the arms is reported.
+//! How near the robot's two arms pass each other, and what an arm goes through. Nothing keeps arms from that in the simulation, so it is reported.
 
-use crate::description::shape::SHORT_M;
+use crate::base::scene::Scene;
+use crate::description::shape::{CollisionShape, SHORT_M, solids};
 use crate::robot::control::executor::Executor;
 use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
+use crate::robot::kinematics::surroundings::{ArmLinks, meets_itself};
 use crate::robot::simulation::observer::{Observer, Step};
+use crate::robot::simulation::trace::Limb;
 
 /// Where two arms with their hands came nearest to each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,21 +26,72 @@ impl MinDistance {
     }
 }
 
+/// Something that an arm went through first.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Collision {
+    /// The link of the arm.
+    pub link: String,
+    /// The body or the other link of the arm.
+    pub with: String,
+    /// When, s since the beginning.
+    pub time_s: f64,
+}
+
 /// One step in so many is looked at: 100 a second.
 const LOOKED_AT: usize = 10;
 
-/// Where two arms came nearest to each other so far.
-#[derive(Clone, Debug, Default)]
+/// Where two arms came nearest to each other so far, and what each went through.
+#[derive(Clone, Debug)]
 pub(in crate::robot::simulation) struct ArmClearance {
     pub(in crate::robot::simulation) nearest: Option<MinDistance>,
+    pub(in crate::robot::simulation) collisions: Vec<Collision>,
+    /// The shapes of the bodies of the scene with their names, frames of the bodies.
+    bodies: Vec<(String, Vec<CollisionShape>)>,
+    /// The links of the arms, in the order of the hands.
+    arms: Vec<ArmLinks>,
+}
+
+impl ArmClearance {
+    pub(super) fn new(scene: &Scene, limbs: &[Limb]) -> Self {
+        let bodies = scene.bodies.iter().map(|(name, body)| (name.clone(), solids(body))).collect();
+        let links = |limb: &Limb| {
+            let hand = limb.robot.hands.get(&limb.side)?;
+            Some(ArmLinks::new(&limb.robot.tree, hand.palm, true))
+        };
+        Self { nearest: None, collisions: Vec::new(), bodies, arms: limbs.iter().filter_map(links).collect() }
+    }
+
+    /// What an arm goes through now, other than the body that its hand is at work with.
+    fn collision(&self, arm: usize, step: &Step<'_>) -> Option<Collision> {
+        let hand = &step.hands[arm];
+        let placed = self.arms.get(arm)?.placed(hand.executor.poses());
+        let name = |link: usize| hand.executor.robot().tree.links[link].name.clone();
+        let of = |link: usize, with: String| Collision { link: name(link), with, time_s: step.time_s() };
+        let handled = hand.doing.map(|doing| doing.body);
+        let others = self.bodies.iter().enumerate().filter(|(body, _)| Some(*body) != handled);
+        for (body, (other, solids)) in others {
+            let pose = &step.seen.bodies[body].pose;
+            for solid in solids.iter().map(|solid| solid.moved(pose)) {
+                if let Some((_, link)) = placed.iter().find(|(_, link)| link.meets(&solid)) {
+                    return Some(of(link.link(), other.clone()));
+                }
+            }
+        }
+        meets_itself(&placed).map(|[link, other]| of(link, name(other)))
+    }
 }
 
 impl Observer for ArmClearance {
     fn look(&mut self, step: &Step<'_>) {
-        let [one, other] = step.hands else { return };
         if !step.in_group.is_multiple_of(LOOKED_AT) {
             return;
         }
+        for arm in 0..self.arms.len() {
+            let found = self.collision(arm, step);
+            let known = |it: &Collision| self.collisions.iter().any(|one| one.link == it.link && one.with == it.with);
+            self.collisions.extend(found.filter(|it| !known(it)));
+        }
+        let [one, other] = step.hands else { return };
         let (one, other) = (&one.executor, &other.executor);
         let so_far = self.nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
         if let Some(found) = limb_gap(&shapes(one), &shapes(other), so_far) {

@@ -3,7 +3,7 @@
 use super::force_tolerance::Forces;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
-use crate::command::{Task, hole_of};
+use crate::command::{Opening, Task, hole_of};
 use crate::robot::control::behavior::Searched;
 use crate::robot::simulation::cause::Cause;
 use crate::robot::simulation::observer::{Observer, Step};
@@ -26,7 +26,8 @@ pub struct Outcome {
     pub side: Side,
     /// The object.
     pub object: String,
-    /// How far the object is from where the demonstration left it, m; when another hand took it on, from where that one left it.
+    /// How far the object is from where the demonstration left it, m; when another hand took it on, from where that one left it. In a hole, the play that it
+    /// has there does not count.
     pub off: f64,
     /// How far it is turned from there, rad; about the axis of a hole that it is in as it should, it may be.
     pub turned: f64,
@@ -94,16 +95,11 @@ impl Judge {
     ) -> Outcome {
         let tally = &self.tasks[number];
         let end = seen.bodies[body].pose;
-        let off = (end.translation.vector - wanted.translation.vector).norm();
-        // What is in a hole may have turned about its axis.
         let now = |name: &str| scene.bodies.get_index_of(name).map(|body| seen.bodies[body].pose);
-        let axis = |pose: &Isometry3<f64>| hole_of(scene, &task.object, pose, &now).map(|hole| hole.axis);
-        let turned = match (axis(&end), axis(wanted)) {
-            (Some(axis), Some(_)) => {
-                let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&axis);
-                own(&end).angle(&own(wanted))
-            }
-            _ => end.rotation.angle_to(&wanted.rotation),
+        let hole = |pose: &Isometry3<f64>| hole_of(scene, &task.object, pose, &now);
+        let (off, turned) = match (hole(&end), hole(wanted)) {
+            (Some(hole), Some(_)) => apart_in(&hole, &end, wanted),
+            _ => ((end.translation.vector - wanted.translation.vector).norm(), end.rotation.angle_to(&wanted.rotation)),
         };
         let up = wanted.rotation.inverse() * Vector3::z();
         let done = off <= WITHIN_M && turned <= WITHIN_RAD && found.fell_s.is_none();
@@ -125,6 +121,16 @@ impl Judge {
             causes: if done { Vec::new() } else { found.causes },
         }
     }
+}
+
+/// How far two poses of an object in its hole are apart, m and rad: it may have turned about the axis of the hole, and moved across it as far as the hole is
+/// wider to both sides.
+fn apart_in(hole: &Opening, end: &Isometry3<f64>, wanted: &Isometry3<f64>) -> (f64, f64) {
+    let way = end * hole.plug - wanted * hole.plug;
+    let along = way.dot(&hole.axis);
+    let beside = ((way - hole.axis * along).norm() - 2.0 * hole.clearance.unwrap_or(0.0)).max(0.0);
+    let own = |pose: &Isometry3<f64>| pose.inverse_transform_vector(&hole.axis);
+    (along.hypot(beside), own(end).angle(&own(wanted)))
 }
 
 impl Observer for Judge {
