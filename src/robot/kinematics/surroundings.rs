@@ -1,6 +1,6 @@
 //! What an arm is to keep clear of: the bodies of a scene, and its own links.
 //!
-//! Of an arm count the links that it moves, from its first joint to the palm. Of its own links two are looked at where at least [`JOINTS_BETWEEN`] joints are
+//! Of an arm count the links that it moves, from its first joint to the palm. Of its own links two are looked at where at least `JOINTS_BETWEEN` joints are
 //! between them: nearer ones meet at their joints.
 
 use super::limb_gap::PlacedShape;
