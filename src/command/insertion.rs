@@ -27,8 +27,8 @@ const STANDS_M: f64 = 0.005;
 const WAITS_M: f64 = 0.005;
 /// From there it comes to the operator's depth within this time, s.
 const CATCHES_UP_S: f64 = 0.4;
-/// A hole is as wide as it is this far behind its rim, m, and a peg whose rim is above it as it is farther behind; each is looked at in so many directions, each looked along in so many steps until it is as near as this, m; what is
-/// farther away, m, is none of its walls.
+/// A hole is as wide as it is this far behind its rim, m; a peg that begins below its rim is looked at farther behind. It is looked at in so many directions,
+/// along each in so many steps until a wall is as near as this, m; what is farther away, m, is none of its walls.
 const BEHIND_M: [f64; 3] = [0.003, 0.012, 0.024];
 const RAYS: u32 = 32;
 const MARCHES: usize = 60;

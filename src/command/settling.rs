@@ -10,7 +10,8 @@ use nalgebra::{Isometry3, Translation3};
 /// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.
 const FELL: (f64, f64) = (0.002, 0.035);
 const DROPPED: (f64, f64) = (0.040, 0.6);
-/// What was dropped from no higher than this, m, and came to rest the same way up is put down as well: once it was no farther than this from where it was let go, m.
+/// What was dropped from no higher than this, m, and came to rest the same way up is put down as well, from when on it was no farther than this from where it was
+/// let go, m.
 const LOWERED_M: f64 = 0.150;
 const THERE_M: f64 = 0.030;
 /// It is brought there within this share of the time that it was held.
