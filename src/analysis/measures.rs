@@ -16,8 +16,10 @@ pub fn channels(rules: &Rules) -> Vec<ChannelSpec> {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
     let asked = [
         (TARGET, true),
-        (POSITION, keys().any(|key| asks(key, POSITION)) || bounds_a_way(rules)),
+        (POSITION, asks_a_way(rules)),
         (SPIN, keys().any(|key| asks(key, SPIN))),
+        (ROTATION, asks_a_way(rules)),
+        (RADIUS, asks_a_way(rules)),
     ];
     for (name, _) in asked.into_iter().filter(|(_, asked)| *asked) {
         if !channels.iter().any(|channel| channel.name == name) {
@@ -35,6 +37,11 @@ pub(super) const POSITION: &str = "target.position";
 /// How fast it turns, rad/s.
 pub(super) const SPIN: &str = "target.spin";
 
+/// How it is turned, reference frame.
+const ROTATION: &str = "target.rotation";
+/// The radius of the ball about it, m.
+const RADIUS: &str = "target.radius";
+
 /// Whether a key cannot be judged without a channel.
 pub(super) fn asks(key: &Key, channel: &str) -> bool {
     match channel {
@@ -47,13 +54,14 @@ pub(super) fn asks(key: &Key, channel: &str) -> bool {
 /// Whether a channel is read after the trees have run: for the objects of segments, or by the keys of the tasks.
 pub fn reads_later(rules: &Rules, channel: &str) -> bool {
     let keys = || rules.tasks.iter().flat_map(|task| &task.keys);
-    let bounded = channel == POSITION && bounds_a_way(rules);
-    channel == TARGET || HANDLING.contains(&channel) || bounded || keys().any(|key| asks(key, channel))
+    let of_way = [POSITION, ROTATION, RADIUS].contains(&channel) && asks_a_way(rules);
+    channel == TARGET || HANDLING.contains(&channel) || of_way || keys().any(|key| asks(key, channel))
 }
 
-/// Whether a relabeling rule asks how far the target goes.
-fn bounds_a_way(rules: &Rules) -> bool {
-    rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
+/// Whether a key or a relabeling rule asks how far the target goes.
+fn asks_a_way(rules: &Rules) -> bool {
+    let keys = rules.tasks.iter().flat_map(|task| &task.keys);
+    { keys }.any(|key| asks(key, POSITION)) || rules.relabels.iter().any(|rule| rule.kind.shorter_way().is_some())
 }
 
 /// How many frames are looked at together.
@@ -66,6 +74,8 @@ pub(super) struct Measures<'a> {
     target: Option<ColumnKey>,
     position: Option<[ColumnKey; 3]>,
     spin: Option<ColumnKey>,
+    rotation: Option<[ColumnKey; 4]>,
+    radius: Option<ColumnKey>,
 }
 
 impl<'a> Measures<'a> {
@@ -77,12 +87,18 @@ impl<'a> Measures<'a> {
             series.has(key).then_some(key)
         };
         let axis = |component| column(POSITION, component);
+        let rotation = || {
+            let part = |component| column(ROTATION, component);
+            Some([part(0)?, part(1)?, part(2)?, part(3)?])
+        };
         Self {
             rate_hz: frames.layout.rate_hz,
             series,
             target: column(TARGET, 0),
             position: axis(0).zip(axis(1)).zip(axis(2)).map(|((x, y), z)| [x, y, z]),
             spin: column(SPIN, 0),
+            rotation: rotation(),
+            radius: column(RADIUS, 0),
         }
     }
 
@@ -118,19 +134,30 @@ impl<'a> Measures<'a> {
         !pieces.is_empty() && key.turning.as_ref().is_none_or(|least| self.turned(&pieces) >= least.value)
     }
 
-    /// The greatest distance of the target within frames from where it was at the first of them, m.
+    /// How far the target got within frames from where it was at the first of them, at most, m: the distance of its origin, or the way about it of what is half
+    /// its radius from it, where that is longer.
     pub fn travelled(&self, frames: &Range<usize>) -> f64 {
         let Some(axes) = self.position else { return 0.0 };
-        let mut origin = None;
+        let (mut origin, mut turn) = (None, None);
         let mut farthest = 0.0_f64;
         for frames in together(frames) {
             let parts = axes.map(|axis| self.series.part(axis, frames.clone()));
+            let turns = self.rotation.map(|parts| parts.map(|part| self.series.part(part, frames.clone())));
+            let radii = self.radius.map(|radius| self.series.part(radius, frames.clone()));
             let at = |frame: usize| parts.each_ref().map(|axis| axis.get(frame).copied().unwrap_or(f64::NAN));
             for frame in 0..frames.len() {
                 let [x, y, z] = at(frame);
                 let [from_x, from_y, from_z] = *origin.get_or_insert([x, y, z]);
                 let [x, y, z] = [x - from_x, y - from_y, z - from_z];
                 farthest = farthest.max((x * x + y * y + z * z).sqrt());
+                let radius = radii.as_ref().and_then(|radii| radii.get(frame)).copied().unwrap_or(0.0);
+                if let Some(turns) = &turns {
+                    let now = turns.each_ref().map(|part| part.get(frame).copied().unwrap_or(f64::NAN));
+                    let from: [f64; 4] = *turn.get_or_insert(now);
+                    // The cosine of half the angle.
+                    let cosine = now.iter().zip(from).map(|(now, from)| now * from).sum::<f64>().abs();
+                    farthest = farthest.max(radius * cosine.min(1.0).acos());
+                }
             }
         }
         farthest

@@ -31,20 +31,24 @@ pub use types::describe;
 use crate::base::diagnostic::{Diagnostic, Severity, Sources};
 use source::Loader;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The rules that are loaded when none are named.
-const DEFAULT_RULES: &str = "rules/contact.rules";
+const DEFAULT_RULES: &str = "contact.rules";
+/// The same for a log of two hands.
+const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
 /// The hand file that implements the abstract signals when none is named.
-const DEFAULT_HAND: &str = "rules/hand_force.rules";
+const DEFAULT_HAND: &str = "hand_force.rules";
 /// Reports that are listed; the rest is counted.
 const MAX_REPORTS: usize = 200;
 
 /// What to load.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
-    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` is loaded.
+    /// Rule files: paths, or names of shipped files. Without files and texts the shipped `contact.rules` is loaded, whatever lies in the working directory.
     pub files: Vec<PathBuf>,
+    /// Whether the shipped `bimanual.rules` is loaded instead of `contact.rules`.
+    pub two_hands: bool,
     /// Texts with their names, which are read after the files; what they use is looked up among the shipped files.
     pub texts: Vec<(String, String)>,
     /// The hand file that implements abstract signals; none for the shipped `hand_force.rules`. Loaded only when an abstract signal has no implementation.
@@ -101,7 +105,7 @@ fn loader(request: &Request) -> Loader {
     let mut loader = Loader::default();
     loader.buffers.clone_from(&request.buffers);
     if request.files.is_empty() && request.texts.is_empty() {
-        loader.load_named(Path::new(DEFAULT_RULES));
+        loader.load_shipped(if request.two_hands { DEFAULT_RULES_OF_TWO_HANDS } else { DEFAULT_RULES });
     }
     for file in &request.files {
         loader.load_named(file);

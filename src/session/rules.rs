@@ -15,9 +15,6 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The rules of two hands.
-const OF_TWO_HANDS: &str = "bimanual.rules";
-
 /// Checked rules: what the primitives and tasks are that are looked for in a log. Clones share them.
 #[derive(Clone)]
 pub struct Rules(Arc<Inner>);
@@ -241,16 +238,13 @@ impl RulesOptions {
     pub(crate) fn request_for(mut self, log: &Log) -> Request {
         let (hand_file, params) = log.settings();
         self.hand_file = self.hand_file.or(hand_file);
-        if self.files.is_empty() && self.texts.is_empty() && log.hands().len() > 1 {
-            self.files.push(OF_TWO_HANDS.into());
-        }
-        self.request(params)
+        Request { two_hands: log.hands().len() > 1, ..self.request(params) }
     }
 
     fn request(self, params: Vec<(String, String)>) -> Request {
         let Self { files, texts, hand_file, params: own, buffers } = self;
         // A later value of a param wins over an earlier one.
         let overrides = params.into_iter().chain(own).collect();
-        Request { files, texts, hand_file, overrides, buffers, needs_tree: true }
+        Request { files, texts, hand_file, overrides, buffers, two_hands: false, needs_tree: true }
     }
 }

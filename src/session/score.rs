@@ -99,7 +99,24 @@ pub(crate) fn read_labels(
     if is_of_set(file) {
         return atoms::read(file, opened, map, known);
     }
-    labels::read(file, &opened.log, &opened.row_time)
+    let labels = labels::read(file, &opened.log, &opened.row_time)?;
+    meets(&labels, &opened.recording.time)?;
+    Ok(labels)
+}
+
+/// Refuses labels none of which is within the time of the recording.
+fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
+    let (Some(first), Some(last)) = (time.first(), time.last()) else { return Ok(()) };
+    let (start_s, end_s) = labels.intervals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(start_s, end_s), it| {
+        (start_s.min(it.start_s), end_s.max(it.end_s))
+    });
+    if labels.intervals.is_empty() || labels.intervals.iter().any(|it| it.start_s <= *last && it.end_s >= *first) {
+        return Ok(());
+    }
+    let [start_s, end_s, first, last] = [start_s, end_s, *first, *last].map(|time_s| fixed(time_s, 3));
+    let message = format!("has labels from {start_s} s to {end_s} s, and the recording is from {first} s to {last} s");
+    Err(InputError::new(&labels.file, message)
+        .help("write the times of the labels as the stamps of the recording count"))
 }
 
 fn own_truth(opened: &Opened, map: &NameMap) -> Result<Truth, InputError> {

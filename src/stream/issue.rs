@@ -57,6 +57,7 @@ kinds! {
     UNDETECTABLE "undetectable" "The log lacks what a primitive is detected by.",
     UNKNOWN_PLACE "unknown_place" "The log does not show where a body stands.",
     UNKNOWN_WEIGHT "unknown_weight" "The log does not show what a tool weighs.",
+    LEARNED_WEIGHT "learned_weight" "What a tool weighs and the bias of its sensor are learned from the log and subtracted.",
     UNEVEN_STEP "uneven_step" "The steps of the stamps differ.",
     UNREADABLE_ROW "unreadable_row" "A line of a live log is no row.",
     UNKNOWN_CHANNEL "unknown_channel" "A column has a name that no rule knows.",

@@ -57,6 +57,25 @@ fn the_demo_tells_the_experiment_of_the_chapter() {
 }
 
 #[test]
+fn files_in_the_working_directory_do_not_replace_the_rules_that_nobody_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("rules")).unwrap();
+    for file in ["rules/contact.rules", "contact.rules", "rules/hand_force.rules", "bimanual.rules"] {
+        std::fs::write(folder.path().join(file), "not rules at all\n").unwrap();
+    }
+    for scene in ["stamp", "hand_over_left_to_right"] {
+        let log = format!("{scene}.csv");
+        teachtree_in(folder.path(), &["teach", scene, scene, "-o", &log]);
+        let output = teachtree_in(folder.path(), &["analyze", &log]);
+        assert!(output.status.success(), "{log}: {}", complained(&output));
+    }
+    // A file that is named is the one on disk.
+    let output = teachtree_in(folder.path(), &["analyze", "stamp.csv", "--rules", "contact.rules"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complained(&output).contains("contact.rules:1:1"), "{}", complained(&output));
+}
+
+#[test]
 fn the_readme_shows_what_the_demo_prints() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("demo");

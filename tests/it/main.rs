@@ -40,6 +40,7 @@ mod extremes;
 mod faults;
 #[cfg(feature = "cli")]
 mod fit;
+mod foreign;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod frame_table;
 mod graph;

@@ -107,7 +107,7 @@ fn diff_tells_cases_and_intervals() {
     ];
     let printed = all_said(&teachtree_in(root, &args));
     assert!(printed.contains("becomes Follow   rules/contact.rules:"), "{printed}");
-    assert!(printed.contains("  right 10.854 – 10.874 s: Approach becomes Grasp\n"), "{printed}");
+    assert!(printed.contains("  right 10.844 – 10.874 s: Approach becomes Grasp\n"), "{printed}");
     let same = all_said(&teachtree_in(root, &["diff", "contact.rules", "contact.rules"]));
     assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
 }

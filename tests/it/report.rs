@@ -156,7 +156,7 @@ fn the_channels_of_the_rules_come_first() {
     rules.channels = vec![touch_channel()];
     let names = |channels: &[ChannelSpec]| channels.iter().map(|channel| channel.name.clone()).collect::<Vec<_>>();
     let judged = names(&teachtree::analysis::channels(&rules));
-    let asked = ["fingers.contact", "target", "target.position", "target.spin"];
+    let asked = ["fingers.contact", "target", "target.position", "target.spin", "target.rotation", "target.radius"];
     assert_eq!(judged, [&asked[..], &HANDLING].concat());
     let drawn = names(&channels(&rules));
     assert_eq!(drawn[..judged.len()], judged);

@@ -76,6 +76,11 @@ impl Loader {
         self.load_found(name, found, 0);
     }
 
+    /// Reads a file that comes with the program, whatever lies on disk.
+    pub fn load_shipped(&mut self, name: &'static str) {
+        self.load_found(Path::new(name), self.by_name(name), 0);
+    }
+
     /// Reads the hand file: a shipped one (or the one of its name beside the user's first file), else a path.
     pub fn load_hand(&mut self, name: &str) {
         let path = Path::new(name);

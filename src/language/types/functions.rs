@@ -116,7 +116,7 @@ impl Resolver {
                 Some(Takes::Direction) => self.want_direction(argument)?,
                 Some(Takes::SameScalar) if first.ty.dimension != argument.ty.dimension => {
                     let [a, b] = [first, argument].map(|one| super::element(one.ty));
-                    let message = format!("cannot compare {a} with {b}");
+                    let message = format!("`{name}` cannot take {a} and {b} together");
                     self.report(super::two_sides(codes::COMPARED_KINDS, message, first, argument));
                     return None;
                 }

@@ -116,7 +116,10 @@ fn weigh_tools<'a>(
                 })?;
                 let gravity = recording.scene.gravity();
                 match tool::learned(&vectors(recording, channel, file)?, turns, gravity) {
-                    Some(tool) => weigh(recording, channel, tool, Some(turns), file)?,
+                    Some(tool) => {
+                        issues.push(learned_weight(recording, channel, &tool));
+                        weigh(recording, channel, tool, Some(turns), file)?;
+                    }
                     None => issues.push(unknown_weight(recording, channel)),
                 }
             }
@@ -139,6 +142,21 @@ fn unknown_weight(recording: &Recording, channel: &str) -> Issue {
     let message =
         "the log does not show what the tool weighs: it hardly turns, or it is hardly ever free; nothing is subtracted";
     preprocess::over_all(&recording.time, IssueKind::UNKNOWN_WEIGHT, channel, message.to_string())
+}
+
+/// A lighter tool has no sign: what is fitted to a sensor that bears nothing, kg.
+const SIGNED_KG: f64 = 0.03;
+
+/// What was learned, for the user to see.
+fn learned_weight(recording: &Recording, channel: &str, tool: &Tool) -> Issue {
+    let (mass, bias) = (tool.mass.abs() * 1e3, tool.bias.norm());
+    let turn = if tool.mass < -SIGNED_KG {
+        ", read with the opposite sign: bind it with a minus, since it is to be the force on the object"
+    } else {
+        ""
+    };
+    let message = format!("a tool of {mass:.0} g and a bias of {bias:.3} N are learned and subtracted{turn}");
+    preprocess::over_all(&recording.time, IssueKind::LEARNED_WEIGHT, channel, message)
 }
 
 /// reference_from_sensor in each row; none when the sensor measures in the reference frame.

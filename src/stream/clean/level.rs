@@ -4,6 +4,9 @@
 //! are the first group; where no distance is known, the force is split where the two groups are farthest apart (Otsu's threshold, of the
 //! square root of the force, since a larger force scatters more). The rest is the median of the first group, and forces count from there.
 //!
+//! A surface that bears a part of a tool's weight makes the reading of a biased sensor smaller, and the groups change places. A recording begins and ends
+//! without contact: where an end is in the group of contact and the rest is no small part of its force, the groups are looked for again from what the ends read.
+//!
 //! The split is no level where the groups are not [clear](crate::stream::groups::Split::is_clear).
 
 use crate::stream::groups::{self, Split};
@@ -12,6 +15,10 @@ use serde::{Deserialize, Serialize};
 
 /// The fewest samples of a group.
 const FEWEST: usize = 20;
+/// The share of a recording that is its beginning, and its end.
+const END: f64 = 0.02;
+/// A rest that is a larger share of the usual force of contact may be that of contact.
+const LARGE_REST: f64 = 0.2;
 /// How often the split and the rest are determined from each other: they settle at once on all logs that we have.
 const ROUNDS: usize = 4;
 /// Contact begins at no less than this share of the force of the usual contact.
@@ -68,9 +75,29 @@ fn mixed(readings: &[Vector3<f64>]) -> Learned {
     Learned::Mixed { weakest: quantile(&forces, 1.0 - NEARLY_ALL), strongest: quantile(&forces, 1.0) }
 }
 
-/// The level between two groups of readings.
+/// The level between two groups of readings in the order of time.
 fn of_groups(readings: &[Vector3<f64>]) -> Option<Level> {
-    let mut rest = Vector3::zeros();
+    let found = of_groups_from(readings, Vector3::zeros())?;
+    let ends = ends(readings);
+    let begin_and_end_free = |level: &Level| {
+        let reads = |end: &&[Vector3<f64>]| quantile(&distances(end, &level.rest), 0.5);
+        ends.iter().all(|end| reads(end) < level.begins)
+    };
+    if begin_and_end_free(&found) || found.rest.norm() < LARGE_REST * found.usual {
+        return Some(found);
+    }
+    let other = median_vector(ends.iter().copied().flatten()).and_then(|rest| of_groups_from(readings, rest));
+    other.filter(begin_and_end_free).or(Some(found))
+}
+
+/// The beginning and the end of readings.
+fn ends(readings: &[Vector3<f64>]) -> [&[Vector3<f64>]; 2] {
+    let count = ((readings.len() as f64 * END) as usize).max(1).min(readings.len());
+    [&readings[..count], &readings[readings.len() - count..]]
+}
+
+/// The level between two groups of readings, looked for from a rest.
+fn of_groups_from(readings: &[Vector3<f64>], mut rest: Vector3<f64>) -> Option<Level> {
     for _ in 1..ROUNDS {
         let forces = distances(readings, &rest);
         let count = split(&forces)?.count;

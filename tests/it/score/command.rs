@@ -50,6 +50,19 @@ fn a_folder_is_its_logs_one_by_one() {
 }
 
 #[test]
+fn labels_of_another_time_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded(folder.path(), &["1"]);
+    let [log, labels] = ["1.csv", "labels.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&labels, "label,start_s,end_s,track\nMove,1700000000,1700000002,right\n").unwrap();
+    let output = teachtree(&["score", log.to_str().unwrap(), "--labels", labels.to_str().unwrap()], "1");
+    assert_eq!(output.status.code(), Some(2));
+    let complained = complained(&output);
+    let told = "has labels from 1700000000.000 s to 1700000002.000 s, and the recording is from 0.000 s to ";
+    assert!(complained.contains(told), "{complained}");
+}
+
+#[test]
 fn own_labels_in_a_file_score_as_in_the_log() {
     let folder = tempfile::tempdir().unwrap();
     recorded(folder.path(), &["1"]);
