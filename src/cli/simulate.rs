@@ -262,7 +262,7 @@ pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision])
         };
     }
     for Collision { link, with, time_s } in collisions {
-        let what = "warning: nothing stops a simulated arm, and it goes through something";
+        let what = "warning: nothing stops simulated links, and one goes through something";
         let _ = writeln!(text, "{what}: `{link}` through `{with}` after {time_s:.1} s");
     }
     text

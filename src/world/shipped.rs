@@ -2,6 +2,7 @@
 
 use super::operator::Operator;
 use crate::base::error::InputError;
+use crate::base::nearest::nearest;
 use crate::base::scene::Scene;
 use crate::base::yaml;
 
@@ -56,7 +57,11 @@ pub fn operator(name: &str) -> Result<Operator, InputError> {
 fn find(name: &str, what: &str) -> Result<(&'static str, &'static str, &'static str), InputError> {
     SHIPPED.iter().copied().find(|(shipped, ..)| *shipped == name).ok_or_else(|| {
         let known: Vec<_> = names().map(|name| format!("`{name}`")).collect();
-        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml or .yml"))
-            .help(format!("shipped are {}", known.join(", ")))
+        InputError::new(name, format!("is no shipped {what}, and no file that ends in .yaml or .yml")).help(
+            match nearest(name, names()) {
+                Some(near) => format!("did you mean `{near}`?"),
+                None => format!("shipped are {}", known.join(", ")),
+            },
+        )
     })
 }

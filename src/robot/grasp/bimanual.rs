@@ -3,7 +3,7 @@
 //! Pairs of poses that are good for one hand each are looked at, those that are least in each other's way first; then one hand after the other goes
 //! down its own slope with the other one in the way, until both are grasps.
 
-use super::candidate::GraspCandidate;
+use super::candidate::{GraspCandidate, Reach};
 use super::hand_obstacles::body;
 use super::mapper::Mapper;
 use super::problem::{Obstacle, Wanted};
@@ -23,8 +23,8 @@ pub(crate) struct One<'a> {
     pub(crate) hand: &'a HandModel,
     pub(crate) mapper: &'a Mapper<'a>,
     pub(crate) wanted: &'a Wanted<'a>,
-    /// Whether the arm can bring the palm to a pose in the frame of the object.
-    pub(crate) reachable: &'a dyn Fn(&Isometry3<f64>) -> bool,
+    /// Where the arm can bring the palm.
+    pub(crate) reach: &'a Reach<'a>,
 }
 
 /// Grasps of two hands that leave room for each other.
@@ -53,8 +53,8 @@ fn give_way([one, other]: [&One<'_>; 2], [mut first, mut second]: [Isometry3<f64
         let there = one.there(&first)?;
         let (held, beside) = (one.mapper.at(one.wanted, &first), other.mapper.at(&other.around(&there), &second));
         if let (Ok(held), Ok(beside)) = (held, beside)
-            && (one.reachable)(&first)
-            && (other.reachable)(&second)
+            && (one.reach)(&first).is_some()
+            && (other.reach)(&second).is_some()
         {
             return Some([held, beside]);
         }

@@ -6,6 +6,12 @@ use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::model::hand::HandModel;
 use nalgebra::Isometry3;
 
+/// So many grasps that an arm can go with are looked at for one with which it is clear.
+const LOOKED_AT: usize = 12;
+
+/// At how many places of the object's way palm or arm meet something when the palm is at this pose in the frame of the object; `None` where the arm cannot go.
+pub type Reach<'a> = dyn Fn(&Isometry3<f64>) -> Option<usize> + 'a;
+
 /// A palm pose with the fingers on their contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GraspCandidate {
@@ -60,6 +66,21 @@ impl Held {
     pub fn measure(&self) -> f64 {
         self.manipulability * self.freedom
     }
+}
+
+/// Of grasps in their order, each with the number of places at which the arm meets something, the first one that is clear, else the clearest of the first
+/// ones.
+pub(super) fn clearest(grasps: impl Iterator<Item = (usize, GraspCandidate)>) -> Option<(usize, GraspCandidate)> {
+    let mut best: Option<(usize, GraspCandidate)> = None;
+    for (met, grasp) in grasps.take(LOOKED_AT) {
+        if best.as_ref().is_none_or(|(least, _)| met < *least) {
+            best = Some((met, grasp));
+        }
+        if met == 0 {
+            break;
+        }
+    }
+    best
 }
 
 /// The geometric mean of the measures of fingers.

@@ -1,6 +1,6 @@
 //! The mapper of a hand: from contacts to a grasp.
 
-use super::candidate::{GraspCandidate, geometric_mean};
+use super::candidate::{GraspCandidate, Reach, clearest, geometric_mean};
 use super::clearance::Shapes;
 use super::cost::{Cost, Effort};
 use super::problem::{Failure, Wanted};
@@ -10,6 +10,7 @@ use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::{JointPositions, REACHED_M};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector6};
+use std::thread;
 
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: [f64; 2] = [0.001, 0.003];
@@ -22,6 +23,8 @@ const APART_M: f64 = 0.005;
 const SPREAD: usize = 600;
 const SPREAD_M: f64 = 0.010;
 const IMPROVED: usize = 12;
+/// They are improved by so many threads at most; how many makes no difference to what is found.
+const MOST_THREADS: usize = 8;
 
 /// What is known of a hand before any grasp: made once, used for all.
 #[derive(Clone, Debug)]
@@ -49,21 +52,18 @@ impl<'a> Mapper<'a> {
     /// Which finger cannot reach and by how much, or what is in the way, at the best pose that was found.
     #[cfg(feature = "internals")]
     pub fn map(&self, wanted: &Wanted<'_>) -> Result<GraspCandidate, Failure> {
-        self.map_where(wanted, &|_| true)
+        self.map_where(wanted, &|_| Some(0)).map(|(_, found)| found)
     }
 
-    /// The same among poses of the palm, frame of the object, that an arm can bring it to.
+    /// The same among poses of the palm, frame of the object, that an arm can bring it to, those first with which it meets nothing; and at how many places it
+    /// meets something.
     ///
     /// # Errors
     /// As [`Self::map`].
-    pub fn map_where(
-        &self,
-        wanted: &Wanted<'_>,
-        reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-    ) -> Result<GraspCandidate, Failure> {
+    pub fn map_where(&self, wanted: &Wanted<'_>, reach: &Reach<'_>) -> Result<(usize, GraspCandidate), Failure> {
         match &self.hand.jaws {
-            Some(jaws) => two_finger::best(self.hand, jaws, wanted, reachable),
-            None => self.search(&mut Cost::new(self.hand, &self.beads, wanted)?, wanted, reachable),
+            Some(jaws) => two_finger::best(self.hand, jaws, wanted, reach),
+            None => self.search(&mut Cost::new(self.hand, &self.beads, wanted)?, wanted, reach),
         }
     }
 
@@ -74,7 +74,7 @@ impl<'a> Mapper<'a> {
     #[cfg(feature = "internals")]
     pub fn map_counted(&self, wanted: &Wanted<'_>) -> Result<(Result<GraspCandidate, Failure>, Effort), Failure> {
         let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
-        let found = self.search(&mut cost, wanted, &|_| true);
+        let found = self.search(&mut cost, wanted, &|_| Some(0)).map(|(_, found)| found);
         Ok((found, cost.effort()))
     }
 
@@ -92,12 +92,13 @@ impl<'a> Mapper<'a> {
         &self,
         cost: &mut Cost<'_>,
         wanted: &Wanted<'_>,
-        reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-    ) -> Result<GraspCandidate, Failure> {
+        reach: &Reach<'_>,
+    ) -> Result<(usize, GraspCandidate), Failure> {
         let shapes = Shapes::new(self.hand, wanted);
         let mut failure = None;
         for wide in [false, true] {
-            for pose in search::best_poses(cost, &seeds::starts(self.hand, &self.postures, wanted, wide)) {
+            let poses = search::best_poses(cost, &seeds::starts(self.hand, &self.postures, wanted, wide));
+            let reached = poses.into_iter().filter_map(|pose| {
                 let mut found = self.check(&pose, cost, &shapes);
                 for away in AWAY_M {
                     if matches!(found, Err(Failure::InTheWay(..))) {
@@ -106,15 +107,18 @@ impl<'a> Mapper<'a> {
                     }
                 }
                 cost.keep_away(0.0);
-                match found {
-                    Ok(grasp) if reachable(&grasp.object_from_palm) => return Ok(grasp),
-                    Ok(_) => {
-                        failure.get_or_insert(Failure::ArmOutOfReach);
-                    }
-                    Err(found) => {
-                        failure.get_or_insert(found);
-                    }
-                }
+                let why = match found {
+                    Ok(grasp) => match reach(&grasp.object_from_palm) {
+                        Some(met) => return Some((met, grasp)),
+                        None => Failure::ArmOutOfReach,
+                    },
+                    Err(why) => why,
+                };
+                failure.get_or_insert(why);
+                None
+            });
+            if let Some(found) = clearest(reached) {
+                return Ok(found);
             }
         }
         Err(failure.unwrap_or(Failure::ArmOutOfReach))
@@ -186,13 +190,34 @@ impl<'a> Mapper<'a> {
         if let Some(jaws) = &self.hand.jaws {
             return two_finger::all(self.hand, jaws, wanted);
         }
-        let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
-        cost.keep_away(AWAY_M[0]);
+        let cost = || {
+            let mut cost = Cost::new(self.hand, &self.beads, wanted)?;
+            cost.keep_away(AWAY_M[0]);
+            Ok(cost)
+        };
         let shapes = Shapes::new(self.hand, wanted);
         let starts = seeds::starts(self.hand, &self.postures, wanted, true);
-        let spread = search::spread(&cost, &starts, SPREAD, SPREAD_M);
-        let improved = spread.iter().map(|pose| search::improved(&cost, pose, IMPROVED).1);
-        Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
+        let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
+        let improved = |poses: &[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, Failure> {
+            let cost = cost()?;
+            let improved = poses.iter().map(|pose| search::improved(&cost, pose, IMPROVED).1);
+            Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
+        };
+        let threads = thread::available_parallelism().map_or(1, usize::from).min(MOST_THREADS);
+        let parts: Vec<Result<Vec<GraspCandidate>, Failure>> = thread::scope(|scope| {
+            let parts = spread.chunks(spread.len().div_ceil(threads).max(1));
+            let improved = &improved;
+            let begun = parts.map(|part| (part, thread::Builder::new().spawn_scoped(scope, move || improved(part))));
+            let begun: Vec<_> = begun.collect();
+            // Without another thread this one does it.
+            let ended = begun.into_iter().map(|(part, begun)| match begun {
+                Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                Err(_) => improved(part),
+            });
+            ended.collect()
+        });
+        let parts: Result<Vec<Vec<GraspCandidate>>, Failure> = parts.into_iter().collect();
+        Ok(parts?.into_iter().flatten().collect())
     }
 
     /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.

@@ -4,11 +4,11 @@
 //! in the way.
 
 use super::bimanual::{One, both};
-use super::candidate::GraspCandidate;
+use super::candidate::{GraspCandidate, Reach};
 use super::hand_obstacles::{bodies, meeting};
 use super::held_path::way;
 use super::mapper::Mapper;
-use super::obstacles::{around, to_blame};
+use super::obstacles::{SUNK_M, around, to_blame};
 use super::problem::{Contact, Failure, Obstacle, Wanted};
 use super::search::apart;
 use crate::base::error::InputError;
@@ -16,6 +16,8 @@ use crate::base::hands::Finger;
 use crate::base::pose::seven;
 use crate::base::scene::{Body, Scene};
 use crate::command::{self, Commands, MappedFinger, MappedGrasp, Task};
+use crate::robot::kinematics::limb_gap::PlacedShape;
+use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::gripper::Jaws;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
@@ -25,6 +27,11 @@ use std::collections::BTreeMap;
 /// So many starts of the arm's inverse kinematics, with so many steps each, decide whether it reaches.
 const REACH_STARTS: usize = 48;
 const REACH_STEPS: usize = 100;
+/// Grasps with which palm and arm stay so far from fixed bodies are preferred, m: controllers deviate from their ways.
+const ROOM_M: f64 = 0.003;
+/// So many grasps of many kinds are looked at for a clearer one, whose measure is at least this share of the best one's.
+const LOOKED_AT: usize = 64;
+const WORTH: f64 = 0.3;
 /// A hand that fumbles for an object moves it by less than this, m.
 const NUDGED_M: f64 = 0.040;
 /// So many alternatives of a grasp are kept, which differ by more than this, m (a turn counts as in the search).
@@ -94,26 +101,20 @@ fn give_way(tasks: &mut [Task], holders: &[Holder<'_>], [first, second]: [(usize
         return None;
     }
     let alone = holders[second.0].hold(&tasks[second.0], second.1, &[]).ok()?;
-    let mut wanted = Vec::new();
-    for ((number, grasp), turned) in [(first, None), (second, alone.turned.as_ref())] {
-        let mut those = holders[number].wanted(&tasks[number], grasp, &[]);
-        if let Some([_, turned]) = turned {
-            those.contacts.clone_from(turned);
-        }
-        wanted.push(those);
-    }
+    let mut wanted = [first, second].map(|(number, grasp)| holders[number].wanted(&tasks[number], grasp, &[]));
+    wanted[1].contacts = alone.contacts;
     let ways = [first, second].map(|(number, grasp)| holders[number].way(&tasks[number], grasp));
-    let reachable = [0, 1].map(|which| {
+    let reach = [0, 1].map(|which| {
         let (holder, way) = (&holders[[first, second][which].0], &ways[which]);
-        move |pose: &Isometry3<f64>| holder.reaches(way, pose)
+        move |pose: &Isometry3<f64>| holder.met(way, pose)
     });
     let one = |which: usize| {
         let Holder { hand, mapper, .. } = &holders[[first, second][which].0];
-        One { hand, mapper, wanted: &wanted[which], reachable: &reachable[which] }
+        One { hand, mapper, wanted: &wanted[which], reach: &reach[which] }
     };
     let [again, beside] = both([&one(0), &one(1)])?;
-    let again = Held { mapped: holders[first.0].mapped(&wanted[0], &again), turned: None };
-    let beside = Held { mapped: holders[second.0].mapped(&wanted[1], &beside), turned: alone.turned };
+    let [again, beside] = [(first, 0, again), (second, 1, beside)]
+        .map(|((number, _), which, found)| holders[number].held(&wanted[which], &found));
     again.note(&mut tasks[first.0], first.1);
     Some(beside)
 }
@@ -125,14 +126,15 @@ struct Holder<'a> {
     mapper: Mapper<'a>,
     object: &'a Body,
     scene: &'a Scene,
+    surroundings: Surroundings,
 }
 
 /// A grasp that was found.
 #[derive(Clone)]
 pub(crate) struct Held {
     mapped: MappedGrasp,
-    /// The contacts with the operator's fingers and with those that take them, when those are others.
-    turned: Option<[Vec<Contact>; 2]>,
+    /// The contacts with the fingers that take them.
+    contacts: Vec<Contact>,
 }
 
 impl<'a> Holder<'a> {
@@ -147,7 +149,8 @@ impl<'a> Holder<'a> {
             .bodies
             .get(&task.object)
             .ok_or_else(|| refuse(format!("is about `{}`, which is no body of the scene", task.object)))?;
-        Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene })
+        let surroundings = Surroundings::sunk(scene, SUNK_M).with_room(ROOM_M);
+        Ok(Self { robot, hand, mapper: Mapper::new(hand), object, scene, surroundings })
     }
 
     /// Gives the operator's task to a gripper: to two jaws what several fingers did.
@@ -176,31 +179,53 @@ impl<'a> Holder<'a> {
         way
     }
 
-    /// Whether the arm can bring the palm along the way of the object.
-    fn reaches(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> bool {
+    /// At how many places of the way of the object the palm meets a fixed body, and the arm one or itself in the posture in which it does so least; `None` where
+    /// the arm cannot bring the palm along. A hand without an arm meets nothing.
+    fn met(&self, way: &[Isometry3<f64>], object_from_palm: &Isometry3<f64>) -> Option<usize> {
         let (robot, hand) = (self.robot, self.hand);
+        if hand.arm.is_empty() {
+            return Some(0);
+        }
         let way: Vec<Isometry3<f64>> = way.iter().map(|object| object * object_from_palm).collect();
         let q = vec![0.0; robot.tree.dofs.len()];
-        let arm = hand.arm_on(&robot.tree);
-        hand.arm.is_empty()
-            || !arm.postures_along(&Isometry3::identity(), &way, &q, (REACH_STARTS, REACH_STEPS), None).is_empty()
+        let (arm, root) = (hand.arm_on(&robot.tree), Isometry3::identity());
+        let postures = arm.postures_along(&root, &way, &q, (REACH_STARTS, REACH_STEPS), &self.surroundings);
+        let mut least: Option<usize> = None;
+        for met in postures.map(|posture| posture.met) {
+            least = Some(least.map_or(met, |least| least.min(met)));
+            if met == 0 {
+                break;
+            }
+        }
+        let meets = |palm: &&Isometry3<f64>| {
+            let placed = hand.palm_solids.iter().map(|solid| PlacedShape::new(hand.palm, solid.moved(palm)));
+            self.surroundings.meet_any(&placed.collect::<Vec<PlacedShape>>())
+        };
+        Some(least? + way.iter().filter(meets).count())
     }
 
     /// The best way to take hold with `others` in the way, frame of the object.
     fn hold(&self, task: &Task, grasp: usize, others: &[Body]) -> Result<Held, Failure> {
         let wanted = self.wanted(task, grasp, others);
         let (found, contacts) = self.found(&wanted, &self.way(task, grasp))?;
-        let by = Wanted { contacts, ..wanted.clone() };
-        let mapped = self.mapped(&by, &found);
-        let turned = (by.contacts != wanted.contacts).then_some([wanted.contacts, by.contacts]);
-        Ok(Held { mapped, turned })
+        Ok(self.held(&Wanted { contacts, ..wanted }, &found))
+    }
+
+    fn held(&self, wanted: &Wanted<'_>, found: &GraspCandidate) -> Held {
+        Held { mapped: self.mapped(wanted, found), contacts: wanted.contacts.clone() }
     }
 
     /// Ways to take hold that differ from each other, best first.
     fn alternatives(&self, task: &Task, grasp: usize) -> Vec<Held> {
         let wanted = self.wanted(task, grasp, &[]);
+        let kept = self.of_many_kinds(&wanted).into_iter();
+        kept.map(|(found, contacts)| self.held(&Wanted { contacts, ..wanted.clone() }, &found)).collect()
+    }
+
+    /// Grasps that differ from each other, best first, and the contacts with the fingers that take them.
+    fn of_many_kinds(&self, wanted: &Wanted<'_>) -> Vec<(GraspCandidate, Vec<Contact>)> {
         let mut found = Vec::new();
-        for contacts in [wanted.contacts.clone(), self.other_order(&wanted.contacts)] {
+        for contacts in self.orders(&wanted.contacts) {
             let by = Wanted { contacts, ..wanted.clone() };
             let grasps = self.mapper.grasps(&by).unwrap_or_default();
             found.extend(grasps.into_iter().map(|candidate| (candidate, by.contacts.clone())));
@@ -216,33 +241,60 @@ impl<'a> Holder<'a> {
                 kept.push((candidate, contacts));
             }
         }
-        let held = kept.into_iter().map(|(candidate, contacts)| {
-            let by = Wanted { contacts, ..wanted.clone() };
-            let mapped = self.mapped(&by, &candidate);
-            let turned = (by.contacts != wanted.contacts).then(|| [wanted.contacts.clone(), by.contacts]);
-            Held { mapped, turned }
-        });
-        held.collect()
+        kept
     }
 
-    /// The contacts taken the other way round: which finger pushes where does not matter, nor which of a row stands against the thumb.
-    fn other_order(&self, contacts: &[Contact]) -> Vec<Contact> {
-        match &self.hand.jaws {
+    /// The contacts, and the same taken the other way round where that differs: which finger pushes where does not matter, nor which of a row stands against
+    /// the thumb.
+    fn orders(&self, contacts: &[Contact]) -> Vec<Vec<Contact>> {
+        let other = match &self.hand.jaws {
             Some(jaws) => exchanged(jaws, contacts),
             None => turned_round(contacts),
-        }
+        };
+        let same = |contact: &Contact| contacts.contains(contact);
+        let differs = !other.iter().all(same);
+        std::iter::once(contacts.to_vec()).chain(differs.then_some(other)).collect()
     }
 
-    /// The best grasp with which the object can be brought along its way, and the contacts with the fingers that take them.
+    /// The best grasp with which the object can be brought along its way, with palm and arm clear where they can be, and the contacts with the fingers that take
+    /// them. A grasp of many kinds that is clearer is taken if its measure is no small part of the best one's.
     fn found(&self, wanted: &Wanted<'_>, way: &[Isometry3<f64>]) -> Result<(GraspCandidate, Vec<Contact>), Failure> {
-        let reachable = |pose: &Isometry3<f64>| self.reaches(way, pose);
-        let why = match self.mapper.map_where(wanted, &reachable) {
-            Ok(found) => return Ok((found, wanted.contacts.clone())),
-            Err(why) => why,
-        };
-        let other = Wanted { contacts: self.other_order(&wanted.contacts), ..wanted.clone() };
-        let found = self.mapper.map_where(&other, &reachable).map_err(|_| why)?;
-        Ok((found, other.contacts))
+        let reach = |pose: &Isometry3<f64>| self.met(way, pose);
+        let (mut least, mut found, mut contacts) = self.reached(wanted, &reach)?;
+        if least > 0 {
+            let worth = |(other, _): &(GraspCandidate, Vec<Contact>)| other.measure >= WORTH * found.measure;
+            let others: Vec<_> = self.of_many_kinds(wanted).into_iter().filter(worth).take(LOOKED_AT).collect();
+            for (other, by) in others {
+                let Some(met) = reach(&other.object_from_palm).filter(|met| *met < least) else { continue };
+                (least, found, contacts) = (met, other, by);
+                if met == 0 {
+                    break;
+                }
+            }
+        }
+        Ok((found, contacts))
+    }
+
+    /// The clearest of the best grasps in either order of the contacts, and at how many places it meets something.
+    fn reached(
+        &self,
+        wanted: &Wanted<'_>,
+        reach: &Reach<'_>,
+    ) -> Result<(usize, GraspCandidate, Vec<Contact>), Failure> {
+        let mut best: Result<(usize, GraspCandidate, Vec<Contact>), Failure> = Err(Failure::ArmOutOfReach);
+        for (at, contacts) in self.orders(&wanted.contacts).into_iter().enumerate() {
+            let by = Wanted { contacts, ..wanted.clone() };
+            match (self.mapper.map_where(&by, reach), &best) {
+                (Ok((met, found)), Ok((least, ..))) if met < *least => best = Ok((met, found, by.contacts)),
+                (Ok((met, found)), Err(_)) => best = Ok((met, found, by.contacts)),
+                (Err(why), Err(_)) if at == 0 => best = Err(why),
+                _ => {}
+            }
+            if matches!(best, Ok((0, ..))) {
+                break;
+            }
+        }
+        best
     }
 
     /// Why a grasp cannot be held, and what has to be away for it: looked for by leaving out what stands about it.
@@ -250,8 +302,9 @@ impl<'a> Holder<'a> {
         let around = around(task, grasp, self.scene, others);
         let way = self.way(task, grasp);
         let wanted = self.wanted(task, grasp, &[]);
+        let reach = |pose: &Isometry3<f64>| self.met(&way, pose).map(|_| 0);
         let held_with =
-            |obstacles: Vec<Obstacle<'_>>| self.found(&Wanted { obstacles, ..wanted.clone() }, &way).is_ok();
+            |obstacles: Vec<Obstacle<'_>>| self.reached(&Wanted { obstacles, ..wanted.clone() }, &reach).is_ok();
         match to_blame(&around, &held_with) {
             Some(blamed) => format!("{why}; it could be held without {blamed}"),
             None => why.to_string(),
@@ -283,9 +336,7 @@ impl<'a> Holder<'a> {
 impl Held {
     /// Puts it into a task.
     pub(crate) fn note(self, task: &mut Task, grasp: usize) {
-        if let Some([before, after]) = &self.turned {
-            rename(task, grasp, before, after);
-        }
+        rename(task, grasp, &self.contacts);
         task.grasps[grasp].mapped = Some(self.mapped);
         task.grasps[grasp].infeasible = None;
     }
@@ -310,10 +361,11 @@ fn exchanged(jaws: &Jaws, contacts: &[Contact]) -> Vec<Contact> {
 }
 
 /// Gives what a finger did in a grasp to the one that is at its contact now.
-fn rename(task: &mut Task, grasp: usize, before: &[Contact], after: &[Contact]) {
+fn rename(task: &mut Task, grasp: usize, contacts: &[Contact]) {
+    let before: Vec<Contact> = task.grasps[grasp].contacts.iter().map(contact).collect();
     let now = |finger: Finger| {
         let point = before.iter().find(|contact| contact.finger == finger)?.point;
-        after.iter().find(|contact| contact.point == point).map(|contact| contact.finger)
+        contacts.iter().find(|contact| contact.point == point).map(|contact| contact.finger)
     };
     for contact in &mut task.grasps[grasp].contacts {
         contact.finger = now(contact.finger).unwrap_or(contact.finger);

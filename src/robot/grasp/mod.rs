@@ -30,7 +30,7 @@ mod seeds;
 mod spheres;
 mod two_finger;
 
-pub use candidate::{GraspCandidate, Held};
+pub use candidate::{GraspCandidate, Held, Reach};
 pub use clearance::Clearance;
 pub use cost::Effort;
 pub use mapper::Mapper;

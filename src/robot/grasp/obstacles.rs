@@ -7,7 +7,7 @@ use crate::command::Task;
 use nalgebra::Isometry3;
 
 /// A demonstrated pose goes a little into what carries the object: obstacles are lowered by this, m.
-const SUNK_M: f64 = 0.001;
+pub(super) const SUNK_M: f64 = 0.001;
 
 /// Of more things than this none is left out by itself: each takes a search.
 const MANY: usize = 24;

@@ -10,7 +10,7 @@
 //! cone (α: angle between the line and the normal, μ: friction), and the room of the palm (g: its gaps to the object and to whatever else
 //! is there, L: how far the jaws stand out of it). The first two are the same all about the line; the third one and what is in the way choose the turn.
 
-use super::candidate::{GraspCandidate, Held};
+use super::candidate::{GraspCandidate, Held, Reach, clearest};
 use super::clearance::Shapes;
 use super::problem::{Contact, Failure, Wanted};
 use crate::command::FRICTION;
@@ -26,15 +26,16 @@ const TURNS: usize = 120;
 /// Measures that differ by less are alike, and the first one is taken: not what rounding makes of them.
 const ALIKE: f64 = 1e-9;
 
-/// The best pose of the palm for a gripper among those that an arm can bring it to.
+/// The best pose of the palm for a gripper among those that an arm can bring it to, and at how many places palm or arm meet something then.
 pub(super) fn best(
     hand: &HandModel,
     jaws: &Jaws,
     wanted: &Wanted<'_>,
-    reachable: &dyn Fn(&Isometry3<f64>) -> bool,
-) -> Result<GraspCandidate, Failure> {
+    reach: &Reach<'_>,
+) -> Result<(usize, GraspCandidate), Failure> {
     let found = all(hand, jaws, wanted)?;
-    found.into_iter().find(|grasp| reachable(&grasp.object_from_palm)).ok_or(Failure::ArmOutOfReach)
+    let reached = found.into_iter().filter_map(|grasp| Some((reach(&grasp.object_from_palm)?, grasp)));
+    clearest(reached).ok_or(Failure::ArmOutOfReach)
 }
 
 /// All poses of the palm for a gripper that were looked at and leave room, best first.

@@ -29,6 +29,17 @@ pub struct Arm<'a> {
     pub dofs: &'a [usize],
 }
 
+/// A posture from which an arm can bring its palm along a way.
+#[derive(Clone, Debug)]
+pub struct PostureAlong {
+    /// The values of all degrees of freedom.
+    pub q: Vec<f64>,
+    /// At how many poses of the way its links meet the surroundings or each other.
+    pub met: usize,
+    /// How far the joint is from the middle of its range that is farthest at any of the poses, 1 at a limit.
+    pub off_middle: f64,
+}
+
 /// How far one pose is from another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseError {
@@ -79,28 +90,25 @@ impl Arm<'_> {
         missing
     }
 
-    /// Returns the values of all degrees of freedom from which the arm can bring the palm along a whole way: those first whose links meet the surroundings
-    /// and each other at the fewest poses of the way, then those that stay farthest from their limits. Without surroundings they are in no order.
-    /// The search has several starts that are the same ones each time; joints that are not the arm's stay as in `q`.
+    /// Looks for postures from which the arm can bring the palm along a whole way, from several starts that are the same ones each time. Joints that are not
+    /// the arm's stay as in `q`.
     pub fn postures_along(
         &self,
         root: &Isometry3<f64>,
         way: &[Isometry3<f64>],
         q: &[f64],
         (starts, iterations): (usize, usize),
-        surroundings: Option<&Surroundings>,
-    ) -> Vec<Vec<f64>> {
-        let Some((first, rest)) = way.split_first() else { return Vec::new() };
+        surroundings: &Surroundings,
+    ) -> impl Iterator<Item = PostureAlong> {
         let mut begun: Vec<Vec<f64>> = Vec::new();
-        let mut found: Vec<((usize, f64), Vec<f64>)> = Vec::new();
-        let links = ArmLinks::new(self.tree, self.palm, false);
-        let looked_at = |q: &[f64]| {
-            let Some(surroundings) = surroundings else { return (0, 0.0) };
+        let links = ArmLinks::new(self.tree, self.palm);
+        let looked_at = move |q: &[f64]| {
             let mut poses = self.tree.forward_kinematics(q);
             poses.iter_mut().for_each(|pose| *pose = root * *pose);
             (usize::from(surroundings.meet(&links, &poses)), self.off_middle(q))
         };
-        for index in 0..starts {
+        (0..starts).filter_map(move |index| {
+            let (first, rest) = way.split_first()?;
             let mut tried = q.to_vec();
             for (place, &dof) in self.dofs.iter().enumerate() {
                 let [low, high] = self.tree.dofs[dof].range;
@@ -108,28 +116,24 @@ impl Arm<'_> {
                 tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
             }
             if !self.inverse_kinematics(root, first, &mut tried, iterations).is_within(&REACHED) {
-                continue;
+                return None;
             }
             // Starts that come to the same posture go the same way.
             let same = |other: &Vec<f64>| tried.iter().zip(other).all(|(one, other)| (one - other).abs() < SAME);
             if begun.iter().any(same) {
-                continue;
+                return None;
             }
             begun.push(tried.clone());
             let begins = tried.clone();
-            let (mut met, mut worst) = looked_at(&tried);
+            let (mut met, mut off_middle) = looked_at(&tried);
             let reaches = rest.iter().all(|palm| {
                 let missing = self.inverse_kinematics(root, palm, &mut tried, FOLLOWING);
                 let (meets, off) = looked_at(&tried);
-                (met, worst) = (met + meets, worst.max(off));
+                (met, off_middle) = (met + meets, off_middle.max(off));
                 missing.is_within(&REACHED)
             });
-            if reaches {
-                found.push(((met, worst), begins));
-            }
-        }
-        found.sort_by(|((met, worst), _), ((other_met, other), _)| met.cmp(other_met).then(worst.total_cmp(other)));
-        found.into_iter().map(|(_, posture)| posture).collect()
+            reaches.then_some(PostureAlong { q: begins, met, off_middle })
+        })
     }
 
     /// How far the joint is from the middle of its range that is farthest, 1 at a limit.

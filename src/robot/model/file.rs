@@ -13,6 +13,7 @@ use super::shipped;
 use crate::base::error::InputError;
 use crate::base::geometry::pose;
 use crate::base::hands::{Finger, Side};
+use crate::base::nearest::nearest;
 use crate::base::quantity::{Force, Length, Mass};
 use crate::base::shown::Shown;
 use crate::base::yaml;
@@ -231,6 +232,8 @@ fn nested(name: &str, files: Files<'_>, depth: usize) -> Result<Robot, InputErro
         return Err(InputError::new(name, "is no shipped robot, and no file that ends in .yaml").help(
             if name.ends_with(".urdf") {
                 "name the URDF and its fingertips in a YAML file: docs/robot.md".into()
+            } else if let Some(near) = nearest(name, shipped::names()) {
+                format!("did you mean `{near}`?")
             } else {
                 format!("shipped are {}", known.join(", "))
             },

@@ -6,6 +6,7 @@ use crate::description::shape::CollisionShape;
 use crate::description::tree::KinematicTree;
 use crate::robot::kinematics::arm_ik::Arm;
 use crate::robot::kinematics::finger::{FingerModel, FingerSpec};
+use crate::robot::kinematics::joint_positions::JointPositions;
 use std::collections::BTreeSet;
 
 /// Length of a human thumb and fingers, m (docs/sources.md, Hand: base set).
@@ -21,7 +22,7 @@ pub struct HandModel {
     pub arm: Vec<usize>,
     /// The fingers, in the order of the file.
     pub fingers: Vec<FingerModel>,
-    /// Shapes of the palm, palm frame.
+    /// Shapes of the palm and, on an arm, of all links that are fixed to it, palm frame.
     pub palm_solids: Vec<CollisionShape>,
     /// What its two fingers are together when it is a gripper.
     pub jaws: Option<Jaws>,
@@ -48,13 +49,31 @@ pub(crate) fn build(
     for spec in specs {
         fingers.push(FingerModel::new(tree, palm, spec).map_err(|message| (Some(spec.finger), message))?);
     }
-    let palm_solids = tree.links[palm].solids.clone();
-    let jaws = Jaws::of(&mut fingers, &palm_solids, &tree.dofs);
+    let jaws = Jaws::of(&mut fingers, &tree.links[palm].solids, &tree.dofs);
     let jaws = jaws.map_err(|(finger, message)| (Some(finger), message))?;
     if jaws.is_none() {
         share_nothing(&fingers)?;
     }
+    let palm_solids = if arm.is_empty() { tree.links[palm].solids.clone() } else { moved_with(tree, palm) };
     Ok(HandModel { palm, arm, fingers, palm_solids, jaws })
+}
+
+/// The shapes of the links between which and the palm there is no joint, palm frame.
+fn moved_with(tree: &KinematicTree, palm: usize) -> Vec<CollisionShape> {
+    let poses = tree.forward_kinematics(&vec![0.0; tree.dofs.len()]);
+    // A link and what it hangs on belong together where no joint is between them: each is known by the one that is nearest to the root.
+    let first = |mut link: usize| {
+        while link != 0 && tree.links[link].joint.is_none() {
+            link = tree.links[link].parent;
+        }
+        link
+    };
+    let fixed = (0..tree.links.len()).filter(|link| first(*link) == first(palm));
+    let solids = fixed.flat_map(|link| {
+        let palm_from_link = poses[palm].inverse() * poses[link];
+        tree.links[link].solids.iter().map(move |solid| solid.moved(&palm_from_link))
+    });
+    solids.collect()
 }
 
 /// Each finger of a hand moves by itself.
@@ -73,6 +92,15 @@ impl HandModel {
     /// Returns the arm that carries the hand on its tree.
     pub fn arm_on<'a>(&'a self, tree: &'a KinematicTree) -> Arm<'a> {
         Arm { tree, palm: self.palm, dofs: &self.arm }
+    }
+
+    /// Returns the shapes of palm and fingers where the fingers have these joint positions, palm frame.
+    pub(crate) fn solids(&self, angles: impl Fn(&FingerModel) -> JointPositions) -> Vec<CollisionShape> {
+        let mut solids = self.palm_solids.clone();
+        for finger in &self.fingers {
+            solids.extend(finger.solids(&finger.posture(&angles(finger))).map(|(_, solid)| solid));
+        }
+        solids
     }
 
     /// Whether every fingertip is a flat pad.

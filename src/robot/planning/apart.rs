@@ -9,7 +9,6 @@
 use super::hand_planner::{HandPlanner, TIP_RADIUS_M};
 use super::lifted::goes_through;
 use super::own_axis::{Way, turn};
-use super::plan::Target;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
 use super::walk::{Near, ROOM_M, Walk};
@@ -18,10 +17,11 @@ use crate::base::hands::Side;
 use crate::base::scene::Scene;
 use crate::command::{Commands, Task};
 use crate::robot::grasp::mapping::{Held, alternatives};
-use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap};
-use crate::robot::model::hand::HandModel;
+use crate::robot::kinematics::limb_gap::limb_gap;
 use crate::robot::model::robot::Robot;
 use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 
 /// At most so many grasps are changed in a group of tasks.
 const CHANGES: usize = 6;
@@ -71,6 +71,8 @@ struct Pair<'a> {
     walks: [Walk; 2],
     limbs: [Robot; 2],
     near: Vec<Near>,
+    /// Other ways to take hold for the grasps that were looked at, by task and grasp.
+    alternatives: BTreeMap<(usize, usize), Vec<Held>>,
 }
 
 /// Tasks with a grasp of a hand chosen anew.
@@ -101,7 +103,7 @@ impl<'a> Pair<'a> {
         let [Some(one), Some(other)] = [walk(left), walk(right)] else { return Ok(None) };
         let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
         let near = one.near(&other, ROOM_M);
-        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks }))
+        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, alternatives: BTreeMap::new() }))
     }
 
     /// Whether anything was changed.
@@ -123,9 +125,10 @@ impl<'a> Pair<'a> {
     }
 
     /// The best change of a grasp of a hand, the first one that leaves nothing too near.
-    fn change(&self, hand: usize) -> Result<Option<Change>, InputError> {
+    fn change(&mut self, hand: usize) -> Result<Option<Change>, InputError> {
         let mut best: Option<Change> = None;
-        for Choice { tasks, measure, .. } in self.choices(hand)? {
+        let choices = self.choices(hand)?;
+        for Choice { tasks, measure, .. } in choices {
             let number = tasks.iter().position(|task| task.track == self.walks[hand].planner.side).unwrap_or(0);
             let walks = Walk::all(&tasks, number, self.robot, self.scene, POSTURES).unwrap_or_default();
             for walk in walks {
@@ -144,8 +147,12 @@ impl<'a> Pair<'a> {
     }
 
     /// Tasks with other grasps of a hand where it is too near to the other one, those first that are least so.
-    fn choices(&self, hand: usize) -> Result<Vec<Choice>, InputError> {
+    fn choices(&mut self, hand: usize) -> Result<Vec<Choice>, InputError> {
         let Some((number, grasp)) = self.at(hand, &self.tasks) else { return Ok(Vec::new()) };
+        if let Entry::Vacant(entry) = self.alternatives.entry((number, grasp)) {
+            entry.insert(alternatives(&self.tasks, self.robot, self.scene, (number, grasp))?);
+        }
+        let others = &self.alternatives[&(number, grasp)];
         let step = self.near.len().div_ceil(LOOKED_AT).max(1);
         let looked_at: Vec<&Near> = self.near.iter().step_by(step).collect();
         let choice = |tasks: Vec<Task>| {
@@ -156,13 +163,12 @@ impl<'a> Pair<'a> {
         let sort = |choices: &mut Vec<Choice>| {
             choices.sort_by(|a, b| a.near.total_cmp(&b.near).then(b.measure.total_cmp(&a.measure)));
         };
-        let others = alternatives(&self.tasks, self.robot, self.scene, (number, grasp))?;
-        let with = |held: Option<Held>| {
+        let with = |held: Option<&Held>| {
             let mut tasks = self.tasks.clone();
-            held.into_iter().for_each(|held| held.note(&mut tasks[number], grasp));
+            held.into_iter().for_each(|held| held.clone().note(&mut tasks[number], grasp));
             tasks
         };
-        let present = std::iter::once(None).chain(others.into_iter().map(Some));
+        let present = std::iter::once(None).chain(others.iter().map(Some));
         let mut choices: Vec<Choice> = present.filter_map(|held| choice(with(held))).collect();
         sort(&mut choices);
         choices.truncate(WITH_WAYS);
@@ -239,7 +245,7 @@ impl<'a> Pair<'a> {
         let mut near = 0.0;
         for step in steps {
             let (_, plan, own_s) = plan_at(&made, walk.own_s(step.steps[hand]))?;
-            let own = shapes(&walk.planner.hand, &plan.at(own_s));
+            let own = plan.at(own_s).shapes(&walk.planner.hand);
             let other = self.walks[1 - hand].at(step.steps[1 - hand]);
             near += limb_gap(&own, other, ROOM_M).map_or(0.0, |found| ROOM_M - found.gap);
         }
@@ -262,13 +268,4 @@ fn plan_at<'p, 't>(made: &'p HandPlans<'t>, mut own_s: f64) -> Option<(usize, &'
         own_s -= plan.duration();
     }
     None
-}
-
-/// The shapes of a hand at a target, reference frame.
-fn shapes(hand: &HandModel, target: &Target) -> Vec<PlacedShape> {
-    let mut shapes = hand.palm_solids.clone();
-    for finger in &hand.fingers {
-        shapes.extend(finger.solids(&finger.posture(&target.angles(finger))).map(|(_, solid)| solid));
-    }
-    shapes.iter().map(|shape| PlacedShape::new(0, shape.moved(&target.palm))).collect()
 }

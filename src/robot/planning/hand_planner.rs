@@ -5,16 +5,20 @@ use super::schedule::{HandPlans, at_task, found, groups};
 use super::start::Start;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
-use crate::base::scene::Scene;
+use crate::base::scene::{Role, Scene};
 use crate::command::Task;
+use crate::description::shape::solids;
 use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
+use std::sync::Arc;
 
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
+/// A demonstrated pose goes a little into what carries the object, m.
+const SUNK_M: f64 = 0.002;
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
 pub(super) const TIP_RADIUS_M: f64 = 0.010;
 
@@ -28,6 +32,8 @@ pub(crate) struct HandPlanner {
     pub(crate) hand: HandModel,
     /// Radius of the demonstrated fingertips, m.
     demonstrated_radius: f64,
+    /// What ways that no one showed are to be clear of.
+    scene: Arc<Scene>,
     /// Its first task, and when of the plan of that it begins, s, until that plan is made.
     fresh: Option<(usize, f64)>,
 }
@@ -50,7 +56,7 @@ impl HandPlanner {
         let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
         let groups = groups(tasks);
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
-        let mut planner = Self { side, hand, demonstrated_radius, fresh: None };
+        let mut planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
         let (starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
             .map_err(|message| at_task(tasks, number, message))?;
@@ -127,6 +133,15 @@ impl HandPlanner {
         }
         let found = found(tasks, group, number, &place(object).ok_or_else(lacks)?);
         let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.demonstrated_radius);
-        plan.map_err(|message| at_task(tasks, number, message))
+        let mut plan = plan.map_err(|message| at_task(tasks, number, message))?;
+        if self.scene.up() != Vector3::zeros() {
+            let others = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+            let others = others.filter_map(|(name, body)| Some((body, place(name)?)));
+            let others = others.flat_map(|(body, at)| solids(body).into_iter().map(move |solid| solid.moved(&at)));
+            let surroundings = Surroundings::sunk(&self.scene, SUNK_M).with(others);
+            let arm = (!self.hand.arm.is_empty()).then(|| self.hand.arm_on(&limb.tree));
+            plan.lift(&self.hand, &self.scene.up(), &surroundings, arm.as_ref());
+        }
+        Ok(plan)
     }
 }

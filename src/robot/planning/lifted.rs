@@ -6,13 +6,13 @@ use super::resolved_grasp::ResolvedGrasp;
 use crate::base::easing::minimum_jerk;
 use crate::base::meaning::Meaning;
 use crate::base::pose::{Seven, from_seven};
-use crate::base::scene::{Body, Scene};
+use crate::base::scene::{Body, Role, Scene};
 use crate::command::{Segment, Task};
 use crate::description::shape::{CollisionShape, solids};
 use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
-use nalgebra::{Isometry3, Vector3};
+use nalgebra::{Translation3, Vector3};
 
 /// A hand is lifted by a multiple of this, until it is so far from what it would go through, up to so far, m.
 const STEP_M: f64 = 0.005;
@@ -40,8 +40,7 @@ pub(super) fn goes_through(
     object: &Body,
     scene: &Scene,
 ) -> usize {
-    let (up, object) = (scene.up(), solids(object));
-    let fixed = Surroundings::fixed(scene).moved(&Isometry3::from(-up * SUNK_M));
+    let World { up, object, fixed } = World::of(task, object, scene);
     let opened = grip.opened(hand);
     let meets = |way: Way| {
         let places: Vec<(Vector3<f64>, Seven)> = offsets(task, grasp, way);
@@ -57,11 +56,7 @@ pub(super) fn goes_through(
 
 /// Lifts the ways of a task to its mapped grasps, and from them where the object stays.
 pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], object: &Body, scene: &Scene) {
-    let world = World {
-        up: scene.up(),
-        object: solids(object),
-        fixed: Surroundings::fixed(scene).moved(&Isometry3::from(-scene.up() * SUNK_M)),
-    };
+    let world = World::of(task, object, scene);
     for at in 0..task.segments.len() {
         let Some(grip) = task.segments[at].grasp.and_then(|grasp| grips.get(grasp)) else { continue };
         let opened = grip.opened(hand);
@@ -93,6 +88,17 @@ struct World {
 }
 
 impl World {
+    /// The object of a task, the fixed bodies of a scene, and the body into whose hole the object goes.
+    fn of(task: &Task, object: &Body, scene: &Scene) -> Self {
+        let up = scene.up();
+        let into = task.into.as_ref().and_then(|into| Some((scene.bodies.get(&into.body)?, from_seven(&into.pose))));
+        let into = into.filter(|(body, _)| body.role == Role::Object).into_iter().flat_map(|(body, pose)| {
+            let sunk = Translation3::from(-up * SUNK_M) * pose;
+            solids(body).into_iter().map(move |solid| solid.moved(&sunk))
+        });
+        Self { up, object: solids(object), fixed: Surroundings::sunk(scene, SUNK_M).with(into) }
+    }
+
     /// Lifts a way, on which an opened hand is `offset` from its place on the object where it is at `from`, object frame.
     fn lift(&self, way: &mut [Segment], opened: &[PlacedShape], from: &Vector3<f64>, which: Way) {
         let needs = |(place, pose): (&[f64; 3], &Seven)| {

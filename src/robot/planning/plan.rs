@@ -5,7 +5,11 @@
 //! wherever the palm is. When the object is found elsewhere than it was demonstrated, everything is done relative to it, until the first
 //! carrying segment has brought it onto the demonstrated way.
 
-use super::interpolation::{between, gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
+mod lift;
+mod segments;
+
+use self::segments::{SHORTEST_S, fade_time, falls, force_at, is_brought, is_carried_later, is_near, transfer_time};
+use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
 use crate::base::easing::minimum_jerk;
@@ -16,6 +20,7 @@ use crate::base::shown::Shown;
 use crate::command::{Segment, Task};
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
+use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
@@ -26,8 +31,6 @@ const OPENING_S: f64 = 0.4;
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
 const LEAVING_S: f64 = 1.0;
-/// Nothing takes less, s.
-const SHORTEST_S: f64 = 0.05;
 /// Before it goes into a socket, an object comes to rest, s.
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
@@ -43,13 +46,6 @@ const MOST_STRETCHED: f64 = 20.0;
 const SAMPLE_S: f64 = 0.02;
 /// A palm that would jump farther from one phase to the next, m and rad, goes over.
 const JUMP: (f64, f64) = (0.003, 0.05);
-/// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
-const TRANSFER_M_S: f64 = 0.25;
-const TRANSFER_RAD_S: f64 = 1.0;
-const TRANSFER_S: f64 = 0.8;
-
-/// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
-const FALLS_M_S: f64 = 0.5;
 
 /// No task is longer, s.
 const LONGEST_S: f64 = 600.0;
@@ -82,6 +78,12 @@ impl Target {
         }
     }
 
+    /// The shapes of a hand there, reference frame.
+    pub(super) fn shapes(&self, hand: &HandModel) -> Vec<PlacedShape> {
+        let solids = hand.solids(|finger| self.angles(finger));
+        solids.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.palm))).collect()
+    }
+
     /// The angles of a finger: with its tip where it is to be, or out of the way.
     pub fn angles(&self, finger: &FingerModel) -> JointPositions {
         if let Some((_, tip, _)) = self.tips.iter().find(|(which, ..)| *which == finger.finger) {
@@ -108,6 +110,8 @@ pub struct Plan<'a> {
     grips: Vec<ResolvedGrasp>,
     from: Isometry3<f64>,
     transfer: f64,
+    /// By how much the middle of the way to the task is lifted, reference frame, m.
+    lifted: Vector3<f64>,
 }
 
 #[derive(Clone, Copy)]
@@ -124,6 +128,17 @@ struct Phase<'a> {
     demonstrated: [f64; 2],
     /// Where the object stands all the time, as it was demonstrated, when nothing has touched it yet: what the operator nudged on the way, the robot does not.
     stands: Option<Isometry3<f64>>,
+    /// By how much the middle of a way that no one showed is lifted, reference frame, m.
+    lifted: Vector3<f64>,
+}
+
+impl<'a> Phase<'a> {
+    /// A phase of an object that is where it was demonstrated.
+    fn new(segment: &'a Segment, role: Role, start: f64, duration: f64, demonstrated: [f64; 2]) -> Self {
+        let grip = segment.grasp.unwrap_or(0);
+        let (anchor, lifted) = (Isometry3::identity(), Vector3::zeros());
+        Self { segment, grip, role, start, duration, anchor, faded: [0.0; 2], demonstrated, stands: None, lifted }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -161,7 +176,14 @@ impl<'a> Plan<'a> {
         if task.segments.is_empty() {
             return Err("has no segments".into());
         }
-        let mut plan = Self { task, phases: Vec::new(), grips, from: Isometry3::identity(), transfer: 0.0 };
+        let mut plan = Self {
+            task,
+            phases: Vec::new(),
+            grips,
+            from: Isometry3::identity(),
+            transfer: 0.0,
+            lifted: Vector3::zeros(),
+        };
         let mut clock = 0.0;
         let mut anchor = found.off;
         // For how long the hand has held the object since it began to bring it onto the demonstrated way, and how long that takes, s.
@@ -191,17 +213,8 @@ impl<'a> Plan<'a> {
             // What pushes without a grasp closes on the way: a touch before it.
             let first_touch = segment.touching && index > 0 && !task.segments[index - 1].touching;
             if first_touch && role == Role::Hold {
-                plan.phases.push(Phase {
-                    segment,
-                    grip: segment.grasp.unwrap_or(0),
-                    role: Role::Close,
-                    start: clock,
-                    duration: CLOSING_S,
-                    anchor,
-                    faded: [0.0; 2],
-                    demonstrated: [begins; 2],
-                    stands: None,
-                });
+                let closing = Phase::new(segment, Role::Close, clock, CLOSING_S, [begins; 2]);
+                plan.phases.push(Phase { anchor, ..closing });
                 clock += CLOSING_S;
             }
             let least = match role {
@@ -212,27 +225,23 @@ impl<'a> Plan<'a> {
             let grip = segment.grasp.unwrap_or(0);
             let inserts = role == Role::Hold && segment.does == Meaning::Insert;
             if inserts {
-                let (role, duration) = (Role::Steady, STEADIES_S);
-                let demonstrated = [begins; 2];
-                plan.phases.push(Phase {
-                    segment,
-                    grip,
-                    role,
-                    start: clock,
-                    duration,
-                    anchor,
-                    faded: [0.0; 2],
-                    demonstrated,
-                    stands: None,
-                });
-                clock += duration;
+                let steadying = Phase::new(segment, Role::Steady, clock, STEADIES_S, [begins; 2]);
+                plan.phases.push(Phase { anchor, ..steadying });
+                clock += STEADIES_S;
             }
             let slow = if inserts { 2.0 * way_of(&segment.object) / INSERTS_M_S } else { 0.0 };
-            let pinched = role == Role::Hold && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_pinch);
+            // What stands elsewhere than it was demonstrated waits for that.
+            let brings = role == Role::Close && is_brought(segment) && is_near(&anchor);
+            let pinched = (role == Role::Hold || brings) && plan.grips.get(grip).is_some_and(ResolvedGrasp::is_pinch);
             let most_m_s2 = if hand.has_flat_pads() { PINCHED_M_S2 } else { HINGED_M_S2 };
             let gently = if pinched { gentle_s(&segment.object, segment.duration_s, most_m_s2) } else { 0.0 };
-            let duration = segment.duration_s.max(least).max(slow).max(gently);
-            let demonstrated = [begins, ends];
+            let mut duration = segment.duration_s.max(least).max(slow).max(gently);
+            let mut demonstrated = [begins, ends];
+            // What is brought along while the hand closes comes after it has closed.
+            let bring = brings.then_some(duration);
+            if bring.is_some() {
+                (duration, demonstrated) = (CLOSING_S, [begins; 2]);
+            }
             if let Some((since_s, whole_s)) = fading.take_if(|_| role != Role::Hold) {
                 anchor = share_of(&anchor, 1.0 - minimum_jerk(since_s / whole_s));
             }
@@ -245,18 +254,15 @@ impl<'a> Plan<'a> {
                 fading = (faded[1] < 1.0).then_some((since_s + duration, whole_s));
             }
             let stands = (index < touched && found.until_s.is_infinite()).then(|| task.taken_at());
-            plan.phases.push(Phase {
-                segment,
-                grip,
-                role,
-                start: clock,
-                duration,
-                anchor,
-                faded,
-                demonstrated,
-                stands,
-            });
+            let phase = Phase::new(segment, role, clock, duration, demonstrated);
+            plan.phases.push(Phase { anchor, faded, stands, ..phase });
             clock += duration;
+            if let Some(duration) = bring {
+                let bringing = Phase::new(segment, Role::Hold, clock, duration, [begins, ends]);
+                plan.phases.push(Phase { anchor, ..bringing });
+                clock += duration;
+                continue;
+            }
             match role {
                 Role::Hold if fading.is_none() && !later => anchor = Isometry3::identity(),
                 // A hand that closes waits for the object to come along; by how much the operator moved it while grasping is made up for later.
@@ -298,19 +304,10 @@ impl<'a> Plan<'a> {
             let turn = to.rotation.angle_to(&from.rotation);
             if may && (way > JUMP.0 || turn > JUMP.1) {
                 let duration = transfer_time(way, turn);
-                let Phase { segment, grip, start, anchor, stands, .. } = self.phases[after];
+                let Phase { segment, start, anchor, stands, .. } = self.phases[after];
                 let demonstrated = [self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]];
-                let over = Phase {
-                    segment,
-                    grip,
-                    role: Role::Over,
-                    start,
-                    duration,
-                    anchor,
-                    faded: [0.0; 2],
-                    demonstrated,
-                    stands,
-                };
+                let over = Phase::new(segment, Role::Over, start, duration, demonstrated);
+                let over = Phase { anchor, stands, ..over };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
                 self.phases.insert(after, over);
                 index += 1;
@@ -417,8 +414,9 @@ impl<'a> Plan<'a> {
         }
         let share = minimum_jerk(time / self.transfer);
         let first = self.shown(0.0);
+        let place = self.from.translation.vector.lerp(&first.palm.translation.vector, share);
         let palm = Isometry3::from_parts(
-            Translation3::from(self.from.translation.vector.lerp(&first.palm.translation.vector, share)),
+            Translation3::from(place + self.lifted * arch(share)),
             slerp(&self.from.rotation, &first.palm.rotation, share),
         );
         let back = palm * first.palm.inverse();
@@ -438,6 +436,7 @@ impl<'a> Plan<'a> {
         let after = self.in_phase(index + 1, 0.0);
         let share = minimum_jerk(share);
         let palm = before.palm * screw_motion(&(before.palm.inverse() * after.palm), share);
+        let palm = Translation3::from(self.phases[index].lifted * arch(share)) * palm;
         let tips = after.tips.iter().map(|(finger, to, _)| {
             let to = after.palm.inverse_transform_point(to);
             let from = before.tips.iter().find(|(other, ..)| other == finger);
@@ -508,6 +507,7 @@ impl<'a> Plan<'a> {
             let wanted = match phase.role {
                 Role::Close if waits => force_at(segment, *finger, 0.0),
                 Role::Close => force_at(segment, *finger, 1.0),
+                Role::Hold if segment.does == Meaning::Close => force_at(segment, *finger, 1.0),
                 Role::Hold | Role::Steady => force_at(segment, *finger, at),
                 Role::Leave => self.last_force(phase, *finger),
                 Role::Free | Role::Over => Vector3::zeros(),
@@ -539,51 +539,7 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Whether the object of a segment falls.
-fn falls(segment: &Segment) -> bool {
-    let step_s = segment.duration_s / segment.object.len().saturating_sub(1).max(1) as f64;
-    segment.object.windows(2).any(|pair| pair[0][2] - pair[1][2] > FALLS_M_S * step_s)
-}
-
-/// How long it takes to bring an object that stands elsewhere onto the demonstrated way, s: soon, when it is carried, since another hand may be about to come to
-/// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
-/// too short for it.
-fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
-    let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
-    let mut takes: f64 = 0.0;
-    for segment in held(segments) {
-        if takes >= needs {
-            break;
-        }
-        let carried = segment.does == Meaning::Carry;
-        let lasts = segment.duration_s.max(SHORTEST_S);
-        takes += if carried { lasts.min(needs - takes) } else { lasts };
-    }
-    takes.max(SHORTEST_S)
-}
-
-/// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
-fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
-    let held = segments.iter().filter(|segment| segment.does != Meaning::Close);
-    held.take_while(|segment| segment.touching && !matches!(segment.does, Meaning::Open | Meaning::Insert))
-}
-
-/// Whether what is held stays on its support now and is carried later.
-fn is_carried_later(segments: &[Segment]) -> bool {
-    let carried = |segment: &Segment| segment.does == Meaning::Carry;
-    segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
-}
-
-/// How long a palm takes over a way and a turn, s.
-fn transfer_time(way: f64, turn: f64) -> f64 {
-    // The peak speed of minimum jerk is 1.9 times its mean.
-    (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
-}
-
-/// The commanded force of a finger, object frame.
-fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
-    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger) else { return Vector3::zeros() };
-    let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
-    let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
-    at(index).lerp(&at(index + 1), t)
+/// How far a way is lifted at a share of it, 0 at its ends to 1 in its middle.
+fn arch(share: f64) -> f64 {
+    4.0 * share * (1.0 - share)
 }

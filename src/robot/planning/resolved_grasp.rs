@@ -81,17 +81,15 @@ impl ResolvedGrasp {
     /// The shapes of the hand in it, closed and opened, frame of the object.
     pub(crate) fn shapes(&self, hand: &HandModel) -> [Vec<PlacedShape>; 2] {
         [false, true].map(|opened| {
-            let mut shapes = hand.palm_solids.clone();
-            for finger in &hand.fingers {
+            let shapes = hand.solids(|finger| {
                 let tip = self.tips.iter().find(|(which, ..)| *which == finger.finger);
                 let idle = self.idle.iter().find(|(which, _)| *which == finger.finger);
-                let angles = match (tip, idle) {
+                match (tip, idle) {
                     (Some((_, closed, open)), _) => finger.ik(if opened { *open } else { *closed }).angles,
                     (_, Some((_, angles))) => *angles,
                     _ => resting(&finger.ranges),
-                };
-                shapes.extend(finger.solids(&finger.posture(&angles)).map(|(_, solid)| solid));
-            }
+                }
+            });
             shapes.iter().map(|shape| PlacedShape::new(0, shape.moved(&self.object_from_palm))).collect()
         })
     }

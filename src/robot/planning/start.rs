@@ -1,6 +1,7 @@
 //! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
 
 use super::plan::{Plan, Target};
+use crate::robot::kinematics::arm_ik::PostureAlong;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
@@ -37,7 +38,8 @@ impl Start {
         Self::all(robot, hand, target, way, &Surroundings::default()).map(|mut all| all.swap_remove(0))
     }
 
-    /// Returns the starts in all postures of the arm from which it can go the way, best first; one at least.
+    /// Returns the starts in all postures of the arm from which it can go the way, one at least: those first whose links meet the surroundings and each other
+    /// at the fewest places, then those that stay farthest from their limits.
     fn all(
         robot: &Robot,
         hand: &HandModel,
@@ -50,8 +52,11 @@ impl Start {
         if hand.arm.is_empty() {
             root = target.palm * robot.tree.forward_kinematics(&rest)[hand.palm].inverse();
         } else {
-            postures =
-                hand.arm_on(&robot.tree).postures_along(&root, way, &rest, (STARTS, ITERATIONS), Some(surroundings));
+            let arm = hand.arm_on(&robot.tree);
+            let mut found: Vec<PostureAlong> =
+                arm.postures_along(&root, way, &rest, (STARTS, ITERATIONS), surroundings).collect();
+            found.sort_by(|a, b| a.met.cmp(&b.met).then(a.off_middle.total_cmp(&b.off_middle)));
+            postures = found.into_iter().map(|posture| posture.q).collect();
         }
         if postures.is_empty() {
             let at = target.palm.translation.vector * 1e3;

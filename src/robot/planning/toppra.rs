@@ -66,10 +66,32 @@ pub fn timed(samples: &[Vec<f64>], step_s: f64, dofs: &[Dof]) -> Timed {
         time_s += next.map_or(0.0, |next| way.time_s(x, next));
         before = u;
     }
+    let stretched = over_limit(&knots, dofs).max(1.0).sqrt();
+    for knot in knots.iter_mut().filter(|_| stretched > 1.0) {
+        knot.time_s *= stretched;
+        knot.velocities.iter_mut().for_each(|velocity| *velocity /= stretched);
+        knot.accelerations.iter_mut().for_each(|acceleration| *acceleration /= stretched * stretched);
+    }
     let planned = squares.len().saturating_sub(1) as f64 * step_s;
     let slower = knots.last().map_or(1.0, |knot| if planned > 0.0 { knot.time_s / planned } else { 1.0 });
     let at_limit = longest_at_limit(&knots, dofs);
     Timed { knots, slower: slower.max(1.0), at_limit }
+}
+
+/// The largest share of its limit of acceleration that a joint takes where cubic polynomials join positions and velocities of the knots, which may exceed
+/// what the way itself takes by more than what [`USED`] leaves.
+fn over_limit(knots: &[Knot], dofs: &[Dof]) -> f64 {
+    let shares = knots.windows(2).flat_map(|pair| {
+        let [knot, next] = [&pair[0], &pair[1]];
+        let step_s = next.time_s - knot.time_s;
+        dofs.iter().enumerate().map(move |(joint, dof)| {
+            let mean = (next.positions[joint] - knot.positions[joint]) / step_s;
+            let [before, after] = [knot.velocities[joint], next.velocities[joint]];
+            let ends = [6.0 * mean - 4.0 * before - 2.0 * after, 4.0 * after + 2.0 * before - 6.0 * mean];
+            ends.into_iter().map(f64::abs).fold(0.0, f64::max) / step_s / dof.acceleration
+        })
+    });
+    shares.filter(|share| share.is_finite()).fold(0.0, f64::max)
 }
 
 /// The squares of the pace at the knots for the limits of velocity and acceleration, by reachability.

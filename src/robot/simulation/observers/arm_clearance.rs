@@ -1,10 +1,10 @@
-//! How near the robot's two arms pass each other, and what an arm goes through. Nothing keeps arms from that in the simulation, so it is reported.
+//! How near the robot's two arms pass each other, and what an arm or a hand goes through. Nothing keeps arms from that in the simulation, so it is reported.
 
 use crate::base::scene::Scene;
 use crate::description::shape::{CollisionShape, SHORT_M, solids};
 use crate::robot::control::executor::Executor;
 use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
-use crate::robot::kinematics::surroundings::{ArmLinks, meets_itself};
+use crate::robot::kinematics::surroundings::{ArmLinks, own_meetings};
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::simulation::trace::Limb;
 
@@ -56,28 +56,31 @@ impl ArmClearance {
         let bodies = scene.bodies.iter().map(|(name, body)| (name.clone(), solids(body))).collect();
         let links = |limb: &Limb| {
             let hand = limb.robot.hands.get(&limb.side)?;
-            Some(ArmLinks::new(&limb.robot.tree, hand.palm, true))
+            let tips: Vec<_> = hand.fingers.iter().map(|finger| (finger.tip_link, finger.tip_in_link)).collect();
+            Some(ArmLinks::with_hand(&limb.robot.tree, hand.palm, &tips))
         };
         Self { nearest: None, collisions: Vec::new(), bodies, arms: limbs.iter().filter_map(links).collect() }
     }
 
     /// What an arm goes through now, other than the body that its hand is at work with.
-    fn collision(&self, arm: usize, step: &Step<'_>) -> Option<Collision> {
+    fn meetings(&self, arm: usize, step: &Step<'_>) -> Vec<Collision> {
         let hand = &step.hands[arm];
-        let placed = self.arms.get(arm)?.placed(hand.executor.poses());
+        let Some(links) = self.arms.get(arm) else { return Vec::new() };
+        let placed = links.placed(hand.executor.poses());
         let name = |link: usize| hand.executor.robot().tree.links[link].name.clone();
         let of = |link: usize, with: String| Collision { link: name(link), with, time_s: step.time_s() };
         let handled = hand.doing.map(|doing| doing.body);
         let others = self.bodies.iter().enumerate().filter(|(body, _)| Some(*body) != handled);
+        let mut met = Vec::new();
         for (body, (other, solids)) in others {
             let pose = &step.seen.bodies[body].pose;
             for solid in solids.iter().map(|solid| solid.moved(pose)) {
-                if let Some((_, link)) = placed.iter().find(|(_, link)| link.meets(&solid)) {
-                    return Some(of(link.link(), other.clone()));
-                }
+                let links = placed.iter().filter(|(_, link)| link.meets(&solid));
+                met.extend(links.map(|(_, link)| of(link.link(), other.clone())));
             }
         }
-        meets_itself(&placed).map(|[link, other]| of(link, name(other)))
+        met.extend(own_meetings(&placed).map(|[link, other]| of(link, name(other))));
+        met
     }
 }
 
@@ -87,9 +90,12 @@ impl Observer for ArmClearance {
             return;
         }
         for arm in 0..self.arms.len() {
-            let found = self.collision(arm, step);
-            let known = |it: &Collision| self.collisions.iter().any(|one| one.link == it.link && one.with == it.with);
-            self.collisions.extend(found.filter(|it| !known(it)));
+            for met in self.meetings(arm, step) {
+                let same = |known: &Collision| known.link == met.link && known.with == met.with;
+                if !self.collisions.iter().any(same) {
+                    self.collisions.push(met);
+                }
+            }
         }
         let [one, other] = step.hands else { return };
         let (one, other) = (&one.executor, &other.executor);

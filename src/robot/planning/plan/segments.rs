@@ -1,0 +1,79 @@
+//! What a plan asks about the segments of a task.
+
+use crate::base::hands::Finger;
+use crate::base::meaning::Meaning;
+use crate::base::pose::from_seven;
+use crate::command::Segment;
+use crate::robot::planning::interpolation::between;
+use nalgebra::{Isometry3, Vector3};
+
+/// Nothing takes less, s.
+pub(super) const SHORTEST_S: f64 = 0.05;
+/// How fast a palm goes where no one showed a way, m/s and rad/s, and the shortest time that it takes, s.
+pub(super) const TRANSFER_M_S: f64 = 0.25;
+const TRANSFER_RAD_S: f64 = 1.0;
+const TRANSFER_S: f64 = 0.8;
+/// What moves farther while a hand closes, m and rad, is brought along; less is made up for later.
+const BROUGHT: (f64, f64) = (0.010, 0.087);
+/// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
+const FALLS_M_S: f64 = 0.5;
+
+/// Whether the object of a segment goes or turns far.
+pub(super) fn is_brought(segment: &Segment) -> bool {
+    let ends = segment.object.first().zip(segment.object.last());
+    ends.is_some_and(|(first, last)| !is_near(&(from_seven(first).inverse() * from_seven(last))))
+}
+
+/// Whether a displacement is so small that what moves no farther while a hand closes stays where it is.
+pub(super) fn is_near(off: &Isometry3<f64>) -> bool {
+    off.translation.vector.norm() <= BROUGHT.0 && off.rotation.angle() <= BROUGHT.1
+}
+
+/// Whether the object of a segment falls.
+pub(super) fn falls(segment: &Segment) -> bool {
+    let step_s = segment.duration_s / segment.object.len().saturating_sub(1).max(1) as f64;
+    segment.object.windows(2).any(|pair| pair[0][2] - pair[1][2] > FALLS_M_S * step_s)
+}
+
+/// How long it takes to bring an object that stands elsewhere onto the demonstrated way, s: soon, when it is carried, since another hand may be about to come to
+/// it there; what stays on its support is not dragged aside before, and what is never carried goes over through the first segment in which it is held. More segments, when these are
+/// too short for it.
+pub(super) fn fade_time(segments: &[Segment], off: &Isometry3<f64>) -> f64 {
+    let needs = transfer_time(off.translation.vector.norm(), off.rotation.angle());
+    let mut takes: f64 = 0.0;
+    for segment in held(segments) {
+        if takes >= needs {
+            break;
+        }
+        let carried = segment.does == Meaning::Carry;
+        let lasts = segment.duration_s.max(SHORTEST_S);
+        takes += if carried { lasts.min(needs - takes) } else { lasts };
+    }
+    takes.max(SHORTEST_S)
+}
+
+/// The segments in which an object is held from now on until it is let go or put in; while it is grasped anew it stands.
+fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
+    let held = segments.iter().filter(|segment| segment.does != Meaning::Close);
+    held.take_while(|segment| segment.touching && !matches!(segment.does, Meaning::Open | Meaning::Insert))
+}
+
+/// Whether what is held stays on its support now and is carried later.
+pub(super) fn is_carried_later(segments: &[Segment]) -> bool {
+    let carried = |segment: &Segment| segment.does == Meaning::Carry;
+    segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
+}
+
+/// The commanded force of a finger, object frame.
+pub(super) fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
+    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger) else { return Vector3::zeros() };
+    let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
+    let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
+    at(index).lerp(&at(index + 1), t)
+}
+
+/// How long a palm takes over a way and a turn, s.
+pub(super) fn transfer_time(way: f64, turn: f64) -> f64 {
+    // The peak speed of minimum jerk is 1.9 times its mean.
+    (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
+}
