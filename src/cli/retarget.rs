@@ -165,6 +165,9 @@ pub fn summary(commands: &Commands) -> String {
             if let Some(why) = &grasp.infeasible {
                 let _ = writeln!(text, "  {fingers}: no grasp, {why}");
             }
+            for finger in &grasp.brief {
+                let _ = writeln!(text, "  the {finger} touches too briefly to take part");
+            }
         }
         let (before, after) = task
             .segments

@@ -2,12 +2,14 @@
 
 use super::progress::Progress;
 use super::retarget::{open_robot, open_scene};
-use super::source::{in_scene, is_yaml};
+use super::rules::{RuleArgs, read_by};
+use super::source::{SourceArgs, in_scene, is_yaml};
 use super::{Failure, output};
+use crate::analysis::{UNKNOWN, Who};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
-use crate::command::Commands;
+use crate::command::{Commands, Task};
 use crate::report;
 use crate::robot::Robot;
 use crate::robot::planning::goal::goals;
@@ -16,6 +18,7 @@ use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
 use crate::robot::simulation::{Outcome, Performance, simulate};
+use crate::session::{Analysis, Log};
 use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
 use crate::stream::read::text;
@@ -25,7 +28,10 @@ use std::path::{Path, PathBuf};
 /// Options of `simulate`.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:
-  teachtree simulate commands.json --robot both_hands --scene paper_box -o robot.csv")]
+  teachtree simulate commands.json --robot both_hands --scene paper_box -o robot.csv
+  teachtree simulate commands.json --robot both_hands --scene paper_box --rules my.rules -o robot.csv
+
+Exit status: 0 every object is where the demonstration left it, and with `--rules` every task is recognized; 1 otherwise; 2 bad input.")]
 pub struct Args {
     /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
@@ -36,6 +42,9 @@ pub struct Args {
     /// A shipped scene by name, or a scene file; objects may stand elsewhere than they were demonstrated
     #[arg(long, value_name = "SCENE")]
     scene: String,
+    /// Rule files that are to find the commanded tasks in the robot's recording too
+    #[arg(long, value_name = "FILE")]
+    rules: Vec<PathBuf>,
     /// Where to write the recording, its scene beside it
     #[arg(long, short, value_name = "LOG")]
     out: PathBuf,
@@ -95,10 +104,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let message = "is where a trajectory begins, and none is to be written";
         return Err(InputError::new("--posture", message).help("give `--trajectory` or `--goals`").into());
     }
+    let rules = RuleArgs { rules: args.rules.clone(), ..RuleArgs::default() };
+    let rule_files = read_by(&SourceArgs::default(), &rules);
+    if !rules.rules.is_empty() {
+        // A mistake in them is told before the robot begins.
+        rules.options().load()?;
+    }
     let inputs: Vec<&Path> = [&args.commands]
         .into_iter()
         .chain(&args.posture)
         .chain(&parts)
+        .chain(&rule_files)
         .map(PathBuf::as_path)
         .chain(scene_file)
         .collect();
@@ -138,15 +154,74 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     formats::add(&mut files, &recording, &args.out)?;
     files.commit()?;
     let duration = recording.time.last().copied().unwrap_or_default();
-    let done = outcomes.iter().all(|outcome| outcome.done);
+    if args.format == Format::Text {
+        output::print(&said)?;
+        output::print(&format_outcomes(&outcomes))?;
+    }
+    let again = (!rules.rules.is_empty()).then(|| analyzed(&args.out, &rules)).transpose()?;
+    let recognized = again.as_ref().map(|again| recognized(&commands, again));
+    let is_recognized = recognized.as_ref().is_none_or(|all| !all.contains(&Some(false)));
+    let done = is_recognized && outcomes.iter().all(|outcome| outcome.done);
     if args.format == Format::Json {
-        output::print_json(&report::robot::json(&commands, &outcomes, nearest.as_ref(), &collisions, duration))?;
+        let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
+        output::print_json(&report::robot::json(&commands, &outcomes, recognized, nearest, &collisions, duration))?;
         return if done { Ok(()) } else { Err(Failure::No) };
     }
-    output::print(&said)?;
-    output::print(&(format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions)))?;
+    if let (Some(again), Some(recognized)) = (&again, &recognized) {
+        output::print(&format_recognized(&commands, recognized, again))?;
+    }
+    output::print(&format_clearance(nearest.as_ref(), &collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
     if done { Ok(()) } else { Err(Failure::No) }
+}
+
+/// What rules find in the recording of the robot.
+fn analyzed(recording: &Path, rules: &RuleArgs) -> Result<Analysis, Failure> {
+    let log = Log::open(recording)?;
+    Ok(rules.load(&log)?.analyze(&log)?)
+}
+
+/// For each commanded task, whether one of that name and hand is found in the robot's recording; each one found counts once. Tasks that no rule names have nothing
+/// to be recognized by.
+fn recognized(commands: &Commands, again: &Analysis) -> Vec<Option<bool>> {
+    let mut found: Vec<(Who, String)> =
+        again.tasks().iter().map(|task| (task.track(), task.name().to_string())).collect();
+    let mut take = |task: &Task| {
+        let wanted = (Who::Hand(task.track), task.task.clone());
+        found.iter().position(|one| *one == wanted).map(|at| found.swap_remove(at)).is_some()
+    };
+    commands.tasks.iter().map(|task| (task.task != UNKNOWN).then(|| take(task))).collect()
+}
+
+/// Which commanded tasks are found in the robot's recording, and what is found where some are not.
+fn format_recognized(commands: &Commands, recognized: &[Option<bool>], again: &Analysis) -> String {
+    let of = |wanted: bool| {
+        let those = commands.tasks.iter().zip(recognized).filter(move |(_, found)| **found == Some(wanted));
+        those.map(|(task, _)| format!("{} {}", task.track, task.task)).collect::<Vec<_>>().join(", ")
+    };
+    let (known, missing) = (of(true), of(false));
+    let mut text = String::new();
+    if !known.is_empty() {
+        let _ = writeln!(text, "recognized in the robot's recording: {known}");
+    }
+    if !missing.is_empty() {
+        let found: Vec<String> =
+            again.tasks().iter().map(|task| format!("{} {}", task.track().name(), task.name())).collect();
+        let found = if found.is_empty() { "no task".into() } else { found.join(", ") };
+        let _ = writeln!(text, "not recognized in the robot's recording: {missing}; the rules find {found}");
+        let declares = |task: &Task| again.rules().tasks().any(|name| name == task.task);
+        let mut unknown: Vec<&str> = commands
+            .tasks
+            .iter()
+            .filter(|task| !declares(task) && task.task != UNKNOWN)
+            .map(|task| task.task.as_str())
+            .collect();
+        unknown.dedup();
+        if !unknown.is_empty() {
+            let _ = writeln!(text, "  these rules declare no task {}", unknown.join(", "));
+        }
+    }
+    text
 }
 
 /// An error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
@@ -256,7 +331,9 @@ pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision])
         let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
         let _ = if nearest.passes_through() {
             let what = "warning: nothing keeps the simulated arms apart, and they go through each other";
-            writeln!(text, "{what}: `{one}` and `{other}`, by {:.1} mm after {time_s:.1} s", -gap)
+            // How deep boxes are in each other is not known.
+            let deep = if gap < -0.05 { format!(" by {:.1} mm", -gap) } else { String::new() };
+            writeln!(text, "{what}: `{one}` and `{other}`{deep} after {time_s:.1} s")
         } else {
             writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s")
         };

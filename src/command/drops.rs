@@ -1,13 +1,17 @@
 //! Tasks that came to nothing, as a whole: brushes, and what was taken up and lost before the same hand took it up again (the paper, section 2.1:
 //! inadvertent human error is compensated). The way to the object is not lost with them: who tries again on the spot has come on it.
 
+use super::episodes::{BRUSH_S, STAYS_M};
 use super::form::{LeftOut, Segment, Task};
 use super::series::seven;
+use crate::analysis::UNKNOWN;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 
 /// An object still stands as it stood when it is turned by less, rad.
 const STANDS_RAD: f64 = 0.35;
+/// What a brush turns by less stays as it stands, rad.
+const STAYS_RAD: f64 = 0.1;
 /// What slips while it is lifted stays within this, m.
 const SLIPS_M: f64 = 0.040;
 /// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
@@ -16,9 +20,13 @@ const LIFTS: [Meaning; 6] =
 /// Segments follow each other when there is less than this between them, s.
 const NEXT_S: f64 = 0.02;
 
-/// Leaves out tasks in which no finger touched for long enough to take part, when the same hand has others.
+/// Leaves out tasks in which no finger touched for long enough to take part, and brushes.
 pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
-    let (mut kept, brushes): (Vec<Task>, Vec<Task>) = tasks.into_iter().partition(|task| !task.grasps.is_empty());
+    let is_left_out: Vec<bool> = tasks.iter().map(|task| task.grasps.is_empty() || is_brush(task, &tasks)).collect();
+    let (mut kept, mut brushes) = (Vec::new(), Vec::new());
+    for (task, is_left_out) in tasks.into_iter().zip(is_left_out) {
+        if is_left_out { brushes.push(task) } else { kept.push(task) }
+    }
     for brush in brushes {
         let (before, after): (Vec<&mut Task>, Vec<&mut Task>) =
             kept.iter_mut().filter(|task| task.track == brush.track).partition(|task| task.start_s < brush.start_s);
@@ -27,6 +35,21 @@ pub(super) fn without_brushes(tasks: Vec<Task>) -> Vec<Task> {
         }
     }
     kept
+}
+
+/// Whether a hand that has a named task only brushes an object: for a short time, in no task that a rule names, and so that the object stays as it stands.
+fn is_brush(task: &Task, tasks: &[Task]) -> bool {
+    let touches = || task.segments.iter().filter(|segment| segment.touching);
+    let lasts = touches().filter(|segment| segment.does != Meaning::Open).map(|segment| segment.duration_s);
+    let first = touches().next().and_then(|first| first.object.first()).map(from_seven);
+    let last = touches().next_back().and_then(|last| last.object.last()).map(from_seven);
+    let stays = first.zip(last).is_none_or(|(first, last)| {
+        let moved = (last.translation.vector - first.translation.vector).norm();
+        moved < STAYS_M && first.rotation.angle_to(&last.rotation) < STAYS_RAD
+    });
+    let is_taught = |other: &Task| other.track == task.track && other.task != UNKNOWN && !other.grasps.is_empty();
+    let is_short = task.task == UNKNOWN && lasts.sum::<f64>() < BRUSH_S;
+    is_short && stays && tasks.iter().any(is_taught)
 }
 
 /// The segments of a task from one on as something that is not commanded.

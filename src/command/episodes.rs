@@ -15,14 +15,14 @@ use nalgebra::Vector3;
 const PAUSE_M_S: f64 = 0.01;
 const PAUSE_S: f64 = 0.3;
 /// An object that was only held is where it was within this, m.
-const STAYS_M: f64 = 0.01;
+pub(super) const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
 /// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
 const ON_THE_SPOT_M: f64 = 0.02;
 /// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
 const COMES_OFF_S: f64 = 0.5;
-const BRUSH_S: f64 = 0.35;
+pub(super) const BRUSH_S: f64 = 0.35;
 
 /// What the hand does in a segment; the commands of a primitive that does not say it are refused before.
 fn does(segment: &Segment) -> Meaning {

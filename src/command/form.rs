@@ -68,6 +68,9 @@ pub struct Into {
 pub struct GraspSpec {
     /// One for each finger that touches.
     pub contacts: Vec<Contact>,
+    /// Fingers that touch too briefly to take part.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub brief: Vec<Finger>,
     /// The robot's hand on them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mapped: Option<MappedGrasp>,
@@ -96,7 +99,7 @@ pub struct MappedGrasp {
     pub object_from_palm: [f64; 7],
     /// Values of the hand's degrees of freedom, rad or m.
     pub joints: BTreeMap<String, f64>,
-    /// In the first grasp of a hand that hands an object over: the joints of its arm where it is to begin, rad or m.
+    /// In the first grasp of a hand that works beside the other one: the joints of its arm where it is to begin, rad or m.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub arm: BTreeMap<String, f64>,
     /// The geometric mean of the fingers' measures; of a gripper: freedom of the opening, how squarely the jaws stand, and the palm's room.

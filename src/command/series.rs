@@ -198,10 +198,14 @@ impl Series {
             episode.pieces.iter().filter(|piece| piece.touching).flat_map(|piece| piece.samples.iter().copied());
         // A hand that goes away for long after it let go touches no less for that.
         let samples: Vec<usize> = samples.filter(|&at| self.fingers.iter().any(|finger| finger.touches[at])).collect();
-        let (mut contacts, mut means) = (Vec::new(), Vec::new());
+        let (mut contacts, mut means, mut brief) = (Vec::new(), Vec::new(), Vec::new());
         for finger in &self.fingers {
             let touched: Vec<usize> = samples.iter().copied().filter(|&at| finger.touches[at]).collect();
-            if touched.is_empty() || (touched.len() as f64) < TAKES_PART * samples.len() as f64 {
+            if touched.is_empty() {
+                continue;
+            }
+            if (touched.len() as f64) < TAKES_PART * samples.len() as f64 {
+                brief.push(finger.finger);
                 continue;
             }
             let mean = touched.iter().map(|&at| finger.tip[at]).sum::<Vector3<f64>>() / touched.len() as f64;
@@ -217,7 +221,7 @@ impl Series {
         for contact in &mut contacts {
             (contact.point, contact.normal) = (contact.point.map(round), contact.normal.map(round));
         }
-        GraspSpec { contacts, mapped: None, infeasible: None }
+        GraspSpec { contacts, brief, mapped: None, infeasible: None }
     }
 
     /// A commanded segment.

@@ -11,6 +11,7 @@ mod kinematics;
 mod meshes;
 mod motion;
 mod passing;
+mod recognized;
 mod searching;
 mod steps;
 mod timing;

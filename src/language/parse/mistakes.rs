@@ -4,6 +4,7 @@ use super::grammar::{Grammar, Rule};
 use super::scan::{Kind, Scan};
 use super::words::{expected, keyword};
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::meaning::Meaning;
 use crate::base::units;
 use crate::language::codes;
 use crate::language::resolve::nearest;
@@ -96,9 +97,28 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
     ];
     if expects(&primitive) && lower_case {
         let (first, rest) = word.split_at(1);
-        return finding.fix("primitives are capitalized", place, format!("{}{rest}", first.to_ascii_uppercase()));
+        let help = if before == "is" && Meaning::from_name(word).is_some() {
+            format!("primitives are capitalized; what a hand does is said by `does {word}`")
+        } else {
+            "primitives are capitalized".into()
+        };
+        return finding.fix(help, place, format!("{}{rest}", first.to_ascii_uppercase()));
     }
     let kind = |at: usize| scan.tokens.get(at).map(|token| token.kind);
+    if expects(&[Rule::name]) && matches!(before, "task" | "param" | "signal" | "latch") && is_capitalized(word) {
+        return finding.fix("only primitives are capitalized", place, word.to_ascii_lowercase());
+    }
+    if word == "." && before.ends_with("..") {
+        return finding.fix("write `..`, with two dots", place, "");
+    }
+    if before == "use" && kind(found) == Some(Kind::Word) {
+        let ends = scan.word(found + 1) == "." && scan.word(found + 2) == "rules";
+        let name = if ends { scan.span(found, found + 3) } else { place };
+        return finding.fix("a file name stands in quotes", name, format!("\"{word}.rules\""));
+    }
+    if word == ":" && expects(&[Rule::equals]) {
+        return finding.fix("write `=`", place, "=");
+    }
     if let Some(near) = nearest(word, rules.iter().filter_map(|rule| keyword(*rule))) {
         return finding.fix(format!("did you mean `{near}`?"), place, near);
     }

@@ -79,6 +79,12 @@ impl Resolver {
             let known = || Meaning::ALL.into_iter().map(Meaning::name);
             let finding = Diagnostic::error(codes::UNKNOWN_MEANING, format!("no hand does `{}`", word.text))
                 .at(word.span, "expected a word for what a hand does");
+            if self.rules.primitive(&word.text).is_some() {
+                self.report(
+                    finding.help(format!("a kind of a primitive is said by `is`: `primitive … is {}`", word.text)),
+                );
+                return None;
+            }
             self.report(match nearest(&word.text, known()) {
                 Some(near) => finding.fix(format!("did you mean `{near}`?"), word.span, near),
                 None => finding.help(format!("a hand does one of {}", known().collect::<Vec<_>>().join(", "))),

@@ -19,6 +19,7 @@ use super::rules::{Label, PrimitiveId, Rules, SignalId};
 use super::syntax;
 use crate::base::diagnostic::{Diagnostic, Sources, Span};
 use crate::base::hands::FingerPick;
+use crate::base::meaning::Meaning;
 use missing_from::missing_use;
 use names::Declared;
 use std::collections::{BTreeMap, BTreeSet};
@@ -124,6 +125,11 @@ impl Resolver {
         let known = if self.findings.len() < super::MAX_REPORTS { known(self) } else { Vec::new() };
         if let Some(file) = missing_use(head, &self.rules.sources) {
             self.report(finding.help(format!("did you forget `use \"{file}\"`?")));
+            return;
+        }
+        let does = Meaning::ALL.into_iter().map(Meaning::name).find(|does| does.eq_ignore_ascii_case(word));
+        if let Some(does) = does.filter(|_| kind == "primitive") {
+            self.report(finding.help(format!("what a hand does is said by `does`: `primitive … does {does}`")));
             return;
         }
         let finding = match nearest(word, known.iter().map(String::as_str)) {

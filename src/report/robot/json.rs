@@ -9,10 +9,11 @@ use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::cause::{Cause, Why};
 use serde_json::{Value, json};
 
-/// Writes the document; `duration_s` is that of the robot's recording.
+/// Writes the document; `duration_s` is that of the robot's recording, and `recognized` says for each outcome whether rules find its task there.
 pub fn json(
     commands: &Commands,
     outcomes: &[Outcome],
+    recognized: Option<&[Option<bool>]>,
     nearest: Option<&MinDistance>,
     collisions: &[Collision],
     duration_s: f64,
@@ -26,7 +27,7 @@ pub fn json(
         "log": commands.log,
         "robot": commands.robot,
         "duration_s": exact(duration_s),
-        "tasks": outcomes.iter().map(outcome).collect::<Vec<_>>(),
+        "tasks": outcomes.iter().enumerate().map(|(at, it)| outcome(it, recognized.and_then(|all| *all.get(at)?))).collect::<Vec<_>>(),
         "nearest": nearest,
         "collisions": collisions.iter().map(collision).collect::<Vec<_>>(),
     });
@@ -42,7 +43,7 @@ fn exact(value: f64) -> Value {
     serde_json::from_str(&number(value)).unwrap_or(Value::Null)
 }
 
-fn outcome(outcome: &Outcome) -> Value {
+fn outcome(outcome: &Outcome, recognized: Option<bool>) -> Value {
     let hole = outcome.searched.map(|searched| match searched {
         Searched::Found(off) => json!({ "found": true, "off_m": exact(off) }),
         Searched::NotWithin(within) => json!({ "found": false, "within_m": exact(within) }),
@@ -52,6 +53,7 @@ fn outcome(outcome: &Outcome) -> Value {
         "track": outcome.side.name(),
         "object": outcome.object,
         "done": outcome.done,
+        "recognized": recognized,
         "off_m": exact(outcome.off),
         "turned_rad": exact(outcome.turned),
         "leaning_rad": exact(outcome.leaning),
