@@ -23,6 +23,8 @@ pub mod recording;
 pub mod scene;
 pub mod shown;
 pub mod socket;
+#[cfg(feature = "world")]
+pub(crate) mod threads;
 pub mod touch;
 pub mod units;
 pub mod yaml;

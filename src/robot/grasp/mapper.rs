@@ -6,11 +6,11 @@ use super::cost::{Cost, Effort};
 use super::problem::{Failure, Wanted};
 use super::{search, seeds, spheres, two_finger};
 use crate::base::hands::Finger;
+use crate::base::threads;
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::{JointPositions, REACHED_M};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Isometry3, Point3, Vector6};
-use std::thread;
 
 /// Where the exact shapes overlap although the balls of the search do not, the search goes on this much farther away, m.
 const AWAY_M: [f64; 2] = [0.001, 0.003];
@@ -23,8 +23,8 @@ const APART_M: f64 = 0.005;
 const SPREAD: usize = 600;
 const SPREAD_M: f64 = 0.010;
 const IMPROVED: usize = 12;
-/// They are improved by so many threads at most; how many makes no difference to what is found.
-const MOST_THREADS: usize = 8;
+/// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
+const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
 
 /// What is known of a hand before any grasp: made once, used for all.
 #[derive(Clone, Debug)]
@@ -198,26 +198,15 @@ impl<'a> Mapper<'a> {
         let shapes = Shapes::new(self.hand, wanted);
         let starts = seeds::starts(self.hand, &self.postures, wanted, true);
         let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
-        let improved = |poses: &[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, Failure> {
+        let pushes = wanted.contacts.iter().all(|contact| contact.finger != Finger::Thumb);
+        let steps = if pushes { &PUSHING[..] } else { &[IMPROVED] };
+        let improved = |pose: &Isometry3<f64>| -> Result<Vec<GraspCandidate>, Failure> {
             let cost = cost()?;
-            let improved = poses.iter().map(|pose| search::improved(&cost, pose, IMPROVED).1);
+            let improved = steps.iter().map(|steps| search::improved(&cost, pose, *steps).1);
             Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
         };
-        let threads = thread::available_parallelism().map_or(1, usize::from).min(MOST_THREADS);
-        let parts: Vec<Result<Vec<GraspCandidate>, Failure>> = thread::scope(|scope| {
-            let parts = spread.chunks(spread.len().div_ceil(threads).max(1));
-            let improved = &improved;
-            let begun = parts.map(|part| (part, thread::Builder::new().spawn_scoped(scope, move || improved(part))));
-            let begun: Vec<_> = begun.collect();
-            // Without another thread this one does it.
-            let ended = begun.into_iter().map(|(part, begun)| match begun {
-                Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
-                Err(_) => improved(part),
-            });
-            ended.collect()
-        });
-        let parts: Result<Vec<Vec<GraspCandidate>>, Failure> = parts.into_iter().collect();
-        Ok(parts?.into_iter().flatten().collect())
+        let grasps: Result<Vec<Vec<GraspCandidate>>, Failure> = threads::each(&spread, improved).into_iter().collect();
+        Ok(grasps?.into_iter().flatten().collect())
     }
 
     /// A pose after so many steps of improvement, and what it costs: the measure, and whatever is violated or not well clear.

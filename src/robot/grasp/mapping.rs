@@ -38,13 +38,22 @@ const NUDGED_M: f64 = 0.040;
 const ALTERNATIVES: usize = 256;
 const APART_M: f64 = 0.012;
 
+/// A grasp that was found without regard to the other hand, which leaves it no room: where it is, that hand's, and why there is none.
+pub(crate) struct Crowded {
+    pub(crate) grasp: (usize, usize),
+    pub(crate) other: (usize, usize),
+    pub(crate) why: String,
+}
+
 /// Maps every grasp of commands; what cannot be held is noted with its reason.
 ///
-/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way.
+/// Where two hands hold one object at the same time, the one that takes it first is in the way of the other; when that leaves no room, both give way. Where that
+/// is not enough, the grasp is returned as crowded.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+pub(crate) fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crowded>, InputError> {
+    let mut crowded = Vec::new();
     commands.robot = Some(robot.name.clone());
     let tasks = &mut commands.tasks;
     let holders = tasks.iter().enumerate().map(|(number, task)| Holder::new(number, task, robot, scene));
@@ -66,12 +75,20 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
                 Ok(held) => held.note(&mut tasks[number], grasp),
                 Err(why) => {
                     let why = holders[number].explained(&why, &tasks[number], grasp, &taken);
-                    tasks[number].grasps[grasp].infeasible = Some(why);
+                    let alone = || holders[number].hold(&tasks[number], grasp, &[]).ok();
+                    let beside = others.first().filter(|_| others.len() == 1 && !taken.is_empty());
+                    match beside.and_then(|other| Some((*other, alone()?))) {
+                        Some((other, alone)) => {
+                            alone.note(&mut tasks[number], grasp);
+                            crowded.push(Crowded { grasp: (number, grasp), other, why });
+                        }
+                        None => tasks[number].grasps[grasp].infeasible = Some(why),
+                    }
                 }
             }
         }
     }
-    Ok(())
+    Ok(crowded)
 }
 
 /// Grasps that meet: each with the one that another hand has on the same object at the same time, as task and grasp; every pair once.

@@ -1,39 +1,66 @@
 //! Keeps the two hands of a robot apart where they work at the same time: where the mapped grasps bring hands or arms nearer to each other than they should be,
-//! one grasp after the other is chosen anew.
+//! two grasps at a time are chosen anew, with their ways.
 //!
-//! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). At the steps at which they are too near, each hand has a grasp: other grasps, with
-//! the ways to them and from them as demonstrated and along the hand's own axis, are held against the other hand at those steps first, without the arm; the
-//! best of them with the arm and at all steps. What keeps the hands apart best is taken, and the next grasp is looked for, until nothing is too near or nothing
-//! better is found. A hand that takes less good a grasp for that has the best measure among those that are apart.
+//! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). Where they are too near, each hand has a grasp: other grasps of both, and of what goes
+//! into a hole also those that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with
+//! their arms in every posture. The best pairs go all their ways, which are led past the other hand where they come too near. What keeps the hands apart best is
+//! taken, and the next pair of grasps is looked for, until nothing is too near or nothing better is found.
 
+use super::beside::{Aside, Passing};
 use super::hand_planner::{HandPlanner, TIP_RADIUS_M};
-use super::lifted::goes_through;
+use super::in_hole;
+use super::lifted::{goes_through, lift};
+use super::moving::Moving;
 use super::own_axis::{Way, turn};
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
-use super::walk::{Near, ROOM_M, Walk};
+use super::walk::{Near, Occupied, Walk, handled, place_of};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
+use crate::base::threads;
 use crate::command::{Commands, Task};
 use crate::robot::grasp::mapping::{Held, alternatives};
-use crate::robot::kinematics::limb_gap::limb_gap;
+use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::robot::Robot;
 use std::cmp::Ordering;
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::TAU;
 
-/// At most so many grasps are changed in a group of tasks.
-const CHANGES: usize = 6;
-/// Alternatives are looked at without the arm at so many of the steps that are too near.
-const LOOKED_AT: usize = 12;
-/// So many of each hand are looked at with the arm, in so many postures.
-const WALKED: usize = 6;
-const POSTURES: usize = 3;
-/// So many are looked at with other ways.
-const WITH_WAYS: usize = 32;
+/// At most so many changes are tried in a group of tasks, and so many of one pair of grasps.
+const CHANGES: usize = 8;
+const TRIES: usize = 3;
+/// Pairs are looked at at so many of the steps at which both hands hold, and at so many of those among them that are too near.
+const LOOKED_AT: usize = 8;
+const TIGHT: usize = 12;
+/// What goes into a hole is turned by multiples of this part of a turn.
+const TURNS: u32 = 12;
+/// So many samples of commands are kept for choices of a grasp in all.
+const MOST_SAMPLES: usize = 1_500_000;
+/// Of each grasp so many pairs are kept at first, and fewer then.
+const PAIRS: usize = 40;
+const ALIKE: usize = 16;
+/// Hands that are nearer by no more than this in all, m, may be taken where the present ones are farther.
+const SLIGHT_M: f64 = 0.02;
+/// For each place on its ways, and each step, at which a grasp goes through more than the present one does, it counts as nearer by this, m.
+const THROUGH_M: f64 = 0.002;
+/// A demonstrated pose goes a little into what carries the object, m.
+const SUNK_M: f64 = 0.002;
+/// So many grasps are looked at with their arms, those of so many pairs at once, until so many pairs are as good as apart, by this, m in all.
+const WALKED: usize = 80;
+const AT_ONCE: usize = 8;
+const ENOUGH: usize = 4;
+const AS_GOOD_M: f64 = 0.01;
+/// So many pairs go all their ways, each grasp in so many of them, until one is as good as clear: by this, m, summed over steps of 20 ms, at each of which 5 mm
+/// count where hands just touch.
+const GONE: usize = 6;
+const GONE_ALIKE: usize = 2;
+const CLEAR_M: f64 = 0.05;
 /// A change that leaves more than this share of what was too near is none.
 const BETTER: f64 = 0.9;
+
+/// A grasp of each hand, as its task and the grasp of that.
+type Grasps = [(usize, usize); 2];
 
 /// Chooses grasps of commands anew where both hands would be too near to each other.
 ///
@@ -45,7 +72,10 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
     }
     for (number, group) in groups(&commands.tasks).into_iter().enumerate() {
         let tasks: Vec<Task> = group.iter().map(|task| commands.tasks[*task].clone()).collect();
+        let others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
+        let about = others.map(|(_, task)| task.object.clone()).collect();
         let Some(mut pair) = Pair::new(tasks, robot, scene)? else { continue };
+        (pair.handled_later, pair.begins) = (about, number == 0);
         let changed = pair.keep_apart()?;
         if !changed {
             continue;
@@ -53,8 +83,10 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
         for (task, made) in group.into_iter().zip(&pair.tasks) {
             commands.tasks[task] = made.clone();
         }
-        // Later groups begin where the hands are.
-        for walk in pair.walks.iter().filter(|_| number == 0) {
+        if number > 0 {
+            continue;
+        }
+        for walk in &pair.walks {
             let first = commands.tasks.iter_mut().find(|task| task.track == walk.planner.side);
             let mapped = first.and_then(|task| task.grasps.first_mut()).and_then(|grasp| grasp.mapped.as_mut());
             mapped.into_iter().for_each(|mapped| mapped.arm.clone_from(&walk.arm));
@@ -71,27 +103,53 @@ struct Pair<'a> {
     walks: [Walk; 2],
     limbs: [Robot; 2],
     near: Vec<Near>,
-    /// Other ways to take hold for the grasps that were looked at, by task and grasp.
-    alternatives: BTreeMap<(usize, usize), Vec<Held>>,
+    /// The objects of tasks of other groups.
+    handled_later: BTreeSet<String>,
+    /// Whether the hands begin with these tasks: their postures are free then, and are where they are otherwise.
+    begins: bool,
 }
 
-/// Tasks with a grasp of a hand chosen anew.
+/// A task with one of its grasps chosen anew.
 struct Choice {
-    tasks: Vec<Task>,
-    /// How much of the hand is too near, m, at the steps that were looked at.
-    near: f64,
+    task: Task,
     measure: f64,
+    /// The hand, without its arm, at each of the steps that are looked at.
+    stands: Vec<Occupied>,
 }
 
-/// A grasp of a hand that is changed.
-struct Change {
-    hand: usize,
-    /// What stays too near, m in all.
+/// Two choices, by their places in the lists.
+#[derive(Clone, Copy)]
+struct Couple {
+    choices: [usize; 2],
+    /// How much is too near at the steps that are looked at, m in all, and by how much for its ways.
     left: f64,
+    through: f64,
     measure: f64,
-    walk: Walk,
-    tasks: Vec<Task>,
+    /// The postures in which their arms begin, by their places in the list.
+    postures: [usize; 2],
+}
+
+/// Tasks and walks with a pair of grasps chosen anew.
+struct Change {
+    tasks: [Task; 2],
+    walks: [Walk; 2],
     near: Vec<Near>,
+    /// What is to be added for going through more than before, m.
+    through: f64,
+}
+
+impl Change {
+    /// The smaller the better, m.
+    fn cost(&self) -> f64 {
+        total(&self.near) + self.through
+    }
+}
+
+impl Couple {
+    /// The order in which they are looked at.
+    fn order(&self, other: &Self) -> Ordering {
+        self.left.total_cmp(&other.left).then(other.measure.total_cmp(&self.measure))
+    }
 }
 
 impl<'a> Pair<'a> {
@@ -102,84 +160,293 @@ impl<'a> Pair<'a> {
         let walk = |number: usize| Walk::all(&tasks, number, robot, scene, 1).ok()?.into_iter().next();
         let [Some(one), Some(other)] = [walk(left), walk(right)] else { return Ok(None) };
         let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
-        let near = one.near(&other, ROOM_M);
-        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, alternatives: BTreeMap::new() }))
+        let near = one.near(&other);
+        let (handled_later, begins) = (BTreeSet::new(), true);
+        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, handled_later, begins }))
     }
 
     /// Whether anything was changed.
     fn keep_apart(&mut self) -> Result<bool, InputError> {
+        let mut tries: BTreeMap<Grasps, usize> = BTreeMap::new();
         let mut changed = false;
         for _ in 0..CHANGES {
+            let Some(grasps) = self.nearest(&tries) else { break };
             let before = total(&self.near);
-            if before == 0.0 {
-                break;
+            // They are led past each other, then chosen anew if that is not enough, and led past each other again.
+            let tried = tries.entry(grasps).or_default();
+            *tried += 1;
+            let anew = *tried == 2;
+            if anew && before < CLEAR_M {
+                *tried = TRIES;
+                continue;
             }
-            let changes = [self.change(0)?, self.change(1)?];
-            let better = |a: &Change, b: &Change| (a.left, -a.measure).partial_cmp(&(b.left, -b.measure));
-            let best = changes.into_iter().flatten().min_by(|a, b| better(a, b).unwrap_or(Ordering::Equal));
-            let Some(best) = best.filter(|change| change.left < BETTER * before) else { break };
-            self.walks[best.hand] = best.walk;
-            (self.tasks, self.near, changed) = (best.tasks, best.near, true);
+            let change = self.change(grasps, anew)?.filter(|change| change.cost() < BETTER * before);
+            let Some(Change { tasks, walks, near, .. }) = change else {
+                if anew {
+                    tries.insert(grasps, TRIES);
+                }
+                continue;
+            };
+            for (task, (number, _)) in tasks.into_iter().zip(grasps) {
+                self.tasks[number] = task;
+            }
+            (self.walks, self.near, changed) = (walks, near, true);
         }
         Ok(changed)
     }
 
-    /// The best change of a grasp of a hand, the first one that leaves nothing too near.
-    fn change(&mut self, hand: usize) -> Result<Option<Change>, InputError> {
+    /// The grasps of both hands that are too near by most, of those that were not tried often enough.
+    fn nearest(&self, tries: &BTreeMap<Grasps, usize>) -> Option<Grasps> {
+        let plans = self.both_plans(&self.tasks, &self.walks)?;
+        let mut sums: BTreeMap<Grasps, f64> = BTreeMap::new();
+        for near in &self.near {
+            *sums.entry(self.grasps_at(&plans, near.steps)?).or_default() += near.by;
+        }
+        let left = sums.into_iter().filter(|(grasps, _)| tries.get(grasps).is_none_or(|tries| *tries < TRIES));
+        left.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(grasps, _)| grasps)
+    }
+
+    /// The grasp of each hand at a step of each.
+    fn grasps_at(&self, plans: &[HandPlans<'_>; 2], steps: [usize; 2]) -> Option<Grasps> {
+        let at = |hand: usize| {
+            let (number, plan, own_s) = plans[hand].at(self.walks[hand].own_s(steps[hand]))?;
+            Some((number, plan.grasp(own_s)))
+        };
+        Some([at(0)?, at(1)?])
+    }
+
+    /// The best change of a pair of grasps, or of the ways of the present ones; `None` where there is none.
+    fn change(&self, grasps: Grasps, anew: bool) -> Result<Option<Change>, InputError> {
+        let Some(steps) = self.steps(grasps) else { return Ok(None) };
+        let choices = [self.choices(0, grasps[0], &steps, anew)?, self.choices(1, grasps[1], &steps, anew)?];
         let mut best: Option<Change> = None;
-        let choices = self.choices(hand)?;
-        for Choice { tasks, measure, .. } in choices {
-            let number = tasks.iter().position(|task| task.track == self.walks[hand].planner.side).unwrap_or(0);
-            let walks = Walk::all(&tasks, number, self.robot, self.scene, POSTURES).unwrap_or_default();
-            for walk in walks {
-                let other = &self.walks[1 - hand];
-                let near = if hand == 0 { walk.near(other, ROOM_M) } else { other.near(&walk, ROOM_M) };
-                let left = total(&near);
-                if best.as_ref().is_none_or(|best| left < best.left) {
-                    best = Some(Change { hand, left, measure, walk, tasks: tasks.clone(), near });
-                }
-                if left == 0.0 {
-                    return Ok(best);
-                }
+        for couple in of_many_kinds(self.with_arms(grasps, &steps, &choices), GONE_ALIKE).into_iter().take(GONE) {
+            let tasks = [0, 1].map(|hand| choices[hand][couple.choices[hand]].task.clone());
+            let Some(change) = self.gone(grasps, tasks, &couple) else { continue };
+            if best.as_ref().is_none_or(|best| change.cost() < best.cost()) {
+                best = Some(change);
+            }
+            if best.as_ref().is_some_and(|best| best.cost() < CLEAR_M) {
+                break;
             }
         }
         Ok(best)
     }
 
-    /// Tasks with other grasps of a hand where it is too near to the other one, those first that are least so.
-    fn choices(&mut self, hand: usize) -> Result<Vec<Choice>, InputError> {
-        let Some((number, grasp)) = self.at(hand, &self.tasks) else { return Ok(Vec::new()) };
-        if let Entry::Vacant(entry) = self.alternatives.entry((number, grasp)) {
-            entry.insert(alternatives(&self.tasks, self.robot, self.scene, (number, grasp))?);
+    /// Some of the steps at which both hands hold with these grasps, those first that are too near.
+    fn steps(&self, grasps: Grasps) -> Option<Vec<[usize; 2]>> {
+        let plans = self.both_plans(&self.tasks, &self.walks)?;
+        let holds = |hand: usize, step: usize| {
+            plans[hand].at(self.walks[hand].own_s(step)).is_some_and(|(_, plan, own_s)| plan.holds(own_s))
+        };
+        let both_hold = |steps: &[usize; 2]| {
+            (0..2).all(|hand| holds(hand, steps[hand])) && self.grasps_at(&plans, *steps) == Some(grasps)
+        };
+        let held: Vec<[usize; 2]> = self.walks[0].together(&self.walks[1]).into_iter().filter(both_hold).collect();
+        let near: BTreeSet<[usize; 2]> = self.near.iter().map(|near| near.steps).collect();
+        let tight: Vec<[usize; 2]> = held.iter().filter(|steps| near.contains(*steps)).copied().collect();
+        let some = |steps: &[[usize; 2]], most: usize| -> Vec<[usize; 2]> {
+            steps.iter().step_by(steps.len().div_ceil(most).max(1)).copied().collect()
+        };
+        Some([some(&tight, TIGHT), some(&held, LOOKED_AT)].concat())
+    }
+
+    /// The present grasp of a task and, if they are to be chosen anew, others, each also with the object turned about the hole into which it goes.
+    fn choices(
+        &self,
+        hand: usize,
+        (number, grasp): (usize, usize),
+        steps: &[[usize; 2]],
+        anew: bool,
+    ) -> Result<Vec<Choice>, InputError> {
+        let present = &self.tasks[number];
+        let noted = |held: Held| {
+            let mut task = present.clone();
+            held.note(&mut task, grasp);
+            self.lifted(hand, task)
+        };
+        let others =
+            if anew { alternatives(&self.tasks, self.robot, self.scene, (number, grasp))? } else { Vec::new() };
+        // Long tasks leave room for fewer of them.
+        let samples: usize = present.segments.iter().map(|segment| segment.object.len()).sum();
+        let most = (MOST_SAMPLES / samples.max(1)).max(TURNS as usize);
+        let upright = std::iter::once(present.clone()).chain(others.into_iter().map(noted));
+        let upright: Vec<Task> = upright.take(most).collect();
+        let may_turn = anew && !self.handled_later.contains(&present.object);
+        let angles = (1..TURNS).filter(|_| may_turn).map(|turn| f64::from(turn) / f64::from(TURNS) * TAU);
+        let angles = angles.map(|angle| if angle > TAU / 2.0 { angle - TAU } else { angle });
+        let turned: Vec<Task> = angles
+            .flat_map(|angle| upright.iter().take(most / TURNS as usize).map(move |task| (angle, task)))
+            .filter_map(|(angle, task)| in_hole::turned(&self.with(&[(number, task)]), number, self.scene, angle))
+            .collect();
+        let choice = |task: &Task| {
+            let tasks = self.with(&[(number, task)]);
+            let plans = self.plans(hand, &tasks, &self.walks[hand])?;
+            let object = handled(&tasks, number, self.scene);
+            let stands = steps.iter().filter_map(|steps| {
+                let (_, plan, own_s) = plans.at(self.walks[hand].own_s(steps[hand]))?;
+                Some(Occupied::of_hand(&plan.at(own_s), &self.walks[hand].planner.hand, &object))
+            });
+            let measure = task.grasps[grasp].mapped.as_ref().map_or(0.0, |mapped| mapped.measure);
+            Some((measure, stands.collect::<Vec<Occupied>>()))
+        };
+        let all: Vec<Task> = upright.into_iter().chain(turned).collect();
+        let made = threads::each(&all, choice);
+        let made = all.into_iter().zip(made).filter_map(|(task, made)| Some((task, made?)));
+        Ok(made.map(|(task, (measure, stands))| Choice { task, measure, stands }).collect())
+    }
+
+    /// The best pairs of choices where hands alone are looked at, no nearer than the present ones; each choice is in few of them. What takes hold or lets go on
+    /// worse a way than the present grasp would drag the object along, and comes later.
+    fn couples(&self, grasps: Grasps, choices: &[Vec<Choice>; 2]) -> Vec<Couple> {
+        let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
+        let present = too_near(&one.stands, &other.stands, f64::INFINITY).unwrap_or(f64::INFINITY).max(SLIGHT_M);
+        let fixed = Surroundings::sunk(self.scene, SUNK_M);
+        let through = [0, 1].map(|hand| {
+            let counts = threads::each(&choices[hand], |it| {
+                let meets = it.stands.iter().filter(|stand| fixed.meet_any(&stand.limb)).count();
+                self.goes_through(hand, &it.task, grasps[hand].1).saturating_add(meets)
+            });
+            let allowed = counts.first().copied().unwrap_or(0);
+            counts.into_iter().map(|count| count.saturating_sub(allowed) as f64 * THROUGH_M).collect::<Vec<f64>>()
+        });
+        let ones: Vec<usize> = (0..choices[0].len()).collect();
+        let couples = threads::each(&ones, |&one| {
+            let mut couples: Vec<Couple> = Vec::new();
+            let mut most = present;
+            for (other, right) in choices[1].iter().enumerate() {
+                let left = &choices[0][one];
+                let (through, measure) = (through[0][one] + through[1][other], left.measure * right.measure);
+                let Some(left) = too_near(&left.stands, &right.stands, most - through) else { continue };
+                let choices = [one, other];
+                couples.push(Couple { choices, left: left + through, through, measure, postures: [0; 2] });
+                if couples.len() == 2 * PAIRS {
+                    couples.sort_by(Couple::order);
+                    couples.truncate(PAIRS);
+                    most = couples.last().map_or(most, |last| last.left);
+                }
+            }
+            couples
+        });
+        of_many_kinds(couples.into_iter().flatten().collect(), ALIKE)
+    }
+
+    /// Pairs of choices that both arms can go, with what is too near in their best postures.
+    fn with_arms(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<Couple> {
+        // For each choice, the limb at the steps, in every posture.
+        let mut limbs: BTreeMap<(usize, usize), Vec<Option<Vec<Occupied>>>> = BTreeMap::new();
+        let mut reached: Vec<Couple> = Vec::new();
+        for couples in self.couples(grasps, choices).chunks(AT_ONCE) {
+            let new = couples.iter().flat_map(|couple| [0, 1].map(|hand| (hand, couple.choices[hand])));
+            let new: BTreeSet<(usize, usize)> = new.filter(|choice| !limbs.contains_key(choice)).collect();
+            let new: Vec<(usize, usize)> = new.into_iter().take(WALKED.saturating_sub(limbs.len())).collect();
+            let gone = threads::each(&new, |&(hand, choice)| {
+                let tasks = self.with(&[(grasps[hand].0, &choices[hand][choice].task)]);
+                let own_s = |steps: &[usize; 2]| self.walks[hand].own_s(steps[hand]);
+                let at = |walk: Walk| steps.iter().map(|steps| walk.at_own(own_s(steps)).clone()).collect::<Vec<_>>();
+                self.begun(hand, &tasks).into_iter().map(|begun| Walk::of(begun, &tasks, self.scene).map(at)).collect()
+            });
+            limbs.extend(new.into_iter().zip(gone));
+            for couple in couples {
+                let own = [0, 1].map(|hand| limbs.get(&(hand, couple.choices[hand])));
+                let [Some(ours), Some(theirs)] = own else { continue };
+                let mut best = Couple { left: f64::INFINITY, ..*couple };
+                for (one, ours) in ours.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
+                    for (other, theirs) in theirs.iter().enumerate().filter_map(|(at, it)| Some((at, it.as_ref()?))) {
+                        if let Some(left) = too_near(ours, theirs, best.left).filter(|left| *left < best.left) {
+                            (best.left, best.postures) = (left, [one, other]);
+                        }
+                    }
+                }
+                if best.left.is_finite() {
+                    best.left += couple.through;
+                    reached.push(best);
+                }
+            }
+            let apart = reached.iter().filter(|couple| couple.left <= AS_GOOD_M).count();
+            if apart >= ENOUGH || limbs.len() >= WALKED {
+                break;
+            }
         }
-        let others = &self.alternatives[&(number, grasp)];
-        let step = self.near.len().div_ceil(LOOKED_AT).max(1);
-        let looked_at: Vec<&Near> = self.near.iter().step_by(step).collect();
-        let choice = |tasks: Vec<Task>| {
-            let near = self.nearness(hand, &tasks, &looked_at)?;
-            let measure = tasks[number].grasps[grasp].mapped.as_ref().map_or(0.0, |mapped| mapped.measure);
-            Some(Choice { tasks, near, measure })
+        reached
+    }
+
+    /// What is left too near when both hands go all their ways with these tasks, from these postures, and are led past each other; `None` where an arm cannot go.
+    fn gone(&self, grasps: Grasps, tasks: [Task; 2], couple: &Couple) -> Option<Change> {
+        let all = |tasks: &[Task; 2]| self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
+        let walk = |hand: usize| {
+            let begun = self.begun(hand, &all(&tasks)).into_iter().nth(couple.postures[hand])?;
+            Walk::of(begun, &all(&tasks), self.scene)
         };
-        let sort = |choices: &mut Vec<Choice>| {
-            choices.sort_by(|a, b| a.near.total_cmp(&b.near).then(b.measure.total_cmp(&a.measure)));
-        };
-        let with = |held: Option<&Held>| {
-            let mut tasks = self.tasks.clone();
-            held.into_iter().for_each(|held| held.clone().note(&mut tasks[number], grasp));
-            tasks
-        };
-        let present = std::iter::once(None).chain(others.iter().map(Some));
-        let mut choices: Vec<Choice> = present.filter_map(|held| choice(with(held))).collect();
-        sort(&mut choices);
-        choices.truncate(WITH_WAYS);
-        let turned = choices.iter().flat_map(|it| self.turned(&it.tasks, number, grasp, hand));
-        let turned: Vec<Choice> = turned.filter_map(choice).collect();
-        choices.extend(turned);
-        sort(&mut choices);
-        // What takes hold or lets go on worse a way than before drags the object along.
-        let allowed = self.goes_through(hand, &self.tasks[number], grasp);
-        let as_good = |it: &Choice| self.goes_through(hand, &it.tasks[number], grasp) <= allowed;
-        Ok(choices.into_iter().filter(as_good).take(WALKED).collect())
+        let walks = [walk(0)?, walk(1)?];
+        let near = walks[0].near(&walks[1]);
+        let mut change = Change { tasks, walks, near, through: couple.through };
+        for hand in [1, 0] {
+            for aside in [Aside::Level, Aside::Upward] {
+                let allowed = self.goes_through(hand, &change.tasks[hand], grasps[hand].1);
+                let led = self.led_past(hand, grasps[hand], &all(&change.tasks), &change.walks, aside);
+                let led = led.filter(|task| self.goes_through(hand, task, grasps[hand].1) <= allowed);
+                let turned = self.turned(&change.tasks[hand], grasps[hand].1, hand);
+                for task in led.into_iter().chain(turned.into_iter().filter(|_| aside == Aside::Upward)) {
+                    if change.near.is_empty() {
+                        return Some(change);
+                    }
+                    let mut tasks = change.tasks.clone();
+                    tasks[hand] = task;
+                    for begun in self.begun(hand, &all(&tasks)) {
+                        let Some(walk) = Walk::of(begun, &all(&tasks), self.scene) else { continue };
+                        let other = &change.walks[1 - hand];
+                        let near = if hand == 0 { walk.near(other) } else { other.near(&walk) };
+                        if total(&near) < total(&change.near) {
+                            change.walks[hand] = walk;
+                            (change.tasks, change.near) = (tasks.clone(), near);
+                        }
+                    }
+                }
+            }
+        }
+        Some(change)
+    }
+
+    /// The task of a grasp of a hand, of all tasks, with its ways led past the other hand.
+    fn led_past(
+        &self,
+        hand: usize,
+        at: (usize, usize),
+        tasks: &[Task],
+        walks: &[Walk; 2],
+        aside: Aside,
+    ) -> Option<Task> {
+        let plans = self.both_plans(tasks, walks)?;
+        let passing = Passing { walks: walks.each_ref(), plans: plans.each_ref(), up: self.scene.up() };
+        passing.led_past(hand, &tasks[at.0], at, aside)
+    }
+
+    /// All tasks, some of them exchanged.
+    fn with(&self, exchanged: &[(usize, &Task)]) -> Vec<Task> {
+        let mut tasks = self.tasks.clone();
+        exchanged.iter().for_each(|(number, task)| tasks[*number] = (*task).clone());
+        tasks
+    }
+
+    /// A hand before its walks, in all postures in which its arm can begin.
+    fn begun(&self, hand: usize, tasks: &[Task]) -> Vec<Moving> {
+        let side = self.walks[hand].planner.side;
+        let number = tasks.iter().position(|task| task.track == side).unwrap_or(0);
+        let mut begun = Walk::begun(tasks, number, self.robot, self.scene).unwrap_or_default();
+        if !self.begins {
+            begun.truncate(1);
+        }
+        begun
+    }
+
+    /// A task with the ways of all its grasps lifted.
+    fn lifted(&self, hand: usize, mut task: Task) -> Task {
+        let grips = (0..task.grasps.len()).map(|grasp| self.grip(hand, &task, grasp)).collect::<Option<Vec<_>>>();
+        if let (Some(grips), Some(object)) = (grips, self.scene.bodies.get(&task.object)) {
+            lift(&mut task, &self.walks[hand].planner.hand, &grips, object, self.scene);
+        }
+        task
     }
 
     /// At how many places on its ways a hand goes through the object or a fixed body.
@@ -196,76 +463,64 @@ impl<'a> Pair<'a> {
         ResolvedGrasp::new(&task.grasps[grasp], &self.limbs[hand], &self.walks[hand].planner.hand, radius).ok()
     }
 
-    /// The same tasks with the ways to a grasp and from it along the hand's own axis: one of them, or both.
-    fn turned(&self, tasks: &[Task], number: usize, grasp: usize, hand: usize) -> Vec<Vec<Task>> {
-        let Some(grip) = self.grip(hand, &tasks[number], grasp) else { return Vec::new() };
-        let mut made = vec![tasks.to_vec()];
+    /// The same task with the ways to a grasp and from it along the hand's own axis, one of them or both, where that goes through no more.
+    fn turned(&self, task: &Task, grasp: usize, hand: usize) -> Vec<Task> {
+        let Some(grip) = self.grip(hand, task, grasp) else { return Vec::new() };
+        let mut made = vec![task.clone()];
         for way in [Way::There, Way::Away] {
-            for mut tasks in made.clone() {
-                if turn(&mut tasks[number], grasp, &grip, way) {
-                    made.push(tasks);
+            for mut task in made.clone() {
+                if turn(&mut task, grasp, &grip, way) {
+                    made.push(task);
                 }
             }
         }
-        made.split_off(1)
+        let allowed = self.goes_through(hand, task, grasp);
+        made.into_iter().skip(1).filter(|task| self.goes_through(hand, task, grasp) <= allowed).collect()
     }
 
-    /// The task of a hand and its grasp where it is too near for the longest time.
-    fn at(&self, hand: usize, tasks: &[Task]) -> Option<(usize, usize)> {
-        let walk = &self.walks[hand];
-        let made = self.plans(walk, hand, tasks)?;
-        let mut counts: Vec<((usize, usize), f64)> = Vec::new();
-        for near in &self.near {
-            let (number, plan, own_s) = plan_at(&made, walk.own_s(near.steps[hand]))?;
-            let at = (number, plan.grasp(own_s));
-            match counts.iter_mut().find(|(known, _)| *known == at) {
-                Some((_, by)) => *by += near.by,
-                None => counts.push((at, near.by)),
-            }
-        }
-        counts.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(at, _)| at)
+    /// The plans of both hands.
+    fn both_plans<'t>(&self, tasks: &'t [Task], walks: &[Walk; 2]) -> Option<[HandPlans<'t>; 2]> {
+        Some([self.plans(0, tasks, &walks[0])?, self.plans(1, tasks, &walks[1])?])
     }
 
-    fn plans<'t>(&self, walk: &Walk, hand: usize, tasks: &'t [Task]) -> Option<HandPlans<'t>> {
-        let place = |object: &str| {
-            let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
-            first.or_else(|| self.scene.bodies.get(object).map(|body| body.pose()))
-        };
+    /// The plans of a hand that begins as its walk does.
+    fn plans<'t>(&self, hand: usize, tasks: &'t [Task], walk: &Walk) -> Option<HandPlans<'t>> {
+        let place = |object: &str| place_of(tasks, self.scene, object);
         let group: Vec<usize> = (0..tasks.len()).collect();
         let mut planner: HandPlanner = walk.planner.clone();
         let palm = nalgebra::Isometry3::identity();
         planner.plans(tasks, &group, &self.limbs[hand], palm, &place, &mut |_, from_s| from_s).ok()
     }
+}
 
-    /// How much nearer than it should be a hand with these tasks is to the other one at some steps, m in all, without its arm; `None` for tasks that cannot be
-    /// planned.
-    fn nearness(&self, hand: usize, tasks: &[Task], steps: &[&Near]) -> Option<f64> {
-        let walk = &self.walks[hand];
-        let made = self.plans(walk, hand, tasks)?;
-        let mut near = 0.0;
-        for step in steps {
-            let (_, plan, own_s) = plan_at(&made, walk.own_s(step.steps[hand]))?;
-            let own = plan.at(own_s).shapes(&walk.planner.hand);
-            let other = self.walks[1 - hand].at(step.steps[1 - hand]);
-            near += limb_gap(&own, other, ROOM_M).map_or(0.0, |found| ROOM_M - found.gap);
+/// Couples in their order, with each choice in so many of them at most.
+fn of_many_kinds(mut couples: Vec<Couple>, alike: usize) -> Vec<Couple> {
+    couples.sort_by(Couple::order);
+    let mut used: BTreeMap<(usize, usize), usize> = BTreeMap::new();
+    couples.retain(|couple| {
+        let own = [0, 1].map(|hand| (hand, couple.choices[hand]));
+        let may = own.iter().all(|choice| used.get(choice).is_none_or(|used| *used < alike));
+        if may {
+            own.into_iter().for_each(|choice| *used.entry(choice).or_default() += 1);
         }
-        Some(near)
+        may
+    });
+    couples
+}
+
+/// By how much hands are nearer than they should be, m in all of some steps; `None` where it is more than `most`.
+fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
+    let mut sum = 0.0;
+    for (one, other) in ours.iter().zip(theirs) {
+        sum += one.too_near(other);
+        if sum > most {
+            return None;
+        }
     }
+    Some(sum)
 }
 
 /// What is too near, m in all.
 fn total(near: &[Near]) -> f64 {
     near.iter().map(|near| near.by).sum()
-}
-
-/// The plan at a time of all, s, the number of its task, and the time in it.
-fn plan_at<'p, 't>(made: &'p HandPlans<'t>, mut own_s: f64) -> Option<(usize, &'p super::plan::Plan<'t>, f64)> {
-    let last = made.plans.len().checked_sub(1)?;
-    for (index, (number, plan)) in made.plans.iter().enumerate() {
-        if own_s <= plan.duration() || index == last {
-            return Some((*number, plan, own_s.min(plan.duration())));
-        }
-        own_s -= plan.duration();
-    }
-    None
 }

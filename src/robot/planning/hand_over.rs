@@ -18,7 +18,7 @@ use crate::base::scene::Scene;
 use crate::command::{Commands, Task};
 use crate::description::shape::SHORT_M;
 use crate::robot::grasp::held_path::held;
-use crate::robot::grasp::mapping::{self, Held, alternatives, meetings};
+use crate::robot::grasp::mapping::{self, Crowded, Held, alternatives, meetings};
 use crate::robot::kinematics::limb_gap::{PlacedShape, nearer};
 use crate::robot::model::robot::Robot;
 use nalgebra::Vector3;
@@ -38,7 +38,7 @@ const TOGETHER_S: f64 = 0.3;
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
 pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
-    mapping::map(commands, robot, scene)?;
+    let crowded = mapping::map(commands, robot, scene)?;
     for task in &mut commands.tasks {
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
             continue;
@@ -60,7 +60,22 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             }
         }
     }
-    apart::keep(commands, robot, scene)
+    apart::keep(commands, robot, scene)?;
+    for Crowded { grasp: (number, grasp), other, why } in crowded {
+        let closed = [(number, grasp), other].map(|(number, grasp)| {
+            let task = &commands.tasks[number];
+            let radius = scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+            let hand = robot.hands.get(&task.track)?;
+            let grip = ResolvedGrasp::new(&task.grasps[grasp], robot, hand, radius).ok()?;
+            let [closed, _] = grip.shapes(hand);
+            Some(closed)
+        });
+        if !matches!(closed, [Some(ours), Some(theirs)] if !nearer(&ours, &theirs, SHORT_M)) {
+            let grasp = &mut commands.tasks[number].grasps[grasp];
+            (grasp.mapped, grasp.infeasible) = (None, Some(why));
+        }
+    }
+    Ok(())
 }
 
 /// Two grasps that meet when an object is handed over.

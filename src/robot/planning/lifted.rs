@@ -15,9 +15,9 @@ use crate::robot::model::hand::HandModel;
 use nalgebra::{Translation3, Vector3};
 
 /// A hand is lifted by a multiple of this, until it is so far from what it would go through, up to so far, m.
-const STEP_M: f64 = 0.005;
+pub(super) const STEP_M: f64 = 0.005;
 const CLEAR_M: f64 = 0.002;
-const MOST_M: f64 = 0.15;
+pub(super) const MOST_M: f64 = 0.15;
 /// It rises and comes down at this speed, m/s; on the last of the way it comes down at the second one, m/s, and slows down by the third, m/s².
 const RISES_M_S: f64 = 0.25;
 const STEEP_M_S: f64 = 0.5;
@@ -166,7 +166,7 @@ impl Stage<'_> {
 }
 
 /// The heights by which a way to an object is lifted, m: what is needed, with a rise before it and a descent after it. `step_s` is the time from one to the next.
-fn eased(needed: &[f64], step_s: f64) -> Vec<f64> {
+pub(super) fn eased(needed: &[f64], step_s: f64) -> Vec<f64> {
     let mut heights = needed.to_vec();
     for at in 1..heights.len() {
         heights[at] = heights[at].max(heights[at - 1] - RISES_M_S * step_s);

@@ -1,9 +1,11 @@
 //! Planning: from commands and mapped grasps to targets at each instant, for both hands on one time scale.
 
 mod apart;
+mod beside;
 pub mod goal;
 pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
+mod in_hole;
 pub(crate) mod interpolation;
 mod lifted;
 mod moving;

@@ -76,16 +76,23 @@ fn places(task: &Task, grasp: usize, which: Way) -> Vec<usize> {
     }
 }
 
-/// From the contacts to the palm, across the line from the thumb to the fingers; object frame.
+/// From the contacts to the palm, where there is a thumb across the line from it to the fingers; object frame.
 fn axis(grip: &ResolvedGrasp) -> Option<Vector3<f64>> {
     let tips = |thumb: bool| {
         let of = grip.tips.iter().filter(move |(finger, ..)| (*finger == Finger::Thumb) == thumb);
         of.map(|(_, closed, _)| closed.coords).collect::<Vec<_>>()
     };
     let (thumb, fingers) = (tips(true), tips(false));
-    let fingers_at = fingers.iter().sum::<Vector3<f64>>() / fingers.len().max(1) as f64;
-    let across = (fingers_at - thumb.first().filter(|_| !fingers.is_empty())?).try_normalize(1e-3)?;
-    let middle = (fingers_at + thumb[0]) / 2.0;
+    let mean = |tips: &[Vector3<f64>]| tips.iter().sum::<Vector3<f64>>() / tips.len().max(1) as f64;
+    let (middle, across) = match (thumb.first(), fingers.as_slice()) {
+        (Some(thumb), [_, ..]) => {
+            let fingers = mean(&fingers);
+            ((fingers + thumb) / 2.0, (fingers - thumb).try_normalize(1e-3)?)
+        }
+        // What pushes has nothing across from it.
+        (Some(thumb), []) => (*thumb, Vector3::zeros()),
+        (None, _) => (mean(&fingers), Vector3::zeros()),
+    };
     let back = -middle;
     Some(grip.object_from_palm * (back - across * back.dot(&across)).try_normalize(1e-3)?)
 }

@@ -389,6 +389,26 @@ impl<'a> Plan<'a> {
         self.phases[self.index_at(time - self.transfer)].grip.min(self.grips.len() - 1)
     }
 
+    /// Returns where it is at a time, s, on a free way of its commands: which segment, and how far in it, 0 to 1; `None` where it touches, or goes where no one
+    /// showed.
+    pub(in crate::robot::planning) fn on_way(&self, time: f64) -> Option<(usize, f64)> {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let since_s = (local - phase.start).clamp(0.0, phase.duration);
+        let share = match phase.role {
+            Role::Free if local >= 0.0 => since_s / phase.duration,
+            Role::Leave => gone(since_s, phase.duration),
+            _ => return None,
+        };
+        let segment = self.task.segments.iter().position(|segment| std::ptr::eq(segment, phase.segment))?;
+        Some((segment, share))
+    }
+
+    /// Whether it holds the object at a time, s: it has closed, and has not let go.
+    pub(in crate::robot::planning) fn holds(&self, time: f64) -> bool {
+        matches!(self.phases[self.index_at(time - self.transfer)].role, Role::Hold | Role::Steady)
+    }
+
     /// Returns how much of its target pose comes, at a time (s), from the body whose hole the object goes into: 0 far from it, 1 from just above it on.
     pub fn leans(&self, time: f64) -> f64 {
         let Some(over) = self.phases.iter().position(|phase| phase.role == Role::Steady) else { return 0.0 };
@@ -487,7 +507,7 @@ impl<'a> Plan<'a> {
             }
             Role::Hold | Role::Steady | Role::Over => (Vector3::zeros(), 0.0, 1.0),
             Role::Leave => {
-                let away = ((local - OPENING_S) / (phase.duration - OPENING_S)).clamp(0.0, 1.0);
+                let away = gone(local, phase.duration);
                 let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
                 let fading = 1.0 - minimum_jerk(local / (0.4 * OPENING_S));
                 let mut hand = vector_at(&segment.hand, away);
@@ -537,6 +557,11 @@ impl<'a> Plan<'a> {
         let before = self.phases.iter().rfind(holds);
         before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
     }
+}
+
+/// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.
+fn gone(since_s: f64, duration_s: f64) -> f64 {
+    ((since_s - OPENING_S) / (duration_s - OPENING_S)).clamp(0.0, 1.0)
 }
 
 /// How far a way is lifted at a share of it, 0 at its ends to 1 in its middle.

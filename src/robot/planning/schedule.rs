@@ -53,6 +53,19 @@ pub(crate) struct HandPlans<'a> {
     pub(crate) begins_s: f64,
 }
 
+impl<'a> HandPlans<'a> {
+    /// Returns what the hand does at a time of its own plans, s: its task, the plan and the time in it; `None` for one that does nothing.
+    pub(crate) fn at(&self, mut own_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
+        for (number, plan) in &self.plans {
+            if own_s <= plan.duration() {
+                return Some((*number, plan, own_s));
+            }
+            own_s -= plan.duration();
+        }
+        self.plans.last().map(|(number, plan)| (*number, plan, plan.duration()))
+    }
+}
+
 /// The schedule of a group.
 pub(crate) struct Schedule<'a> {
     /// The plans of each hand.
@@ -78,15 +91,8 @@ impl<'a> Schedule<'a> {
 
     /// Returns what a hand does at a time, s: its task, the plan and the time in it; `None` for one that does nothing.
     pub(crate) fn at(&self, hand: usize, time_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
-        let HandPlans { plans, begins_s } = self.hands.get(hand)?;
-        let mut own = self.time.at(hand, time_s).max(*begins_s);
-        for (number, plan) in plans {
-            if own <= plan.duration() {
-                return Some((*number, plan, own));
-            }
-            own -= plan.duration();
-        }
-        plans.last().map(|(number, plan)| (*number, plan, plan.duration()))
+        let hand_plans = self.hands.get(hand)?;
+        hand_plans.at(self.time.at(hand, time_s).max(hand_plans.begins_s))
     }
 
     /// Where the operator left an object in the end, as the last of the tasks about it says.

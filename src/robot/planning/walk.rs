@@ -1,14 +1,18 @@
 //! What a hand with its arm does in a group of tasks, by inverse kinematics alone: its shapes step by step, to be held against those of the other hand.
 
-use super::hand_planner::{HandPlanner, Place};
+use super::hand_planner::HandPlanner;
 use super::moving::Moving;
+use super::plan::Target;
 use super::schedule::EASED_S;
 use super::time_scale::{Part, TimeScale};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::command::Task;
-use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
+use crate::description::shape::{CollisionShape, solids};
+use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, nearer, placed};
+use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
+use nalgebra::{Isometry3, Vector3};
 use std::collections::BTreeMap;
 
 /// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
@@ -16,6 +20,57 @@ pub(super) const ROOM_M: f64 = 0.005;
 /// Arms are looked at this often, s, first at every so many of these steps: most pairs that meet do so for longer.
 const STEP_S: f64 = 0.02;
 const STRIDES: [usize; 2] = [16, 1];
+
+/// A hand is so far from what the other one handles, m: where one object goes into another, fingers are near both.
+const BESIDE_M: f64 = 0.001;
+
+/// A limb at a step, with what its hand handles; reference frame.
+#[derive(Clone, Debug)]
+pub(super) struct Occupied {
+    pub(super) limb: Vec<PlacedShape>,
+    /// Empty where both hands handle the same.
+    pub(super) object: Vec<PlacedShape>,
+}
+
+impl Occupied {
+    /// A hand, without its arm, and its object at a target of its plan.
+    pub(super) fn of_hand(target: &Target, hand: &HandModel, object: &[CollisionShape]) -> Self {
+        Self { limb: target.shapes(hand), object: placed_object(target, object) }
+    }
+
+    /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m.
+    pub(super) fn too_near(&self, other: &Self) -> f64 {
+        let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
+            limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap)
+        };
+        let objects = by(&self.limb, &other.object, BESIDE_M).max(by(&self.object, &other.limb, BESIDE_M));
+        by(&self.limb, &other.limb, ROOM_M).max(objects)
+    }
+
+    /// Whether this limb is apart from another one and what that handles when it is moved.
+    pub(super) fn is_apart(&self, by: &Vector3<f64>, other: &Self) -> bool {
+        let moved: Vec<PlacedShape> = self.limb.iter().map(|shape| shape.shifted(by)).collect();
+        !nearer(&moved, &other.limb, ROOM_M) && !nearer(&moved, &other.object, BESIDE_M)
+    }
+}
+
+/// Where an object is when tasks begin, reference frame.
+pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Isometry3<f64>> {
+    let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
+    first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
+}
+
+/// An object where a target has it.
+fn placed_object(target: &Target, object: &[CollisionShape]) -> Vec<PlacedShape> {
+    object.iter().map(|solid| PlacedShape::new(0, solid.moved(&target.object))).collect()
+}
+
+/// The shapes of the object of a task, its frame; none where the other hand handles it too.
+pub(super) fn handled(tasks: &[Task], number: usize, scene: &Scene) -> Vec<CollisionShape> {
+    let task = &tasks[number];
+    let shared = tasks.iter().any(|other| other.track != task.track && other.object == task.object);
+    scene.bodies.get(&task.object).filter(|_| !shared).map(solids).unwrap_or_default()
+}
 
 /// What a hand does in a group of tasks, step by step of its own time.
 pub(super) struct Walk {
@@ -25,7 +80,7 @@ pub(super) struct Walk {
     pub(super) planner: HandPlanner,
     parts: Vec<Part>,
     begins_s: f64,
-    steps: Vec<Vec<PlacedShape>>,
+    steps: Vec<Occupied>,
 }
 
 /// A step at which two walks come near to each other.
@@ -45,11 +100,19 @@ impl Walk {
         scene: &Scene,
         most: usize,
     ) -> Result<Vec<Self>, InputError> {
+        let begun = Self::begun(tasks, number, robot, scene)?;
+        Ok(begun.into_iter().filter_map(|hand| Self::of(hand, tasks, scene)).take(most).collect())
+    }
+
+    /// The hand of a task before its walks, in each posture in which its arm can begin, the best one first.
+    pub(super) fn begun(
+        tasks: &[Task],
+        number: usize,
+        robot: &Robot,
+        scene: &Scene,
+    ) -> Result<Vec<Moving>, InputError> {
         let side = tasks[number].track;
-        let place = |object: &str| {
-            let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
-            first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
-        };
+        let place = |object: &str| place_of(tasks, scene, object);
         let begun = Moving::begin(side, &robot.limb(side)?, tasks, scene, &place)?;
         let mut different: Vec<Moving> = Vec::new();
         for hand in begun {
@@ -61,35 +124,43 @@ impl Walk {
                 different.push(hand);
             }
         }
-        Ok(different.into_iter().filter_map(|hand| Self::of(hand, tasks, &place)).take(most).collect())
+        Ok(different)
     }
 
     /// The walk of a hand; `None` for one that the arm cannot go.
-    fn of(mut hand: Moving, tasks: &[Task], place: &Place<'_>) -> Option<Self> {
+    pub(super) fn of(mut hand: Moving, tasks: &[Task], scene: &Scene) -> Option<Self> {
+        let place = |object: &str| place_of(tasks, scene, object);
         let arm = hand.planner.hand.arm.iter().map(|dof| (hand.limb.tree.dofs[*dof].name.clone(), hand.q[*dof]));
         let arm = arm.collect();
         let group: Vec<usize> = (0..tasks.len()).collect();
         let planner = hand.planner.clone();
-        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, place, &mut |_, from_s| from_s).ok()?;
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
         let parts = made.plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
         let (mut steps, mut done_s) = (Vec::new(), 0.0);
         for (number, plan) in &made.plans {
+            let object = handled(tasks, *number, scene);
             let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
             while own_s(steps.len()) <= plan.duration() {
                 let own_s = own_s(steps.len());
                 hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
                 let poses = hand.limb.tree.forward_kinematics(&hand.q);
                 let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
-                steps.push(placed(&hand.limb.tree, &poses));
+                let limb = placed(&hand.limb.tree, &poses);
+                steps.push(Occupied { limb, object: placed_object(&plan.at(own_s), &object) });
             }
             done_s += plan.duration();
         }
-        Some(Self { arm, planner, parts, begins_s: made.begins_s, steps })
+        (!steps.is_empty()).then_some(Self { arm, planner, parts, begins_s: made.begins_s, steps })
     }
 
-    /// Its shapes at a step.
-    pub(super) fn at(&self, step: usize) -> &[PlacedShape] {
-        self.steps.get(step).or(self.steps.last()).map_or(&[], Vec::as_slice)
+    /// Its limb at a step; after the last one it stands.
+    pub(super) fn at(&self, step: usize) -> &Occupied {
+        &self.steps[step.min(self.steps.len() - 1)]
+    }
+
+    /// Its limb at a time in its plans, s.
+    pub(super) fn at_own(&self, own_s: f64) -> &Occupied {
+        self.at(((own_s - self.begins_s).max(0.0) / STEP_S).round() as usize)
     }
 
     /// The time in its plans at a step, s.
@@ -105,7 +176,7 @@ impl Walk {
         let mut gap = f64::INFINITY;
         for step in STRIDES.into_iter().flat_map(|stride| (0..=all).step_by(stride)) {
             let [one, other] = steps(&walks, &time, step);
-            gap = limb_gap(self.at(one), walks[1].at(other), gap).map_or(gap, |found| found.gap);
+            gap = limb_gap(&self.at(one).limb, &walks[1].at(other).limb, gap).map_or(gap, |found| found.gap);
             if gap <= least {
                 break;
             }
@@ -113,17 +184,19 @@ impl Walk {
         gap
     }
 
-    /// The steps at which two walks are nearer to each other than `room`, m.
-    pub(super) fn near(&self, other: &Self, room: f64) -> Vec<Near> {
+    /// The steps of two walks that are at the same time, in order.
+    pub(super) fn together(&self, other: &Self) -> Vec<[usize; 2]> {
         let walks = [self, other];
         let time = time_of(&walks);
         let all = (time.over() / STEP_S) as usize;
-        let near = (0..=all).filter_map(|step| {
-            let steps = steps(&walks, &time, step);
-            let found = limb_gap(self.at(steps[0]), other.at(steps[1]), room)?;
-            Some(Near { steps, by: room - found.gap })
-        });
-        near.collect()
+        (0..=all).map(|step| steps(&walks, &time, step)).collect()
+    }
+
+    /// The steps at which two walks are nearer to each other than they should be.
+    pub(super) fn near(&self, other: &Self) -> Vec<Near> {
+        let steps = self.together(other).into_iter();
+        let near = steps.map(|steps| Near { steps, by: self.at(steps[0]).too_near(other.at(steps[1])) });
+        near.filter(|near| near.by > 0.0).collect()
     }
 }
 

@@ -98,6 +98,37 @@ fn a_hand_over_is_carried_out_by_two_arms() {
     within_the_limits_of_the_robot(&commands, scene);
 }
 
+/// Both hands bring what they hold to each other, with the taught contacts one above the other: the ring comes turned about the pole, so that the fingers of one
+/// hand are beside those of the other one.
+#[test]
+fn hands_that_fit_a_ring_on_a_pole_stay_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
+    let scene = "ring_and_pole";
+    assert!(teachtree(&["teach", scene, scene, "--seed", "7", "-o", &log]).status.success());
+    let made = teachtree(&["retarget", &log, "-o", &commanded]);
+    assert!(made.status.success(), "{}", complained(&made));
+    let done = teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--format", "json"]);
+    assert!(done.status.success(), "{}", complained(&done));
+    let outcome: Value = serde_json::from_slice(&done.stdout).unwrap();
+    assert_eq!(outcome["nearest"]["pass_through"], false, "{outcome}");
+
+    // By how far it is turned in the end is free in the hole, where its contacts are is taught.
+    let commands = Commands::read(&std::fs::read_to_string(&commanded).unwrap(), "commands.json").unwrap();
+    let ring = commands.tasks.iter().find(|task| task.object == "ring").unwrap();
+    let rotation =
+        |pose: &[f64; 7]| UnitQuaternion::from_quaternion(Quaternion::new(pose[3], pose[4], pose[5], pose[6]));
+    let [first, last] = [ring.segments.first(), ring.segments.last()].map(|it| it.unwrap().object.last().unwrap());
+    let turned = rotation(last).angle_to(&rotation(first)).to_degrees();
+    assert!(turned > 20.0, "turned by {turned} degrees");
+    for contact in &ring.grasps[0].contacts {
+        let [x, y, z] = contact.point;
+        let beside = x.hypot(y);
+        assert!((0.0285..0.0345).contains(&beside) && z.abs() < 0.012, "{contact:?}");
+    }
+}
+
 /// The smallest gap between two hands in their grasps of one object, m, between points on bars and in boxes of their links.
 fn gap(robot: &Robot, hands: [(Side, &MappedGrasp); 2]) -> f64 {
     let [one, other] = hands.map(|(side, mapped)| {
