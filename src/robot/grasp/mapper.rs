@@ -23,6 +23,8 @@ const APART_M: f64 = 0.005;
 const SPREAD: usize = 600;
 const SPREAD_M: f64 = 0.010;
 const IMPROVED: usize = 12;
+/// So many poses share what is known of the cost.
+const AT_ONCE: usize = 32;
 /// What pushes is held to no pose, and the best ones are all alike: those on the way to them count too.
 const PUSHING: [usize; 3] = [IMPROVED, 3, 0];
 
@@ -200,12 +202,14 @@ impl<'a> Mapper<'a> {
         let spread = search::spread(&cost()?, &starts, SPREAD, SPREAD_M);
         let pushes = wanted.contacts.iter().all(|contact| contact.finger != Finger::Thumb);
         let steps = if pushes { &PUSHING[..] } else { &[IMPROVED] };
-        let improved = |pose: &Isometry3<f64>| -> Result<Vec<GraspCandidate>, Failure> {
+        let improved = |poses: &&[Isometry3<f64>]| -> Result<Vec<GraspCandidate>, Failure> {
             let cost = cost()?;
-            let improved = steps.iter().map(|steps| search::improved(&cost, pose, *steps).1);
+            let pairs = poses.iter().flat_map(|pose| steps.iter().map(move |steps| (pose, *steps)));
+            let improved = pairs.map(|(pose, steps)| search::improved(&cost, pose, steps).1);
             Ok(improved.filter_map(|pose| self.check(&pose, &cost, &shapes).ok()).collect())
         };
-        let grasps: Result<Vec<Vec<GraspCandidate>>, Failure> = threads::each(&spread, improved).into_iter().collect();
+        let parts: Vec<&[Isometry3<f64>]> = spread.chunks(AT_ONCE).collect();
+        let grasps: Result<Vec<Vec<GraspCandidate>>, Failure> = threads::each(&parts, improved).into_iter().collect();
         Ok(grasps?.into_iter().flatten().collect())
     }
 

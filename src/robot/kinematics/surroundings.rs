@@ -12,6 +12,9 @@ use nalgebra::{Isometry3, Point3};
 /// Links with fewer joints between them are not held against each other.
 const JOINTS_BETWEEN: usize = 3;
 
+/// A demonstrated pose goes a little into what carries the object: ways are held against fixed bodies that are lowered by this, m.
+pub(crate) const SUNK_M: f64 = 0.002;
+
 /// The shapes of bodies that stand still, reference frame.
 #[derive(Clone, Debug, Default)]
 pub struct Surroundings {

@@ -1,13 +1,14 @@
 //! Keeps the two hands of a robot apart where they work at the same time: where the mapped grasps bring hands or arms nearer to each other than they should be,
 //! two grasps at a time are chosen anew, with their ways.
 //!
-//! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). Where they are too near, each hand has a grasp: other grasps of both, and of what goes
+//! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). Where they are too near, each hand has a grasp, and the ways of both are led past each
+//! other. Where that is not enough, other grasps of both, and of what goes
 //! into a hole also those that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with
 //! their arms in every posture. The best pairs go all their ways, which are led past the other hand where they come too near. What keeps the hands apart best is
 //! taken, and the next pair of grasps is looked for, until nothing is too near or nothing better is found.
 
 use super::beside::{Aside, Passing};
-use super::hand_planner::{HandPlanner, TIP_RADIUS_M};
+use super::hand_planner::{HandPlanner, tip_radius};
 use super::in_hole;
 use super::lifted::{goes_through, lift};
 use super::moving::Moving;
@@ -21,7 +22,7 @@ use crate::base::scene::Scene;
 use crate::base::threads;
 use crate::command::{Commands, Task};
 use crate::robot::grasp::mapping::{Held, alternatives};
-use crate::robot::kinematics::surroundings::Surroundings;
+use crate::robot::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::robot::model::robot::Robot;
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,8 +45,6 @@ const ALIKE: usize = 16;
 const SLIGHT_M: f64 = 0.02;
 /// For each place on its ways, and each step, at which a grasp goes through more than the present one does, it counts as nearer by this, m.
 const THROUGH_M: f64 = 0.002;
-/// A demonstrated pose goes a little into what carries the object, m.
-const SUNK_M: f64 = 0.002;
 /// So many grasps are looked at with their arms, those of so many pairs at once, until so many pairs are as good as apart, by this, m in all.
 const WALKED: usize = 80;
 const AT_ONCE: usize = 8;
@@ -73,9 +72,8 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
     for (number, group) in groups(&commands.tasks).into_iter().enumerate() {
         let tasks: Vec<Task> = group.iter().map(|task| commands.tasks[*task].clone()).collect();
         let others = commands.tasks.iter().enumerate().filter(|(other, _)| !group.contains(other));
-        let about = others.map(|(_, task)| task.object.clone()).collect();
-        let Some(mut pair) = Pair::new(tasks, robot, scene)? else { continue };
-        (pair.handled_later, pair.begins) = (about, number == 0);
+        let elsewhere = others.map(|(_, task)| task.object.clone()).collect();
+        let Some(mut pair) = Pair::new(tasks, robot, scene, elsewhere, number == 0)? else { continue };
         let changed = pair.keep_apart()?;
         if !changed {
             continue;
@@ -83,6 +81,7 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
         for (task, made) in group.into_iter().zip(&pair.tasks) {
             commands.tasks[task] = made.clone();
         }
+        // Later groups begin where the hands are.
         if number > 0 {
             continue;
         }
@@ -103,9 +102,9 @@ struct Pair<'a> {
     walks: [Walk; 2],
     limbs: [Robot; 2],
     near: Vec<Near>,
-    /// The objects of tasks of other groups.
-    handled_later: BTreeSet<String>,
-    /// Whether the hands begin with these tasks: their postures are free then, and are where they are otherwise.
+    /// The objects of tasks of other groups, before and after.
+    elsewhere: BTreeSet<String>,
+    /// Whether the hands begin with these tasks: their postures are free then, and otherwise the best ones are taken to be theirs.
     begins: bool,
 }
 
@@ -154,15 +153,20 @@ impl Couple {
 
 impl<'a> Pair<'a> {
     /// `None` where not both hands have something to do, or where one of them cannot do it: that is refused later, with its reason.
-    fn new(tasks: Vec<Task>, robot: &'a Robot, scene: &'a Scene) -> Result<Option<Self>, InputError> {
+    fn new(
+        tasks: Vec<Task>,
+        robot: &'a Robot,
+        scene: &'a Scene,
+        elsewhere: BTreeSet<String>,
+        begins: bool,
+    ) -> Result<Option<Self>, InputError> {
         let of = |side: Side| tasks.iter().position(|task| task.track == side);
         let [Some(left), Some(right)] = [Side::Left, Side::Right].map(of) else { return Ok(None) };
         let walk = |number: usize| Walk::all(&tasks, number, robot, scene, 1).ok()?.into_iter().next();
         let [Some(one), Some(other)] = [walk(left), walk(right)] else { return Ok(None) };
         let limbs = [robot.limb(Side::Left)?, robot.limb(Side::Right)?];
         let near = one.near(&other);
-        let (handled_later, begins) = (BTreeSet::new(), true);
-        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, handled_later, begins }))
+        Ok(Some(Self { robot, scene, walks: [one, other], limbs, near, tasks, elsewhere, begins }))
     }
 
     /// Whether anything was changed.
@@ -272,7 +276,7 @@ impl<'a> Pair<'a> {
         let most = (MOST_SAMPLES / samples.max(1)).max(TURNS as usize);
         let upright = std::iter::once(present.clone()).chain(others.into_iter().map(noted));
         let upright: Vec<Task> = upright.take(most).collect();
-        let may_turn = anew && !self.handled_later.contains(&present.object);
+        let may_turn = anew && !self.elsewhere.contains(&present.object);
         let angles = (1..TURNS).filter(|_| may_turn).map(|turn| f64::from(turn) / f64::from(TURNS) * TAU);
         let angles = angles.map(|angle| if angle > TAU / 2.0 { angle - TAU } else { angle });
         let turned: Vec<Task> = angles
@@ -459,7 +463,7 @@ impl<'a> Pair<'a> {
 
     /// A grasp of a task of a hand.
     fn grip(&self, hand: usize, task: &Task, grasp: usize) -> Option<ResolvedGrasp> {
-        let radius = self.scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let radius = tip_radius(self.scene, task.track);
         ResolvedGrasp::new(&task.grasps[grasp], &self.limbs[hand], &self.walks[hand].planner.hand, radius).ok()
     }
 

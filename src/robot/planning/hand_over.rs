@@ -7,7 +7,7 @@
 //! that leaves most, or the grasps as they were where all meet.
 
 use super::apart;
-use super::hand_planner::TIP_RADIUS_M;
+use super::hand_planner::tip_radius;
 use super::lifted::lift;
 use super::own_axis::{Way, offsets, turn};
 use super::resolved_grasp::ResolvedGrasp;
@@ -43,7 +43,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
             continue;
         };
-        let radius = scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let radius = tip_radius(scene, task.track);
         let grips = task.grasps.iter().map(|grasp| ResolvedGrasp::new(grasp, robot, hand, radius));
         if let Ok(grips) = grips.collect::<Result<Vec<_>, String>>() {
             lift(task, hand, &grips, object, scene);
@@ -64,7 +64,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
     for Crowded { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
             let task = &commands.tasks[number];
-            let radius = scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+            let radius = tip_radius(scene, task.track);
             let hand = robot.hands.get(&task.track)?;
             let grip = ResolvedGrasp::new(&task.grasps[grasp], robot, hand, radius).ok()?;
             let [closed, _] = grip.shapes(hand);
@@ -175,7 +175,7 @@ impl<'a> Meeting<'a> {
         }
         let measure = task.grasps[grasp].mapped.as_ref()?.measure;
         let model = self.robot.hands.get(&task.track)?;
-        let radius = self.scene.hands.get(&task.track).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let radius = tip_radius(self.scene, task.track);
         let grip = ResolvedGrasp::new(&task.grasps[grasp], self.robot, model, radius).ok()?;
         let [closed, opened] = grip.shapes(model);
         let mut tasks = vec![task];

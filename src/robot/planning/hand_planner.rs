@@ -8,7 +8,7 @@ use crate::base::hands::Side;
 use crate::base::scene::{Role, Scene};
 use crate::command::Task;
 use crate::description::shape::solids;
-use crate::robot::kinematics::surroundings::Surroundings;
+use crate::robot::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
@@ -17,10 +17,13 @@ use std::sync::Arc;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
-/// A demonstrated pose goes a little into what carries the object, m.
-const SUNK_M: f64 = 0.002;
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
-pub(super) const TIP_RADIUS_M: f64 = 0.010;
+const TIP_RADIUS_M: f64 = 0.010;
+
+/// Radius of the demonstrated fingertips of a hand, m.
+pub(super) fn tip_radius(scene: &Scene, side: Side) -> f64 {
+    scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0)
+}
 
 /// Where an object is, reference frame; `None` for what is no body of the scene.
 pub(crate) type Place<'a> = dyn Fn(&str) -> Option<Isometry3<f64>> + 'a;
@@ -52,7 +55,7 @@ impl HandPlanner {
     ) -> Result<(Self, Vec<Start>, Target), InputError> {
         let lacks = || InputError::new("commands", "are of no hand of the robot");
         let hand = limb.hands.get(&side).cloned().ok_or_else(lacks)?;
-        let demonstrated_radius = scene.hands.get(&side).map_or(TIP_RADIUS_M, |hand| hand.tip_radius.0);
+        let demonstrated_radius = tip_radius(scene, side);
         let number = tasks.iter().position(|task| task.track == side).ok_or_else(lacks)?;
         let groups = groups(tasks);
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);

@@ -10,7 +10,7 @@ use crate::base::scene::{Body, Role, Scene};
 use crate::command::{Segment, Task};
 use crate::description::shape::{CollisionShape, solids};
 use crate::robot::kinematics::limb_gap::PlacedShape;
-use crate::robot::kinematics::surroundings::Surroundings;
+use crate::robot::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::robot::model::hand::HandModel;
 use nalgebra::{Translation3, Vector3};
 
@@ -28,8 +28,6 @@ const EASED: usize = 12;
 const STAYS_M: f64 = 0.005;
 /// Ways are looked at in at most so many places.
 const LOOKED_AT: usize = 40;
-/// A demonstrated pose goes a little into what carries the object, m.
-const SUNK_M: f64 = 0.002;
 
 /// At how many of at most [`LOOKED_AT`] places on the ways to a grasp and from it the opened hand goes through the object or a fixed body.
 pub(super) fn goes_through(
