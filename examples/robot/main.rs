@@ -8,7 +8,7 @@
 //! - `noisy`: every position of the recording is off by 1 mm (standard deviation, each sample by itself), and every force by 0.1 N;
 //! - the name of another shipped robot, such as `arm_with_gripper`.
 //!
-//! Tasks that were not done, tasks that the rules find differently in the robot's recording, and arms that go through each other are listed.
+//! Operators that lose what they hold, tasks that were not done, tasks that the rules find differently in the robot's recording, and arms that go through each other are listed.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 
 #[path = "../recognition/ruleset.rs"]
@@ -133,7 +133,15 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     for scene in SCENES.into_iter().filter(is_wanted).filter(stands_free).filter(ends_in_contact) {
         let came: Vec<(u64, Result<Came, InputError>)> = (first..=last)
             .into_par_iter()
-            .map(|seed| (seed, carried_out(scene, seed, otherwise, &rules, &robot)))
+            .map(|seed| {
+                let recording = demonstrated(scene, seed, otherwise);
+                // What an operator loses may be thrown about: no robot can do that again.
+                let loses = |recording: &Recording| recording.events.iter().any(|event| event.kind == "object_lost");
+                if recording.as_ref().is_ok_and(loses) {
+                    eprintln!("{scene} {seed}: the operator loses what is held");
+                }
+                (seed, recording.and_then(|recording| carried_out(scene, seed, recording, otherwise, &rules, &robot)))
+            })
             .collect();
         let (mut done, mut kept, mut same, mut off, mut turned) = (0, 0, 0, 0.0_f64, 0.0_f64);
         let mut failed = Vec::new();
@@ -185,8 +193,11 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
                     nearest.time_s
                 );
             }
-            for Collision { link, with, time_s } in came.iter().flat_map(|came| &came.collisions) {
-                eprintln!("{scene} {seed}: {link} goes through {with}, after {time_s:.1} s");
+            for Collision { link, with, time_s, depth_m, lasts_s } in came.iter().flat_map(|came| &came.collisions) {
+                let deep = depth_m * 1e3;
+                eprintln!(
+                    "{scene} {seed}: {link} goes through {with} by {deep:.1} mm for {lasts_s:.2} s, after {time_s:.1} s"
+                );
             }
             if let Ok(Came { tasks: [commanded, performed], .. }) = came {
                 same += usize::from(commanded == performed);
@@ -206,22 +217,28 @@ fn run(seeds: &str, wanted: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// Runs one demonstration from the recording to the robot's result; the rules are those for one hand and for both.
-fn carried_out(
-    scene: &str,
-    seed: u64,
-    otherwise: Otherwise,
-    rules: &[RuleSet; 2],
-    robot: &Robot,
-) -> Result<Came, InputError> {
-    let stage = world::scene(scene)?;
-    let mut recording = world::teach(&stage, &world::operator(scene)?, seed)?;
+/// The recording of an operator.
+fn demonstrated(scene: &str, seed: u64, otherwise: Otherwise) -> Result<Recording, InputError> {
+    let mut recording = world::teach(&world::scene(scene)?, &world::operator(scene)?, seed)?;
     if otherwise.slow {
         recording = slowed(recording, SLOW);
     }
     if otherwise.noisy {
         add_noise(&mut recording, seed);
     }
+    Ok(recording)
+}
+
+/// Runs one demonstration from the recording to the robot's result; the rules are those for one hand and for both.
+fn carried_out(
+    scene: &str,
+    seed: u64,
+    recording: Recording,
+    otherwise: Otherwise,
+    rules: &[RuleSet; 2],
+    robot: &Robot,
+) -> Result<Came, InputError> {
+    let stage = world::scene(scene)?;
     let rules = &rules[usize::from(stage.hands.len() > 1)];
     let said = rules.over(&recording)?.analysis;
     let mut commands = command::commands(&stream::trusted(&recording, &[])?, &said, TouchForces::default(), scene)?;

@@ -11,6 +11,7 @@ use crate::command;
 use crate::report;
 use crate::robot;
 use crate::robot::simulation::Performance;
+use crate::robot::simulation::warnings::warnings;
 use crate::session::{Analysis, Log, Rules, Track};
 use crate::stream::OpenRequest;
 use crate::stream::atomic_write::Files;
@@ -82,7 +83,12 @@ fn carry_out(files: &mut Files, folder: &Path, analysis: &Analysis) -> Result<[P
     let performed = folder.join("robot.csv");
     let performed_log = add(files, &recording, &performed)?;
     let page = folder.join("robot.html");
-    output::add(files, &page, &report::robot::page(&commands, &trace, &outcomes), &[])?;
+    output::add(
+        files,
+        &page,
+        &report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
+        &[],
+    )?;
     output::print(&format!(
         "\nthe robot\n{}{}",
         format_outcomes(&outcomes),

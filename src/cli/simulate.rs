@@ -17,6 +17,7 @@ use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
+use crate::robot::simulation::warnings::warnings;
 use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::session::{Analysis, Log};
 use crate::stream::atomic_write::Files;
@@ -149,7 +150,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     if let Some(page) = &args.report {
-        output::add(&mut files, page, &report::robot::page(&commands, &trace, &outcomes), &inputs)?;
+        output::add(
+            &mut files,
+            page,
+            &report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
+            &inputs,
+        )?;
     }
     formats::add(&mut files, &recording, &args.out)?;
     files.commit()?;
@@ -327,20 +333,12 @@ fn how_it_is(outcome: &Outcome) -> String {
 /// How near two arms came to each other, and what arms went through.
 pub fn format_clearance(nearest: Option<&MinDistance>, collisions: &[Collision]) -> String {
     let mut text = String::new();
-    if let Some(nearest) = nearest {
+    if let Some(nearest) = nearest.filter(|nearest| !nearest.passes_through()) {
         let (gap, time_s, [one, other]) = (nearest.gap * 1e3, nearest.time_s, &nearest.links);
-        let _ = if nearest.passes_through() {
-            let what = "warning: nothing keeps the simulated arms apart, and they go through each other";
-            // How deep boxes are in each other is not known.
-            let deep = if gap < -0.05 { format!(" by {:.1} mm", -gap) } else { String::new() };
-            writeln!(text, "{what}: `{one}` and `{other}`{deep} after {time_s:.1} s")
-        } else {
-            writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s")
-        };
+        let _ = writeln!(text, "the arms are {gap:.1} mm apart at least: `{one}` and `{other}`, after {time_s:.1} s");
     }
-    for Collision { link, with, time_s } in collisions {
-        let what = "warning: nothing stops simulated links, and one goes through something";
-        let _ = writeln!(text, "{what}: `{link}` through `{with}` after {time_s:.1} s");
+    for warning in warnings(nearest, collisions) {
+        let _ = writeln!(text, "warning: {}", warning.message);
     }
     text
 }

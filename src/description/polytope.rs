@@ -51,6 +51,11 @@ impl Polytope {
         (made.mass_properties().0 > 0.0).then_some(made)
     }
 
+    /// The unit normals of its faces.
+    pub fn normals(&self) -> impl Iterator<Item = &Vector3<f64>> {
+        self.planes.iter().map(|(normal, _)| normal)
+    }
+
     /// The point of the polyhedron, without its rounding, that is nearest to a point.
     pub fn nearest(&self, to: &Point3<f64>) -> Point3<f64> {
         let mut nearest = (f64::INFINITY, *to);

@@ -1,7 +1,8 @@
 //! The shapes of links: bars with round ends, boxes and convex pieces of meshes, their masses, and the gaps between them.
 //!
 //! Shapes are convex: the nearest points of two are found by going to and fro between them, each time to the nearest point of the other one (W. Cheney and
-//! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959).
+//! A. A. Goldstein, *Proximity Maps for Convex Sets*, 1959). How far they are in each other is the least way out along an axis that may separate them
+//! (S. Gottschalk, M. C. Lin and D. Manocha, *OBBTree*, 1996).
 
 use super::polytope::Polytope;
 use crate::base::quantity::Length;
@@ -50,16 +51,19 @@ impl CollisionShape {
         }
     }
 
-    /// Returns the distance of a point, m; negative in round shapes, zero in boxes.
+    /// Returns the distance of a point, m; negative in round shapes by up to their radius, zero in boxes.
     pub fn distance(&self, point: &Point3<f64>) -> f64 {
         (self.nearest(point) - point).norm() - self.radius()
     }
 
-    /// Returns the gap to another shape, m; negative for round shapes that are in something by up to their radius, zero for boxes that overlap.
+    /// Returns the gap to another shape, m; negative by the way out for shapes that are in each other. Of pieces of meshes only the
+    /// normals of faces are tried, so that the way out may be a shorter one.
     pub fn gap(&self, other: &Self) -> f64 {
         let mut at = self.begin(other);
         let mut there = other.nearest(&at);
-        for _ in 0..STEPS {
+        // Between two bars, one step from there is the last.
+        let steps = if matches!((self, other), (Self::Capsule(..), Self::Capsule(..))) { 1 } else { STEPS };
+        for _ in 0..steps {
             let next = self.nearest(&there);
             let step = (next - at).norm();
             (at, there) = (next, other.nearest(&next));
@@ -67,7 +71,58 @@ impl CollisionShape {
                 break;
             }
         }
-        (at - there).norm() - self.radius() - other.radius()
+        let apart = (at - there).norm();
+        let apart = if apart < SHORT_M { -self.way_out(other) } else { apart };
+        apart - self.radius() - other.radius()
+    }
+
+    /// The least way after which the core of a shape is out of that of another one, which it is in, m.
+    fn way_out(&self, other: &Self) -> f64 {
+        let (ours, theirs) = (self.edges(), other.edges());
+        let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));
+        let axes = self.normals().into_iter().chain(other.normals()).chain(across);
+        let ways = axes.filter_map(|axis| axis.try_normalize(1e-6)).map(|axis| {
+            let ([low, high], [from, to]) = (self.extent(&axis), other.extent(&axis));
+            (high - from).min(to - low)
+        });
+        ways.min_by(f64::total_cmp).unwrap_or(0.0)
+    }
+
+    /// The directions of a core's edges; none of a piece, of which the normals are enough.
+    fn edges(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Capsule(from, to, _) => vec![to - from],
+            Self::Box(..) => self.normals(),
+            Self::Piece(..) => Vec::new(),
+        }
+    }
+
+    /// The normals of a core's faces, of two that are opposite one.
+    fn normals(&self) -> Vec<Vector3<f64>> {
+        match self {
+            Self::Capsule(..) => Vec::new(),
+            Self::Box(at, _) => [Vector3::x(), Vector3::y(), Vector3::z()].map(|axis| at * axis).into(),
+            Self::Piece(at, polytope) => polytope.normals().map(|normal| at * normal).collect(),
+        }
+    }
+
+    /// From where to where a core reaches along an axis, m.
+    fn extent(&self, axis: &Vector3<f64>) -> [f64; 2] {
+        let along = |point: &Point3<f64>| axis.dot(&point.coords);
+        match self {
+            Self::Capsule(from, to, _) => {
+                let [from, to] = [from, to].map(along);
+                [from.min(to), from.max(to)]
+            }
+            Self::Box(at, half) => {
+                let reach = at.inverse_transform_vector(axis).abs().dot(half);
+                [-reach, reach].map(|reach| along(&at.translation.vector.into()) + reach)
+            }
+            Self::Piece(at, polytope) => {
+                let ends = polytope.points.iter().map(|point| along(&(at * point)));
+                ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], end| [low.min(end), high.max(end)])
+            }
+        }
     }
 
     /// Returns the center and the radius of a ball that holds the shape.

@@ -9,6 +9,7 @@ use crate::cli::source::{in_scene, is_yaml};
 use crate::cli::{Failure, browser, on_interrupt, output};
 use crate::command;
 use crate::report;
+use crate::robot::simulation::warnings::warnings;
 use crate::robot::simulation::{Performance, simulate};
 use crate::robot::{self, Robot};
 use crate::serve::Server;
@@ -181,7 +182,7 @@ fn perform(
     Ok(Performed {
         text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
         done: outcomes.iter().all(|outcome| outcome.done),
-        page: report::robot::page(&commands, &trace, &outcomes),
+        page: report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
         recording,
     })
 }

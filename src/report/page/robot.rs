@@ -8,6 +8,7 @@ use crate::command::Commands;
 use crate::report::palette::{self, TASKS};
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::trace::{Limb, Moment, Trace};
+use crate::robot::simulation::warnings::Warning;
 use crate::robot::{CollisionShape, Link, Mesh};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use serde_json::{Map, Value, json};
@@ -34,12 +35,15 @@ struct Frames<'t> {
 }
 
 /// What the scripts show of a robot.
-pub(in crate::report) fn data(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> Value {
+pub(in crate::report) fn data(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: &[Warning]) -> Value {
     let frames = Frames::new(trace);
     let start = frames.moments.first().and_then(|all| all.first()).map_or(0.0, |first| first.time_s);
     let end = frames.moments.last().and_then(|all| all.first()).map_or(0.0, |last| last.time_s);
     let stretches =
         frames.stretches.iter().map(|stretch| json!([stretch.start, stretch.end, frames.time_s(stretch.start)]));
+    let issues = warnings.iter().map(|Warning { time_s, kind, link, message }| {
+        json!([rounded(*time_s), rounded(*time_s), kind, link, message])
+    });
     let mut colors = Map::new();
     let tracks: Vec<Value> = (0..trace.limbs.len()).map(|limb| frames.track(limb, outcomes, &mut colors)).collect();
     json!({
@@ -54,7 +58,7 @@ pub(in crate::report) fn data(commands: &Commands, trace: &Trace, outcomes: &[Ou
         "reasons": [],
         "groups": GROUPS,
         "signals": frames.signals(),
-        "issues": [],
+        "issues": issues.collect::<Vec<_>>(),
         "replay": { "bodies": frames.bodies(), "hands": frames.hands(), "objects": [] },
     })
 }

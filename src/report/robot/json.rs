@@ -34,8 +34,9 @@ pub fn json(
     format!("{document}\n")
 }
 
-fn collision(Collision { link, with, time_s }: &Collision) -> Value {
-    json!({ "link": link, "with": with, "time_s": exact(*time_s) })
+fn collision(Collision { link, with, time_s, depth_m, lasts_s }: &Collision) -> Value {
+    let [time_s, depth_m, lasts_s] = [time_s, depth_m, lasts_s].map(|value| exact(*value));
+    json!({ "link": link, "with": with, "time_s": time_s, "depth_m": depth_m, "lasts_s": lasts_s })
 }
 
 /// A number as all that are written.

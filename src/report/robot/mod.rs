@@ -14,6 +14,7 @@ use crate::command::Commands;
 use crate::robot::Kind;
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::trace::{Moment, Trace};
+use crate::robot::simulation::warnings::Warning;
 use framing::{Framing, framing};
 pub use json::json;
 use nalgebra::Vector3;
@@ -24,7 +25,7 @@ use plot::{Line, Plot};
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Writes the page.
-pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String {
+pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: &[Warning]) -> String {
     let robot = trace.limbs.first().map_or("", |limb| limb.robot.name.as_str());
     let title = format!("{} – the robot {}", escape(&commands.log), escape(robot));
     let mut html = String::from("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n");
@@ -37,6 +38,10 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
     html.push_str(&format!("<h1>{title}</h1>\n"));
     html.push_str(&page::PLACE.replace("Replay of the demonstration", "Replay of the robot"));
     html.push_str("<div id=\"drawings\">\n");
+    if !warnings.is_empty() {
+        let item = |warning: &Warning| format!("<li>Warning: {}.</li>\n", escape(&warning.message));
+        html.push_str(&format!("<ul class=\"causes\">\n{}</ul>\n", warnings.iter().map(item).collect::<String>()));
+    }
     html.push_str(
         "<p>Each picture shows the middle of a primitive, all from one place; its arrows are the forces of the fingertips on the object. \
          In the plots, forces are those on the object, in its frame: dashed as commanded, solid as exerted.</p>\n",
@@ -80,7 +85,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome]) -> String 
         html.push_str("</div>\n</section>\n");
     }
     html.push_str("</div>\n");
-    html.push_str(&page::elements(&page::robot::data(commands, trace, outcomes)));
+    html.push_str(&page::elements(&page::robot::data(commands, trace, outcomes, warnings)));
     html.push_str("</body>\n</html>\n");
     html
 }

@@ -14,7 +14,7 @@ pub(crate) struct PlacedShape {
 
 /// The nearest shapes of two limbs.
 pub(crate) struct LimbGap {
-    /// The gap between them, m; negative, or zero for boxes, when they are in each other.
+    /// The gap between them, m; negative when they are in each other.
     pub(crate) gap: f64,
     /// Their links.
     pub(crate) links: [usize; 2],

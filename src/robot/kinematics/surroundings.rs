@@ -125,10 +125,10 @@ impl ArmLinks {
 }
 
 /// Links of an arm that meet each other.
-pub(crate) fn own_meetings(placed: &[(usize, PlacedShape)]) -> impl Iterator<Item = [usize; 2]> {
+pub(crate) fn own_meetings(placed: &[(usize, PlacedShape)]) -> impl Iterator<Item = [&PlacedShape; 2]> {
     placed.iter().enumerate().flat_map(|(index, (joints, link))| {
         let others = placed[index + 1..].iter().filter(|(other, _)| other.abs_diff(*joints) >= JOINTS_BETWEEN);
-        others.filter(|(_, other)| link.meets(other.shape())).map(|(_, other)| [link.link(), other.link()])
+        others.filter(|(_, other)| link.meets(other.shape())).map(move |(_, other)| [link, other])
     })
 }
 

@@ -6,6 +6,7 @@ mod observer;
 pub mod observers;
 pub mod run;
 pub mod trace;
+pub mod warnings;
 
 pub use observers::judge::Outcome;
 pub use observers::{arm_clearance, force_tolerance, judge, recorder};

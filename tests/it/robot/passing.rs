@@ -26,7 +26,8 @@ fn gaps_of_bars_and_boxes_are_those_of_the_closed_forms() {
         ("cubes face to face", cube(0.0, 0.0), cube(0.5, 0.0), 0.3),
         // The other one looks at it with an edge.
         ("face to edge", cube(0.0, 0.0), cube(0.5, std::f64::consts::FRAC_PI_4), 0.4 - 0.1 * 2.0_f64.sqrt()),
-        ("cubes in each other", cube(0.0, 0.0), cube(0.15, 0.3), 0.0),
+        ("cubes in each other", cube(0.0, 0.0), cube(0.15, 0.3), 0.15 - 0.1 - 0.1 * (0.3_f64.cos() + 0.3_f64.sin())),
+        ("a bar in a cube", bar([0.06, -1.0, 0.0], [0.06, 1.0, 0.0], 0.05), cube(0.0, 0.0), 0.06 - 0.1 - 0.05),
     ];
     for (name, one, other, wanted) in cases {
         for (one, other) in [(&one, &other), (&other, &one)] {
@@ -43,6 +44,21 @@ fn what_touches_passes_through() {
 }
 
 proptest! {
+    /// Boxes that are in each other stay so when one is moved by half of the way out, wherever to: of those that hardly overlap, gaps are not exact.
+    #[test]
+    fn no_way_out_is_shorter(
+        at in prop::array::uniform3(-0.1..0.1_f64), turn in prop::array::uniform3(-2.0..2.0_f64),
+        half in prop::array::uniform3(0.02..0.2_f64), to in prop::array::uniform3(-1.0..1.0_f64),
+    ) {
+        let one = CollisionShape::Box(Isometry3::identity(), Vector3::new(0.1, 0.05, 0.15));
+        let pose = Isometry3::new(Vector3::from(at), Vector3::from(turn));
+        let gap = one.gap(&CollisionShape::Box(pose, Vector3::from(half)));
+        prop_assume!(gap < -1e-3);
+        let Some(to) = Vector3::from(to).try_normalize(1e-3) else { return Ok(()) };
+        let moved = CollisionShape::Box(Isometry3::from(-to * gap * 0.5) * pose, Vector3::from(half));
+        prop_assert!(one.gap(&moved) < 1e-4, "{} m, then {} m", gap, one.gap(&moved));
+    }
+
     /// Two bars, against the least of the distances between many points on them.
     #[test]
     fn bars_are_as_near_as_their_points(ends in prop::array::uniform4(prop::array::uniform3(-0.5..0.5_f64)), radius in 0.0..0.05_f64) {

@@ -7,11 +7,12 @@ use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
 use crate::robot::kinematics::surroundings::{ArmLinks, own_meetings};
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::simulation::trace::Limb;
+use crate::world::STEP_S;
 
 /// Where two arms with their hands came nearest to each other.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MinDistance {
-    /// The gap between them, m; negative, or zero for boxes, when they were in each other.
+    /// The gap between them, m; negative when they were in each other.
     pub gap: f64,
     /// When, s since the beginning.
     pub time_s: f64,
@@ -20,24 +21,44 @@ pub struct MinDistance {
 }
 
 impl MinDistance {
+    /// How deep they were in each other, m.
+    pub fn depth_m(&self) -> f64 {
+        depth(self.gap)
+    }
+
     /// Whether they went through each other.
     pub fn passes_through(&self) -> bool {
         self.gap <= SHORT_M
     }
 }
 
-/// Something that an arm went through first.
+/// Something that an arm or a hand went through.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collision {
     /// The link of the arm.
     pub link: String,
     /// The body or the other link of the arm.
     pub with: String,
-    /// When, s since the beginning.
+    /// When first, s since the beginning.
     pub time_s: f64,
+    /// How deep at most, m.
+    pub depth_m: f64,
+    /// For how long in all, s.
+    pub lasts_s: f64,
 }
 
-/// One step in so many is looked at: 100 a second.
+/// How deep shapes with this gap are in each other, m.
+fn depth(gap: f64) -> f64 {
+    0.0 - gap.min(0.0)
+}
+
+impl Collision {
+    fn is_same(&self, other: &Self) -> bool {
+        self.link == other.link && self.with == other.with
+    }
+}
+
+/// One step in so many is looked at.
 const LOOKED_AT: usize = 10;
 
 /// Where two arms came nearest to each other so far, and what each went through.
@@ -68,18 +89,27 @@ impl ArmClearance {
         let Some(links) = self.arms.get(arm) else { return Vec::new() };
         let placed = links.placed(hand.executor.poses());
         let name = |link: usize| hand.executor.robot().tree.links[link].name.clone();
-        let of = |link: usize, with: String| Collision { link: name(link), with, time_s: step.time_s() };
+        let of = |link: &PlacedShape, with: String, other: &CollisionShape| Collision {
+            link: name(link.link()),
+            with,
+            time_s: step.time_s(),
+            depth_m: depth(link.shape().gap(other)),
+            lasts_s: LOOKED_AT as f64 * STEP_S,
+        };
         let handled = hand.doing.map(|doing| doing.body);
         let others = self.bodies.iter().enumerate().filter(|(body, _)| Some(*body) != handled);
-        let mut met = Vec::new();
+        let mut met: Vec<Collision> = Vec::new();
         for (body, (other, solids)) in others {
             let pose = &step.seen.bodies[body].pose;
             for solid in solids.iter().map(|solid| solid.moved(pose)) {
                 let links = placed.iter().filter(|(_, link)| link.meets(&solid));
-                met.extend(links.map(|(_, link)| of(link.link(), other.clone())));
+                met.extend(links.map(|(_, link)| of(link, other.clone(), &solid)));
             }
         }
-        met.extend(own_meetings(&placed).map(|[link, other]| of(link, name(other))));
+        met.extend(own_meetings(&placed).map(|[link, other]| of(link, name(other.link()), other.shape())));
+        // Once for all the shapes of a link.
+        met.sort_by(|a, b| (&a.link, &a.with).cmp(&(&b.link, &b.with)).then(b.depth_m.total_cmp(&a.depth_m)));
+        met.dedup_by(|a, b| a.is_same(b));
         met
     }
 }
@@ -91,9 +121,12 @@ impl Observer for ArmClearance {
         }
         for arm in 0..self.arms.len() {
             for met in self.meetings(arm, step) {
-                let same = |known: &Collision| known.link == met.link && known.with == met.with;
-                if !self.collisions.iter().any(same) {
-                    self.collisions.push(met);
+                match self.collisions.iter_mut().find(|known| known.is_same(&met)) {
+                    Some(known) => {
+                        known.depth_m = known.depth_m.max(met.depth_m);
+                        known.lasts_s += met.lasts_s;
+                    }
+                    None => self.collisions.push(met),
                 }
             }
         }
