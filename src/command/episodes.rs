@@ -142,12 +142,7 @@ fn pushes(segment: &Segment) -> bool {
 /// Where the object is when a try touches it first, m.
 fn first_touch(one: &[&Segment], series: &Series) -> Option<Vector3<f64>> {
     let touch = one.iter().find(|segment| !is_free(segment))?;
-    Some(series.object[sample_at(touch.start_s, series)].translation.vector)
-}
-
-/// The sample of a time, s.
-fn sample_at(time: f64, series: &Series) -> usize {
-    (((time - series.start_s) * RATE_HZ).round().max(0.0) as usize).min(series.len() - 1)
+    Some(series.object[series.sample(touch.start_s)].translation.vector)
 }
 
 /// Whether a try is a push that is over at once and moves nothing while it lasts.
@@ -170,7 +165,7 @@ fn stays(segments: &[&Segment], series: &Series) -> bool {
     let touching = segments.iter().filter(|segment| !is_free(segment));
     let mut ends = touching
         .flat_map(|segment| [segment.start_s, segment.end_s])
-        .map(|time| series.object[sample_at(time, series)].translation.vector);
+        .map(|time| series.object[series.sample(time)].translation.vector);
     let Some(first) = ends.next() else { return true };
     ends.all(|place| (place - first).norm() <= STAYS_M)
 }
@@ -191,7 +186,7 @@ fn piece(
     touches_next: bool,
     left_out: &mut Vec<LeftOut>,
 ) -> Option<Piece> {
-    let (start, end) = (sample_at(segment.start_s, series), sample_at(segment.end_s, series));
+    let (start, end) = (series.sample(segment.start_s), series.sample(segment.end_s));
     let mut samples: Vec<usize> = (start..=end).collect();
     if is_free(segment) && touches_next {
         samples = without_failed_try(samples, segment, series, left_out);

@@ -109,6 +109,9 @@ pub struct MappedGrasp {
     /// How far the jaws of a gripper are open, m: from pad to pad.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub opening: Option<f64>,
+    /// How far fingertips open, m, where it is not as far as usual: beside the other hand there may be less room.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub opens: Option<f64>,
     /// Each finger's share.
     pub fingers: Vec<MappedFinger>,
 }
@@ -142,6 +145,9 @@ pub struct Segment {
     /// When the operator did it, s of the recording.
     #[serde(alias = "taught_start_s")]
     pub demonstrated_start_s: f64,
+    /// When a way without the object is gone, where it is not gone while the other hand does what it did then.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub precedence: Option<Precedence>,
     /// Index of the grasp that it leads to, has, or comes from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grasp: Option<usize>,
@@ -155,6 +161,16 @@ pub struct Segment {
     pub tips: Vec<Tip>,
     /// What smoothing did.
     pub quality: Quality,
+}
+
+/// When a hand goes a way without the object, beside what the other hand does between its beginning and its end in the demonstration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Precedence {
+    /// Before it: the other hand waits.
+    First,
+    /// After it: this hand waits, and then the other one.
+    Last,
 }
 
 /// A fingertip through a segment.

@@ -54,13 +54,22 @@ struct Place {
     radius: f64,
 }
 
+/// Another object into whose hole an object went.
+pub(super) struct Entered {
+    pub(super) body: String,
+    /// From when on it was inserted, s of the recording.
+    pub(super) since_s: f64,
+    /// Where that object stood meanwhile; `None` where it was moved.
+    pub(super) into: Option<Into>,
+}
+
 /// Straightens the way of the object into a hole, in all episodes in which it is inserted; the last other object whose hole that is.
 pub(super) fn along_the_axis(
     series: &mut Series,
     recording: &Recording,
     name: &str,
     episodes: &[Episode],
-) -> Option<Into> {
+) -> Option<Entered> {
     let scene = &recording.scene;
     let plug = scene.bodies.get(name)?.plug_point();
     let holes = holes(scene, name);
@@ -71,7 +80,7 @@ pub(super) fn along_the_axis(
             None => series.other(recording, hole.body).unwrap_or_default(),
         })
         .collect();
-    let mut into = None;
+    let mut entered = None;
     for episode in episodes {
         let inserts = |piece: &&Piece| piece.does == Meaning::Insert;
         let Some(first) = episode.pieces.iter().position(|piece| inserts(&piece)) else { continue };
@@ -89,8 +98,9 @@ pub(super) fn along_the_axis(
         let Some(upright) = upright(&end, &hole.at(&way[deepest]).frame.axis) else { continue };
         // Where both hands move what they hold, neither waits for the other's hole.
         let stands = (way[deepest].translation.vector - way[begins].translation.vector).norm() < STANDS_M;
-        if hole.fixed.is_none() && stands {
-            into = Some(Into { body: hole.body.into(), pose: seven(&way[deepest]) });
+        if hole.fixed.is_none() {
+            let into = stands.then(|| Into { body: hole.body.into(), pose: seven(&way[deepest]) });
+            entered = Some(Entered { body: hole.body.into(), since_s: series.time_s(begins), into });
         }
         let held: Vec<usize> = episode
             .pieces
@@ -137,7 +147,7 @@ pub(super) fn along_the_axis(
             series.wanted[at] = Isometry3::from_parts(pose.translation, turned.powf(weight) * pose.rotation);
         }
     }
-    into
+    entered
 }
 
 /// A plain hole with an object in it, where both are; reference frame.

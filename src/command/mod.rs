@@ -20,7 +20,8 @@ pub mod smooth;
 mod touching;
 
 pub use form::{
-    Commands, Contact, GraspSpec, Into, LeftOut, MappedFinger, MappedGrasp, Quality, SCHEMA, Segment, Task, Tip,
+    Commands, Contact, GraspSpec, Into, LeftOut, MappedFinger, MappedGrasp, Precedence, Quality, SCHEMA, Segment, Task,
+    Tip,
 };
 pub use insertion::{Opening, hole_of};
 pub use series::into_cone;
@@ -39,8 +40,9 @@ use crate::base::scene::{Hand, Role};
 use drops::{without_brushes, without_drops};
 use episodes::episodes;
 use indexmap::IndexMap;
+use insertion::Entered;
 use nalgebra::Isometry3;
-use series::Series;
+use series::{Episode, Series};
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
@@ -70,7 +72,7 @@ pub fn commands(
         let message = "has no scene with hands and no position of a fingertip, expected one to command a robot";
         return Err(InputError::new(log, message));
     }
-    let mut tasks = Vec::new();
+    let mut handled: Vec<Handled<'_>> = Vec::new();
     for track in &analysis.tracks {
         let Who::Hand(side) = track.who else { continue };
         let Some(hand) = hands.get(&side) else { continue };
@@ -79,21 +81,24 @@ pub fn commands(
             // The object that is touched for the longest time is what the task is about.
             let times = [span.start_s, span.end_s];
             let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
-            let handled = objects
+            let touched = objects
                 .filter_map(|(name, body)| {
                     let series = Series::new(recording, side, hand, name, times, touch)?;
                     Some((series.nearness(body), name, series))
                 })
                 .max_by_key(|(near, ..)| *near);
-            if let Some((1.., name, series)) = handled {
+            if let Some((1.., object, series)) = touched {
                 // Who stands still while the other hand is at work waits for it.
                 let others =
                     analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
-                let waits = { others }.any(|other| other.start_s < span.end_s && span.start_s < other.end_s);
-                tasks.push(task(span, side, recording, name, series, waits));
+                let waits = { others }.any(|other| overlap(other, span));
+                handled.push(Handled::new(span, side, recording, object, series, waits));
             }
         }
     }
+    settling::note_brushes(&mut handled);
+    settling::put_all_down(&mut handled, recording);
+    let mut tasks: Vec<Task> = handled.into_iter().map(|handled| handled.task(recording)).collect();
     tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
     let mut tasks = without_drops(without_brushes(tasks));
     tasks.iter_mut().for_each(drops::lead_to_the_touch);
@@ -130,46 +135,75 @@ fn carried_out(span: &TaskSpan, log: &str) -> Result<(), InputError> {
     )))
 }
 
-fn task(span: &TaskSpan, side: Side, recording: &Recording, object: &str, mut series: Series, waits: bool) -> Task {
-    let (episodes, left_out) = episodes(span, &series, waits);
-    let body = recording.scene.bodies.get(object);
-    body.iter().for_each(|body| gripping::with_forces(&mut series, recording, body, &episodes));
-    let into = insertion::along_the_axis(&mut series, recording, object, &episodes);
-    leaning::against_the_wall(&mut series, recording, object, &episodes);
-    // With another hand at work, what is let go may be in that one.
-    if !waits {
-        settling::put_down(&mut series, recording, object, &episodes);
+/// Whether two tasks are done at the same time, or partly so.
+fn overlap(one: &TaskSpan, other: &TaskSpan) -> bool {
+    one.start_s < other.end_s && other.start_s < one.end_s
+}
+
+/// A task, and the samples of what its hand handles.
+struct Handled<'a> {
+    side: Side,
+    span: &'a TaskSpan,
+    object: &'a str,
+    series: Series,
+    episodes: Vec<Episode>,
+    left_out: Vec<LeftOut>,
+    entered: Option<Entered>,
+    /// Whether it is too short to be meant, and just after the object was let go: it is left out.
+    is_brush: bool,
+}
+
+impl<'a> Handled<'a> {
+    fn new(
+        span: &'a TaskSpan,
+        side: Side,
+        recording: &Recording,
+        object: &'a str,
+        mut series: Series,
+        waits: bool,
+    ) -> Self {
+        let (episodes, left_out) = episodes(span, &series, waits);
+        let body = recording.scene.bodies.get(object);
+        body.iter().for_each(|body| gripping::with_forces(&mut series, recording, body, &episodes));
+        let entered = insertion::along_the_axis(&mut series, recording, object, &episodes);
+        leaning::against_the_wall(&mut series, recording, object, &episodes);
+        Self { side, span, object, series, episodes, left_out, entered, is_brush: false }
     }
-    let mut task = Task {
-        track: side,
-        task: span.task.clone(),
-        object: object.into(),
-        start_s: span.start_s,
-        end_s: span.end_s,
-        into,
-        left_out,
-        grasps: Vec::new(),
-        segments: Vec::new(),
-    };
-    let mut clock = 0.0;
-    for episode in &episodes {
-        // One set of contact points for as long as the hand keeps them.
-        let grasp = body.map(|body| series.contacts(body, episode)).unwrap_or_default();
-        let index = task.grasps.len();
-        if !grasp.contacts.is_empty() {
-            task.grasps.push(grasp);
+
+    fn task(self, recording: &Recording) -> Task {
+        let Self { side, span, object, series, episodes, left_out, entered, is_brush } = self;
+        let body = recording.scene.bodies.get(object);
+        let mut task = Task {
+            track: side,
+            task: span.task.clone(),
+            object: object.into(),
+            start_s: span.start_s,
+            end_s: span.end_s,
+            into: entered.and_then(|entered| entered.into),
+            left_out,
+            grasps: Vec::new(),
+            segments: Vec::new(),
+        };
+        let mut clock = 0.0;
+        for episode in &episodes {
+            // One set of contact points for as long as the hand keeps them.
+            let grasp = body.map(|body| series.contacts(body, episode)).unwrap_or_default();
+            let index = task.grasps.len();
+            if !grasp.contacts.is_empty() && !is_brush {
+                task.grasps.push(grasp);
+            }
+            let index = (!task.grasps.is_empty()).then(|| index.min(task.grasps.len() - 1));
+            for piece in &episode.pieces {
+                let mut segment = series.segment(piece, index.and_then(|index| task.grasps.get(index)));
+                segment.grasp = index;
+                segment.touching = piece.touching;
+                segment.start_s = clock;
+                clock += segment.duration_s;
+                task.segments.push(segment);
+            }
         }
-        let index = (!task.grasps.is_empty()).then(|| index.min(task.grasps.len() - 1));
-        for piece in &episode.pieces {
-            let mut segment = series.segment(piece, index.and_then(|index| task.grasps.get(index)));
-            segment.grasp = index;
-            segment.touching = piece.touching;
-            segment.start_s = clock;
-            clock += segment.duration_s;
-            task.segments.push(segment);
-        }
+        task
     }
-    task
 }
 
 impl Task {

@@ -4,6 +4,7 @@ use super::form::{Commands, Contact, GraspSpec, LeftOut, MappedFinger, MappedGra
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
 use crate::base::json;
+use crate::base::meaning::Meaning;
 use crate::base::shown::Shown;
 use std::collections::BTreeSet;
 
@@ -16,6 +17,8 @@ const LATEST_S: f64 = 1e11;
 /// Nothing is farther away, m: what is placed in the reference frame, and what is placed on or about an object.
 const FARTHEST_M: f64 = 100.0;
 const BESIDE_M: f64 = 10.0;
+/// No finger opens farther, m.
+const MOST_OPENED_M: f64 = 0.1;
 /// How far numbers that were written with six decimals may be from a unit length.
 const ROUNDED: f64 = 1e-3;
 /// Times that are nearer than this are the same, s; a list may have so many samples more or fewer than its duration asks for.
@@ -142,6 +145,10 @@ impl MappedGrasp {
         for (joint, value) in self.joints.iter().chain(&self.arm) {
             finite(&[*value]).map_err(|message| format!("has a joint `{joint}` that {message}"))?;
         }
+        if let Some(opens) = self.opens.filter(|opens| !(0.0..=MOST_OPENED_M).contains(opens)) {
+            let found = Shown(opens * 1e3);
+            return Err(format!("has `opens` at {found} mm, expected 0 to {:.0} mm", MOST_OPENED_M * 1e3));
+        }
         finite(self.opening.as_slice()).map_err(|message| format!("has an `opening` that {message}"))
     }
 }
@@ -149,6 +156,9 @@ impl MappedGrasp {
 impl Segment {
     fn check(&self, rate_hz: f64, grasps: usize) -> Check {
         finite(&[self.start_s, self.duration_s])?;
+        if self.precedence.is_some() && self.touching && self.does != Meaning::Open {
+            return Err("has a `precedence`, expected one only where the hand is free or lets go".into());
+        }
         stamps(&[self.demonstrated_start_s])?;
         if self.duration_s < 0.0 {
             return Err(format!("takes {} s, expected none or more", Shown(self.duration_s)));

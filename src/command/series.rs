@@ -28,7 +28,7 @@ const ON_N: f64 = 0.01;
 /// An object has come to rest when it moves by less than this, m, for so long, s; it does so within this time after its task, s.
 const RESTS_M: f64 = 0.001;
 const RESTS_FOR_S: f64 = 0.1;
-const RESTS_WITHIN_S: f64 = 1.0;
+pub(super) const RESTS_WITHIN_S: f64 = 1.0;
 const SAME_S: f64 = 1e-6;
 /// A finger settles onto its mean contact point within this time after it touched, s.
 const SETTLES_S: f64 = 0.1;
@@ -139,14 +139,23 @@ impl Series {
         self.object.len()
     }
 
+    /// When a sample is, s of the recording.
+    pub(super) fn time_s(&self, at: usize) -> f64 {
+        self.start_s + at as f64 / RATE_HZ
+    }
+
+    /// The sample at a time, s of the recording; the first or the last one where it has none then.
+    pub(super) fn sample(&self, time_s: f64) -> usize {
+        (((time_s - self.start_s) * RATE_HZ).round().max(0.0) as usize).min(self.len().saturating_sub(1))
+    }
+
     /// Where another body was; `None` for one that was not measured.
     pub(super) fn other(&self, recording: &Recording, body: &str) -> Option<Vec<Isometry3<f64>>> {
         poses(recording, body, &self.rows)
     }
 
-    /// Where an object of this name has come to rest, at the end or soon after it; `None` for one that was not measured, or still moves when the recording ends.
-    pub(super) fn at_rest(&self, recording: &Recording, object: &str) -> Option<Isometry3<f64>> {
-        let end_s = recording.time[*self.rows.last()?];
+    /// Where an object of this name has come to rest, at a time (s) or soon after it; `None` for one that was not measured, or still moves when the recording ends.
+    pub(super) fn at_rest(&self, recording: &Recording, object: &str, end_s: f64) -> Option<Isometry3<f64>> {
         let near = |time: &f64| (end_s - RESTS_FOR_S..=end_s + RESTS_WITHIN_S).contains(time);
         let rows: Vec<usize> = (0..recording.time.len()).filter(|row| near(&recording.time[*row])).collect();
         let poses = poses(recording, object, &rows)?;
@@ -280,7 +289,7 @@ impl Series {
             primitive: piece.primitive.clone(),
             does: piece.does,
             duration_s: at.len().saturating_sub(1) as f64 / RATE_HZ,
-            demonstrated_start_s: self.start_s + at[0] as f64 / RATE_HZ,
+            demonstrated_start_s: self.time_s(at[0]),
             object: object.iter().map(|flat| unflattened(flat, &first)).collect(),
             hand: smooth_hand.into_iter().map(|it| rounded(it.into())).collect(),
             tips,

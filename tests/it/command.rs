@@ -1,5 +1,10 @@
 //! Tests of `command`: smoothing against its closed form, and the commands of the chapter's experiment.
 
+#[path = "../../examples/recognition/ruleset.rs"]
+#[allow(dead_code, reason = "the example uses all of it")]
+mod ruleset;
+
+use self::ruleset::RuleSet;
 use crate::browser::Browser;
 use crate::program::{complained, teachtree, teachtree_in};
 use crate::report::page::{no_complaints, picture};
@@ -10,7 +15,7 @@ use teachtree::base::error::InputError;
 use teachtree::base::hands::Side;
 use teachtree::base::recording::Recording;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
-use teachtree::command::{Commands, FRICTION, Segment, Task};
+use teachtree::command::{Commands, FRICTION, Segment, Task, TouchForces, commands};
 use teachtree::robot::planning::trajectory::trajectory;
 use teachtree::stream;
 use teachtree::stream::OpenRequest;
@@ -250,7 +255,7 @@ fn commands_that_are_none_are_refused_at_their_line() {
 /// Each of these changes makes sound commands unsound, and is reported with its place and what was wanted.
 #[test]
 fn commands_that_cannot_be_are_refused_at_their_place() {
-    let sound = serde_json::to_value(commanded("pick_and_place", "3")).unwrap();
+    let sound = serde_json::to_value(mapped("pick_and_place", 3)).unwrap();
     let changed = |change: &dyn Fn(&mut Value)| {
         let mut value = sound.clone();
         change(&mut value["tasks"][0]);
@@ -317,13 +322,16 @@ fn commands_that_cannot_be_are_refused_at_their_place() {
     let far = |task: &mut Value| task["grasps"][0]["contacts"][0]["point"][0] = (-1000.0).into();
     check(&far, &["grasp 1 has a contact of thumb", "-1000", "at most 10 m"]);
     let still = || Value::from(vec![0.0; 7]);
+    check(&|task| task["grasps"][0]["mapped"]["opens"] = 0.5.into(), &["`opens` at 500 mm", "expected 0 to 100 mm"]);
+    // Nobody waits with an object in the hand.
+    check(&|task| task["segments"][3]["precedence"] = "first".into(), &["segment 4 (Translate)", "`precedence`"]);
     check(&|task| task["grasps"][0]["mapped"]["object_from_palm"] = still(), &["`object_from_palm`", "length 0.000"]);
 }
 
 /// Grasps are of one robot's hand: another robot, and joints beyond what that hand can do, are refused before anything moves.
 #[test]
 fn commands_of_another_robot_are_refused() {
-    let commands = commanded("pick_and_place", "3");
+    let commands = mapped("pick_and_place", 3);
     let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
     let scene = world::scene("pick_and_place").unwrap();
     let printed = |commands: &Commands| trajectory(commands, &robot, &scene, None).unwrap_err().to_string();
@@ -481,21 +489,27 @@ pub fn within_the_limits_of_the_robot(commands: &Commands, scene: &str) {
     assert!(rests.iter().flatten().all(|velocity| *velocity == 0.0));
 }
 
-/// The commands of an operator's demonstration in a shipped scene.
-fn commanded(scene: &str, seed: &str) -> Commands {
-    let folder = tempfile::tempdir().unwrap();
-    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
-    let (log, out) = (path("log.csv"), path("commands.json"));
-    assert!(teachtree(&["teach", scene, scene, "--seed", seed, "-o", &log]).status.success());
-    teachtree(&["command", &log, "-o", &out]);
-    Commands::read(&std::fs::read_to_string(&out).unwrap(), "commands.json").unwrap()
+/// The commands of an operator's demonstration in a shipped scene, with the grasps of the robot with both hands.
+pub fn mapped(scene: &str, seed: u64) -> Commands {
+    let mut commands = commanded(scene, seed);
+    let robot = robot::open("both_hands", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
+    robot::map(&mut commands, &robot, &world::scene(scene).unwrap()).unwrap();
+    commands
+}
+
+/// The commands of an operator's demonstration in a shipped scene, before a robot's hand is on them.
+fn commanded(scene: &str, seed: u64) -> Commands {
+    let recording = world::teach(&world::scene(scene).unwrap(), &world::operator(scene).unwrap(), seed).unwrap();
+    let file = if recording.scene.hands.len() > 1 { "bimanual.rules" } else { "contact.rules" };
+    let analysis = RuleSet::load(file, vec![]).unwrap().over(&recording).unwrap().analysis;
+    commands(&stream::trusted(&recording, &[]).unwrap(), &analysis, TouchForces::default(), scene).unwrap()
 }
 
 /// This person lost the bar twice as the right hand lifted it, took it up again on the spot, and went on. The robot comes on the person's way, to where the
 /// bar was taken in the end, and lifts it once.
 #[test]
 fn what_was_lost_as_it_was_lifted_is_lifted_once() {
-    let commands = commanded("main_grasp", "24");
+    let commands = commanded("main_grasp", 24);
     let right: Vec<&Task> = commands.tasks.iter().filter(|task| task.track == Side::Right).collect();
     let [task] = right[..] else { panic!("{:?}", right.iter().map(|task| &task.task).collect::<Vec<_>>()) };
     assert_eq!((task.task.as_str(), task.start_s), ("carry_together", 0.0));
@@ -514,7 +528,7 @@ fn what_was_lost_as_it_was_lifted_is_lifted_once() {
 /// This person grasps, lets go and grasps again at once, which rules call one approach: the robot does not do it twice.
 #[test]
 fn a_grasp_that_is_made_again_at_once_is_made_once() {
-    let commands = commanded("pick_and_place", "3");
+    let commands = commanded("pick_and_place", 3);
     let [task] = &commands.tasks[..] else { panic!("{} tasks", commands.tasks.len()) };
     assert_eq!(task.left_out.iter().map(|left| left.why.as_str()).collect::<Vec<_>>(), ["failed try"]);
     let approach = task.segments.iter().find(|segment| segment.primitive == "Approach").unwrap();
@@ -525,7 +539,7 @@ fn a_grasp_that_is_made_again_at_once_is_made_once() {
 /// This person's left hand comes off the box three times, for a third of a second, while both push it: to the robot that is one push, by the same fingers.
 #[test]
 fn who_comes_off_for_a_moment_pushes_on() {
-    let commands = commanded("push_together", "34");
+    let commands = commanded("push_together", 34);
     let task = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
     assert_eq!(task.grasps.len(), 1);
     let mut primitives: Vec<&str> = task.segments.iter().map(|segment| segment.primitive.as_str()).collect();
@@ -536,7 +550,7 @@ fn who_comes_off_for_a_moment_pushes_on() {
 /// This person's right hand brushes the box, and takes part when the left one has pushed it by 86 mm: it is not in the way until then.
 #[test]
 fn a_brush_is_part_of_the_way() {
-    let commands = commanded("push_together", "11");
+    let commands = commanded("push_together", 11);
     let task = commands.tasks.iter().find(|task| task.track == Side::Right).unwrap();
     let pushes = task.segments.iter().filter(|segment| segment.primitive == "Push").count();
     assert_eq!((pushes, task.left_out.len()), (1, 0), "the brush is no push of its own");
@@ -549,7 +563,7 @@ fn a_brush_is_part_of_the_way() {
 /// This person's box comes off the wall by tenths of a millimetre as it is pushed along it: the robot is to keep it a little into the wall, which is at -200 mm.
 #[test]
 fn what_is_pushed_along_a_wall_leans_against_it() {
-    let commands = commanded("push_and_trace", "36");
+    let commands = commanded("push_and_trace", 36);
     let traces = commands.tasks.iter().flat_map(|task| &task.segments).filter(|segment| segment.primitive == "Trace");
     let settled = (0.3 * commands.rate_hz) as usize;
     let beside: Vec<f64> = traces.flat_map(|segment| segment.object.iter().skip(settled).map(|pose| pose[0])).collect();
@@ -562,7 +576,7 @@ fn what_is_pushed_along_a_wall_leans_against_it() {
 /// This hand stays about for six seconds after it has let go: a finger that held as long as the others takes part all the same.
 #[test]
 fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
-    let commands = commanded("independent", "21");
+    let commands = commanded("independent", 21);
     let right = commands.tasks.iter().find(|task| task.track == Side::Right).unwrap();
     let fingers: Vec<&str> = right.grasps[0].contacts.iter().map(|contact| contact.finger.name()).collect();
     assert_eq!(fingers, ["thumb", "index", "middle"]);
@@ -571,7 +585,7 @@ fn a_hand_that_lingers_has_held_with_all_of_its_fingers() {
 /// A peg goes into a hole of what the other hand holds along the axis of that hole, and the commands say whose hole it is.
 #[test]
 fn a_hole_of_another_object_is_gone_into_along_its_axis() {
-    let commands = commanded("hold_and_insert", "21");
+    let commands = commanded("hold_and_insert", 21);
     let task = commands.tasks.iter().find(|task| task.task == "peg_in_hole").unwrap();
     let into = task.into.as_ref().unwrap();
     assert_eq!(into.body, "holder");
@@ -592,7 +606,7 @@ fn a_hole_of_another_object_is_gone_into_along_its_axis() {
 /// pole all the same, wherever the other hand has that by then, and waits for no one.
 #[test]
 fn what_both_hands_hold_is_put_together_along_the_axis() {
-    let commands = commanded("ring_and_pole", "2");
+    let commands = commanded("ring_and_pole", 2);
     let of = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
     let (cylinder, ring) = (of(Side::Left), of(Side::Right));
     assert!(ring.into.is_none());
@@ -623,6 +637,24 @@ fn what_both_hands_hold_is_put_together_along_the_axis() {
     // The ring leaves 1.5 mm of room.
     assert!(farthest < 0.0015, "{farthest} m beside the pole");
     assert!(askew < 3.0_f64.to_radians(), "{askew} rad askew");
+}
+
+/// These people's left hand knocks the cylinder, with the ring on it, as it lets go: by 17 mm, and by 14 mm with a brush of the ring. The robot puts both down where
+/// they came to rest, and does not knock.
+#[test]
+fn what_is_knocked_as_it_is_let_go_is_put_down_where_it_comes_to_rest() {
+    for seed in [13, 3] {
+        let commands = commanded("ring_and_pole", seed);
+        assert_eq!(commands.tasks.len(), 2, "{seed}: the brush is left out");
+        for task in &commands.tasks {
+            let release = task.segments.iter().rfind(|segment| segment.touching).unwrap();
+            assert_eq!(release.primitive, "Release");
+            let place = |pose: &[f64; 7]| Vector3::new(pose[0], pose[1], pose[2]);
+            let [first, last] = [release.object.first(), release.object.last()].map(|pose| place(pose.unwrap()));
+            let moved = (last - first).norm();
+            assert!(moved < 0.003, "{seed}: `{}` moves by {moved} m as it is let go", task.object);
+        }
+    }
 }
 
 /// A recording may be taught again in its place, also when its scene and operator are called like it; and mistakes of a script are reported at their line.

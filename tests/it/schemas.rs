@@ -63,7 +63,9 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     std::fs::write(folder.path().join("cut.csv"), cut.join("\n")).unwrap();
     std::fs::copy(folder.path().join("one.scene.yaml"), folder.path().join("cut.scene.yaml")).unwrap();
     run(&["retarget", "one.csv", "-o", "commands.json"]);
-    run(&["retarget", "two.csv", "--robot", "both_hands", "-o", "mapped.json"]);
+    // Hands that do not meet are mapped at once.
+    run(&["teach", "independent", "independent", "-o", "apart.csv"]);
+    run(&["retarget", "apart.csv", "--robot", "both_hands", "-o", "mapped.json"]);
     // What is too heavy to be pushed is not done, and says why.
     let scene = include_str!("../../scenes/push_and_trace.yaml").replace("mass: 50 g", "mass: 3 kg");
     assert!(scene.contains("3 kg"));

@@ -345,6 +345,7 @@ impl<'a> Holder<'a> {
             measure: found.measure,
             copied_measure: self.mapper.copied(wanted),
             opening: found.opening,
+            opens: None,
             fingers: fingers.collect(),
         }
     }

@@ -2,20 +2,22 @@
 //! two grasps at a time are chosen anew, with their ways.
 //!
 //! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). Where they are too near, each hand has a grasp, and the ways of both are led past each
-//! other. Where that is not enough, other grasps of both, and of what goes
-//! into a hole also those that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with
-//! their arms in every posture. The best pairs go all their ways, which are led past the other hand where they come too near. What keeps the hands apart best is
-//! taken, and the next pair of grasps is looked for, until nothing is too near or nothing better is found.
+//! other or begun later; then one hand waits for the other one, and fingers open by less. Where that is not enough, other grasps of both, and of what goes into a hole also those
+//! that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with their arms in every posture. The
+//! best pairs go all their ways, in the same manner. What keeps the hands apart best is taken, and the next pair of grasps is looked for, until nothing is too near
+//! or nothing better is found.
 
 use super::beside::{Aside, Passing};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::in_hole;
+use super::late_start::begun_late;
 use super::lifted::{goes_through, lift};
 use super::moving::Moving;
 use super::own_axis::{Way, turn};
+use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
-use super::walk::{Near, Occupied, Walk, handled, place_of};
+use super::walk::{Near, Occupied, Walk, handled, place_of, too_near, total};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -38,8 +40,7 @@ const TIGHT: usize = 12;
 const TURNS: u32 = 12;
 /// So many samples of commands are kept for choices of a grasp in all.
 const MOST_SAMPLES: usize = 1_500_000;
-/// Of each grasp so many pairs are kept at first, and fewer then.
-const PAIRS: usize = 40;
+/// Of each grasp so many pairs are kept.
 const ALIKE: usize = 16;
 /// Hands that are nearer by no more than this in all, m, may be taken where the present ones are farther.
 const SLIGHT_M: f64 = 0.02;
@@ -50,11 +51,18 @@ const WALKED: usize = 80;
 const AT_ONCE: usize = 8;
 const ENOUGH: usize = 4;
 const AS_GOOD_M: f64 = 0.01;
-/// So many pairs go all their ways, each grasp in so many of them, until one is as good as clear: by this, m, summed over steps of 20 ms, at each of which 5 mm
-/// count where hands just touch.
+/// So many pairs go all their ways, two at once, each grasp in so many of them, until one is as good as clear.
 const GONE: usize = 6;
+const GONE_AT_ONCE: usize = 2;
 const GONE_ALIKE: usize = 2;
+/// By this, m, summed over steps of 20 ms, at each of which 5 mm count where hands just touch.
 const CLEAR_M: f64 = 0.05;
+/// The first way of a hand is left out in so many parts.
+const LATE: u32 = 4;
+/// Fingers that have no room to open as far as usual open by one of these, m.
+const OPENS_M: [f64; 3] = [0.012, 0.008, 0.005];
+/// So many ways are gone before or after what the other hand does meanwhile.
+const WAITS: usize = 4;
 /// A change that leaves more than this share of what was too near is none.
 const BETTER: f64 = 0.9;
 
@@ -142,6 +150,24 @@ impl Change {
     fn cost(&self) -> f64 {
         total(&self.near) + self.through
     }
+
+    /// Takes tasks and a walk of a hand from one of these postures, where that leaves less too near.
+    fn take_nearest(
+        &mut self,
+        hand: usize,
+        begun: impl IntoIterator<Item = Moving>,
+        tasks: &[Task; 2],
+        all: &[Task],
+        scene: &Scene,
+    ) {
+        for walk in begun.into_iter().filter_map(|begun| Walk::of(begun, all, scene)) {
+            let near = walk.near_to(&self.walks[1 - hand], hand);
+            if total(&near) < total(&self.near) {
+                self.walks[hand] = walk;
+                (self.tasks, self.near) = (tasks.clone(), near);
+            }
+        }
+    }
 }
 
 impl Couple {
@@ -224,11 +250,16 @@ impl<'a> Pair<'a> {
         let Some(steps) = self.steps(grasps) else { return Ok(None) };
         let choices = [self.choices(0, grasps[0], &steps, anew)?, self.choices(1, grasps[1], &steps, anew)?];
         let mut best: Option<Change> = None;
-        for couple in of_many_kinds(self.with_arms(grasps, &steps, &choices), GONE_ALIKE).into_iter().take(GONE) {
-            let tasks = [0, 1].map(|hand| choices[hand][couple.choices[hand]].task.clone());
-            let Some(change) = self.gone(grasps, tasks, &couple) else { continue };
-            if best.as_ref().is_none_or(|best| change.cost() < best.cost()) {
-                best = Some(change);
+        let couples: Vec<Couple> = of_many_kinds(self.with_arms(grasps, &steps, &choices), GONE_ALIKE);
+        for couples in couples[..couples.len().min(GONE)].chunks(GONE_AT_ONCE) {
+            let changes = threads::each(couples, |couple| {
+                let tasks = [0, 1].map(|hand| choices[hand][couple.choices[hand]].task.clone());
+                self.gone(grasps, tasks, couple)
+            });
+            for change in changes.into_iter().flatten() {
+                if best.as_ref().is_none_or(|best| change.cost() < best.cost()) {
+                    best = Some(change);
+                }
             }
             if best.as_ref().is_some_and(|best| best.cost() < CLEAR_M) {
                 break;
@@ -324,9 +355,9 @@ impl<'a> Pair<'a> {
                 let Some(left) = too_near(&left.stands, &right.stands, most - through) else { continue };
                 let choices = [one, other];
                 couples.push(Couple { choices, left: left + through, through, measure, postures: [0; 2] });
-                if couples.len() == 2 * PAIRS {
+                if couples.len() == 2 * ALIKE {
                     couples.sort_by(Couple::order);
-                    couples.truncate(PAIRS);
+                    couples.truncate(ALIKE);
                     most = couples.last().map_or(most, |last| last.left);
                 }
             }
@@ -346,9 +377,9 @@ impl<'a> Pair<'a> {
             let new: Vec<(usize, usize)> = new.into_iter().take(WALKED.saturating_sub(limbs.len())).collect();
             let gone = threads::each(&new, |&(hand, choice)| {
                 let tasks = self.with(&[(grasps[hand].0, &choices[hand][choice].task)]);
-                let own_s = |steps: &[usize; 2]| self.walks[hand].own_s(steps[hand]);
-                let at = |walk: Walk| steps.iter().map(|steps| walk.at_own(own_s(steps)).clone()).collect::<Vec<_>>();
-                self.begun(hand, &tasks).into_iter().map(|begun| Walk::of(begun, &tasks, self.scene).map(at)).collect()
+                let times: Vec<f64> = steps.iter().map(|steps| self.walks[hand].own_s(steps[hand])).collect();
+                let begun = self.begun(hand, &tasks).into_iter();
+                begun.map(|begun| Walk::stands(begun, &tasks, self.scene, &times)).collect()
             });
             limbs.extend(new.into_iter().zip(gone));
             for couple in couples {
@@ -385,6 +416,15 @@ impl<'a> Pair<'a> {
         let walks = [walk(0)?, walk(1)?];
         let near = walks[0].near(&walks[1]);
         let mut change = Change { tasks, walks, near, through: couple.through };
+        for (hand, part) in [1, 0].into_iter().flat_map(|hand| (1..=LATE).map(move |part| (hand, part))) {
+            let mut tasks = change.tasks.clone();
+            let late = begun_late(&tasks[hand], f64::from(part) / f64::from(LATE));
+            if let Some(late) = late.filter(|_| self.is_first(grasps[hand].0) && !change.near.is_empty()) {
+                tasks[hand] = late;
+                let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
+                change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
+            }
+        }
         for hand in [1, 0] {
             for aside in [Aside::Level, Aside::Upward] {
                 let allowed = self.goes_through(hand, &change.tasks[hand], grasps[hand].1);
@@ -397,19 +437,57 @@ impl<'a> Pair<'a> {
                     }
                     let mut tasks = change.tasks.clone();
                     tasks[hand] = task;
-                    for begun in self.begun(hand, &all(&tasks)) {
-                        let Some(walk) = Walk::of(begun, &all(&tasks), self.scene) else { continue };
-                        let other = &change.walks[1 - hand];
-                        let near = if hand == 0 { walk.near(other) } else { other.near(&walk) };
-                        if total(&near) < total(&change.near) {
-                            change.walks[hand] = walk;
-                            (change.tasks, change.near) = (tasks.clone(), near);
-                        }
-                    }
+                    let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
+                    change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
                 }
             }
         }
+        self.let_wait(grasps, &mut change);
+        for (hand, opens) in [1, 0].into_iter().flat_map(|hand| OPENS_M.map(|opens| (hand, opens))) {
+            let (allowed, mut tasks) =
+                (self.goes_through(hand, &change.tasks[hand], grasps[hand].1), change.tasks.clone());
+            let mapped = tasks[hand].grasps[grasps[hand].1].mapped.as_mut();
+            let Some(mapped) = mapped.filter(|_| !change.near.is_empty()) else { continue };
+            mapped.opens = Some(opens);
+            if self.goes_through(hand, &tasks[hand], grasps[hand].1) <= allowed {
+                let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
+                change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
+            }
+        }
+        for hand in [1, 0] {
+            if !change.near.is_empty() {
+                let tasks = change.tasks.clone();
+                change.take_nearest(hand, self.begun(hand, &all(&tasks)), &tasks, &all(&tasks), self.scene);
+            }
+        }
         Some(change)
+    }
+
+    /// Lets one hand wait for the other on ways without the object, where that helps.
+    fn let_wait(&self, grasps: Grasps, change: &mut Change) {
+        for _ in 0..WAITS {
+            let before = total(&change.near);
+            let mut best: Option<(usize, Task, Walk, Vec<Near>)> = None;
+            for (hand, task) in change.tasks.iter().enumerate().filter(|_| before > 0.0) {
+                let shared = self.tasks.iter().any(|other| other.track != task.track && other.object == task.object);
+                let mut tasks = self.with(&[(grasps[1 - hand].0, &change.tasks[1 - hand]), (grasps[hand].0, task)]);
+                for (way, precedence) in orders(task, shared) {
+                    let own = &mut tasks[grasps[hand].0].segments[way.clone()];
+                    own.iter_mut().for_each(|segment| segment.precedence = Some(precedence));
+                    if let Some(plans) = self.plans(hand, &tasks, &change.walks[hand]) {
+                        let walk = change.walks[hand].at_times_of(&plans);
+                        let near = walk.near_to(&change.walks[1 - hand], hand);
+                        let least = best.as_ref().map_or(BETTER * before, |best| total(&best.3));
+                        if total(&near) < least {
+                            best = Some((hand, tasks[grasps[hand].0].clone(), walk, near));
+                        }
+                    }
+                    tasks[grasps[hand].0].segments[way.clone()].clone_from_slice(&task.segments[way]);
+                }
+            }
+            let Some((hand, task, walk, near)) = best else { return };
+            (change.tasks[hand], change.walks[hand], change.near) = (task, walk, near);
+        }
     }
 
     /// The task of a grasp of a hand, of all tasks, with its ways led past the other hand.
@@ -442,6 +520,12 @@ impl<'a> Pair<'a> {
             begun.truncate(1);
         }
         begun
+    }
+
+    /// Whether a hand begins with a task.
+    fn is_first(&self, number: usize) -> bool {
+        let of_same = |task: &Task| task.track == self.tasks[number].track;
+        self.begins && self.tasks.iter().position(of_same) == Some(number)
     }
 
     /// A task with the ways of all its grasps lifted.
@@ -510,21 +594,4 @@ fn of_many_kinds(mut couples: Vec<Couple>, alike: usize) -> Vec<Couple> {
         may
     });
     couples
-}
-
-/// By how much hands are nearer than they should be, m in all of some steps; `None` where it is more than `most`.
-fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
-    let mut sum = 0.0;
-    for (one, other) in ours.iter().zip(theirs) {
-        sum += one.too_near(other);
-        if sum > most {
-            return None;
-        }
-    }
-    Some(sum)
-}
-
-/// What is too near, m in all.
-fn total(near: &[Near]) -> f64 {
-    near.iter().map(|near| near.by).sum()
 }

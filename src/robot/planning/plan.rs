@@ -17,7 +17,7 @@ use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::shown::Shown;
-use crate::command::{Segment, Task};
+use crate::command::{Precedence, Segment, Task};
 use crate::robot::kinematics::finger::FingerModel;
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::limb_gap::PlacedShape;
@@ -236,7 +236,10 @@ impl<'a> Plan<'a> {
             let most_m_s2 = if hand.has_flat_pads() { PINCHED_M_S2 } else { HINGED_M_S2 };
             let gently = if pinched { gentle_s(&segment.object, segment.duration_s, most_m_s2) } else { 0.0 };
             let mut duration = segment.duration_s.max(least).max(slow).max(gently);
-            let mut demonstrated = [begins, ends];
+            let mut demonstrated = match segment.precedence {
+                Some(precedence) => [precedence_s(&task.segments, index, precedence); 2],
+                None => [begins, ends],
+            };
             // What is brought along while the hand closes comes after it has closed.
             let bring = brings.then_some(duration);
             if bring.is_some() {
@@ -305,7 +308,14 @@ impl<'a> Plan<'a> {
             if may && (way > JUMP.0 || turn > JUMP.1) {
                 let duration = transfer_time(way, turn);
                 let Phase { segment, start, anchor, stands, .. } = self.phases[after];
-                let demonstrated = [self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]];
+                let (mut from_s, mut to_s) = (self.phases[before].demonstrated[1], self.phases[after].demonstrated[0]);
+                // It is gone with the way before or after it, if that has precedence.
+                match (self.phases[before].segment.precedence, self.phases[after].segment.precedence) {
+                    (Some(Precedence::First), _) => to_s = from_s,
+                    (_, Some(Precedence::Last)) => from_s = to_s,
+                    _ => {}
+                }
+                let demonstrated = [from_s, to_s];
                 let over = Phase::new(segment, Role::Over, start, duration, demonstrated);
                 let over = Phase { anchor, stands, ..over };
                 self.phases[after..].iter_mut().for_each(|phase| phase.start += duration);
@@ -557,6 +567,18 @@ impl<'a> Plan<'a> {
         let before = self.phases.iter().rfind(holds);
         before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
     }
+}
+
+/// When a way with precedence is gone, s of the recording: all of it when its first segment was begun, or when its last one was over.
+fn precedence_s(segments: &[Segment], at: usize, precedence: Precedence) -> f64 {
+    let same = |segment: &&Segment| segment.precedence == Some(precedence);
+    match precedence {
+        Precedence::First => segments[..=at].iter().rev().take_while(same).last().map(|it| it.demonstrated_start_s),
+        Precedence::Last => {
+            segments[at..].iter().take_while(same).last().map(|it| it.demonstrated_start_s + it.duration_s)
+        }
+    }
+    .unwrap_or(segments[at].demonstrated_start_s)
 }
 
 /// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.

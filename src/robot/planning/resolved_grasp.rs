@@ -56,7 +56,7 @@ impl ResolvedGrasp {
             let model = hand.finger(finger).ok_or_else(|| format!("the hand has no {finger} finger"))?;
             let (point, normal) = (Point3::from(contact.point), Vector3::from(contact.normal));
             let closed = object_from_palm.inverse_transform_point(&(point + normal * model.radius));
-            let way = object_from_palm.inverse_transform_vector(&(normal * OPENED_M));
+            let way = object_from_palm.inverse_transform_vector(&(normal * mapped.opens.unwrap_or(OPENED_M)));
             // As far as the finger goes.
             let open = model.posture(&model.ik(closed + way).angles).tip;
             tips.push((finger, closed, open));

@@ -54,6 +54,11 @@ pub(crate) struct HandPlans<'a> {
 }
 
 impl<'a> HandPlans<'a> {
+    /// The parts of all its plans, in order.
+    pub(crate) fn parts(&self) -> Vec<Part> {
+        self.plans.iter().flat_map(|(_, plan)| plan.parts()).collect()
+    }
+
     /// Returns what the hand does at a time of its own plans, s: its task, the plan and the time in it; `None` for one that does nothing.
     pub(crate) fn at(&self, mut own_s: f64) -> Option<(usize, &Plan<'a>, f64)> {
         for (number, plan) in &self.plans {
@@ -77,8 +82,7 @@ pub(crate) struct Schedule<'a> {
 impl<'a> Schedule<'a> {
     /// Returns the schedule of hands with their plans.
     pub(crate) fn new(hands: Vec<HandPlans<'a>>) -> Self {
-        let parts = |hand: &HandPlans<'_>| hand.plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
-        let parts: Vec<Vec<Part>> = hands.iter().map(parts).collect();
+        let parts: Vec<Vec<Part>> = hands.iter().map(HandPlans::parts).collect();
         let together = parts.iter().filter(|parts| !parts.is_empty()).count() > 1;
         Self { hands, time: TimeScale::of(&parts, if together { EASED_S } else { 0.0 }) }
     }

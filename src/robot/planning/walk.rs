@@ -3,7 +3,7 @@
 use super::hand_planner::HandPlanner;
 use super::moving::Moving;
 use super::plan::Target;
-use super::schedule::EASED_S;
+use super::schedule::{EASED_S, HandPlans};
 use super::time_scale::{Part, TimeScale};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -14,6 +14,7 @@ use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Vector3};
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// Arms that are so far apart leave room for each other, m: what controllers deviate from their ways is less.
 pub(super) const ROOM_M: f64 = 0.005;
@@ -21,8 +22,11 @@ pub(super) const ROOM_M: f64 = 0.005;
 const STEP_S: f64 = 0.02;
 const STRIDES: [usize; 2] = [16, 1];
 
+/// Where only some times are looked at, the arm goes from one of these steps to the next, s.
+const COARSE_S: f64 = 0.1;
+
 /// A hand is so far from what the other one handles, m: where one object goes into another, fingers are near both.
-const BESIDE_M: f64 = 0.001;
+const BESIDE_M: f64 = 0.003;
 
 /// A limb at a step, with what its hand handles; reference frame.
 #[derive(Clone, Debug)]
@@ -33,6 +37,13 @@ pub(super) struct Occupied {
 }
 
 impl Occupied {
+    /// A hand with its arm where it is, and its object at a target of its plan.
+    fn of_limb(hand: &Moving, target: &Target, object: &[CollisionShape]) -> Self {
+        let poses = hand.limb.tree.forward_kinematics(&hand.q);
+        let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
+        Self { limb: placed(&hand.limb.tree, &poses), object: placed_object(target, object) }
+    }
+
     /// A hand, without its arm, and its object at a target of its plan.
     pub(super) fn of_hand(target: &Target, hand: &HandModel, object: &[CollisionShape]) -> Self {
         Self { limb: target.shapes(hand), object: placed_object(target, object) }
@@ -73,6 +84,7 @@ pub(super) fn handled(tasks: &[Task], number: usize, scene: &Scene) -> Vec<Colli
 }
 
 /// What a hand does in a group of tasks, step by step of its own time.
+#[derive(Clone)]
 pub(super) struct Walk {
     /// The posture in which its arm begins.
     pub(super) arm: BTreeMap<String, f64>,
@@ -80,7 +92,7 @@ pub(super) struct Walk {
     pub(super) planner: HandPlanner,
     parts: Vec<Part>,
     begins_s: f64,
-    steps: Vec<Occupied>,
+    steps: Arc<[Occupied]>,
 }
 
 /// A step at which two walks come near to each other.
@@ -135,32 +147,69 @@ impl Walk {
         let group: Vec<usize> = (0..tasks.len()).collect();
         let planner = hand.planner.clone();
         let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
-        let parts = made.plans.iter().flat_map(|(_, plan)| plan.parts()).collect();
-        let (mut steps, mut done_s) = (Vec::new(), 0.0);
+        let parts = made.parts();
+        let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
         for (number, plan) in &made.plans {
             let object = handled(tasks, *number, scene);
             let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
             while own_s(steps.len()) <= plan.duration() {
                 let own_s = own_s(steps.len());
                 hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
-                let poses = hand.limb.tree.forward_kinematics(&hand.q);
-                let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
-                let limb = placed(&hand.limb.tree, &poses);
-                steps.push(Occupied { limb, object: placed_object(&plan.at(own_s), &object) });
+                steps.push(Occupied::of_limb(&hand, &plan.at(own_s), &object));
             }
             done_s += plan.duration();
         }
+        let steps: Arc<[Occupied]> = steps.into();
         (!steps.is_empty()).then_some(Self { arm, planner, parts, begins_s: made.begins_s, steps })
+    }
+
+    /// Where the hand is at times of its plans, s, with its arm; `None` where the arm cannot go the walk.
+    pub(super) fn stands(mut hand: Moving, tasks: &[Task], scene: &Scene, times: &[f64]) -> Option<Vec<Occupied>> {
+        let place = |object: &str| place_of(tasks, scene, object);
+        let group: Vec<usize> = (0..tasks.len()).collect();
+        let made = hand.planner.plans(tasks, &group, &hand.limb, hand.palm, &place, &mut |_, from_s| from_s).ok()?;
+        let mut stands: Vec<Option<Occupied>> = vec![None; times.len()];
+        let mut done_s = 0.0;
+        for (number, plan) in &made.plans {
+            let object = handled(tasks, *number, scene);
+            let is_last = made.plans.last().is_some_and(|(last, _)| last == number);
+            let within = |time: f64| time >= done_s && (time < done_s + plan.duration() || is_last);
+            let coarse = (0..).map(|step| made.begins_s.max(done_s) + f64::from(step) * COARSE_S);
+            let coarse = coarse.take_while(|time| *time <= done_s + plan.duration()).map(|time| (time, None));
+            let wanted =
+                times.iter().enumerate().filter(|(_, time)| within(**time)).map(|(at, time)| (*time, Some(at)));
+            let mut all: Vec<(f64, Option<usize>)> = coarse.chain(wanted).collect();
+            all.sort_by(|a, b| a.0.total_cmp(&b.0));
+            for (time, wanted) in all {
+                let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
+                hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
+                if let Some(at) = wanted {
+                    stands[at] = Some(Occupied::of_limb(&hand, &plan.at(own_s), &object));
+                }
+            }
+            done_s += plan.duration();
+        }
+        stands.into_iter().collect()
+    }
+
+    /// Of postures in which the hand may begin, the one that is most like that of this walk.
+    pub(super) fn like(&self, begun: Vec<Moving>) -> Option<Moving> {
+        // A joint that is turned all the way round is where it was.
+        let far = |hand: &Moving| {
+            let dofs = hand.planner.hand.arm.iter().map(|dof| (&hand.limb.tree.dofs[*dof].name, hand.q[*dof]));
+            dofs.map(|(name, at)| self.arm.get(name).map_or(0.0, |own| 1.0 - (own - at).cos())).sum::<f64>()
+        };
+        begun.into_iter().min_by(|a, b| far(a).total_cmp(&far(b)))
+    }
+
+    /// The same walk at other times of the recording.
+    pub(super) fn at_times_of(&self, plans: &HandPlans<'_>) -> Self {
+        Self { parts: plans.parts(), ..self.clone() }
     }
 
     /// Its limb at a step; after the last one it stands.
     pub(super) fn at(&self, step: usize) -> &Occupied {
         &self.steps[step.min(self.steps.len() - 1)]
-    }
-
-    /// Its limb at a time in its plans, s.
-    pub(super) fn at_own(&self, own_s: f64) -> &Occupied {
-        self.at(((own_s - self.begins_s).max(0.0) / STEP_S).round() as usize)
     }
 
     /// The time in its plans at a step, s.
@@ -192,6 +241,11 @@ impl Walk {
         (0..=all).map(|step| steps(&walks, &time, step)).collect()
     }
 
+    /// The same for a walk of this hand, where the first one is that of the hand with the number 0.
+    pub(super) fn near_to(&self, other: &Self, hand: usize) -> Vec<Near> {
+        if hand == 0 { self.near(other) } else { other.near(self) }
+    }
+
     /// The steps at which two walks are nearer to each other than they should be.
     pub(super) fn near(&self, other: &Self) -> Vec<Near> {
         let steps = self.together(other).into_iter();
@@ -211,4 +265,21 @@ fn steps(walks: &[&Walk; 2], time: &TimeScale, step: usize) -> [usize; 2] {
         let since_s = (time.at(hand, step as f64 * STEP_S) - walks[hand].begins_s).max(0.0);
         (since_s / STEP_S).round() as usize
     })
+}
+
+/// By how much hands are nearer than they should be, m in all of some steps; `None` where it is more than `most`.
+pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
+    let mut sum = 0.0;
+    for (one, other) in ours.iter().zip(theirs) {
+        sum += one.too_near(other);
+        if sum > most {
+            return None;
+        }
+    }
+    Some(sum)
+}
+
+/// What is too near, m in all.
+pub(super) fn total(near: &[Near]) -> f64 {
+    near.iter().map(|near| near.by).sum()
 }

@@ -1,13 +1,15 @@
 //! Two arms: an operator's hand-over becomes the robot's.
 
 use super::kinematics::shipped;
-use crate::command::{pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
+use crate::command::{mapped, pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
 use crate::program::{complained, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::hands::Side;
-use teachtree::command::{Commands, MappedGrasp};
+use teachtree::command::{Commands, MappedGrasp, Precedence};
+use teachtree::robot::planning::trajectory::trajectory;
 use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
+use teachtree::world;
 
 #[test]
 fn a_hand_over_is_carried_out_by_two_arms() {
@@ -127,6 +129,39 @@ fn hands_that_fit_a_ring_on_a_pole_stay_apart() {
         let beside = x.hypot(y);
         assert!((0.0285..0.0345).contains(&beside) && z.abs() < 0.012, "{contact:?}");
     }
+}
+
+/// A way that is gone first, or last, is gone while the other hand stands; what both hands do with their objects they still do at the same time.
+#[test]
+fn one_hand_waits_while_the_other_one_goes_its_way() {
+    let commands = mapped("independent", 1);
+    let of_left = |precedence: Precedence| {
+        let mut commands = commands.clone();
+        let left = commands.tasks.iter_mut().find(|task| task.track == Side::Left).unwrap();
+        let free = left.segments.iter_mut().take_while(|segment| !segment.touching);
+        free.for_each(|segment| segment.precedence = Some(precedence));
+        commands
+    };
+    let left = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
+    let way_s: f64 = left.segments.iter().take_while(|segment| !segment.touching).map(|it| it.duration_s).sum();
+    let [plain, lasts] = waits(&commands);
+    for precedence in [Precedence::First, Precedence::Last] {
+        let [waited, longer] = waits(&of_left(precedence));
+        assert!(waited > plain + 0.4 * way_s, "{precedence:?}: {waited} s of {way_s} s, before {plain} s");
+        assert!(longer > lasts + 0.4 * way_s, "{precedence:?}: {longer} s, before {lasts} s");
+    }
+}
+
+/// For how long the left arm moves while the right one stands, and how long all of it takes, s.
+fn waits(commands: &Commands) -> [f64; 2] {
+    let made = trajectory(commands, &shipped("both_hands"), &world::scene("independent").unwrap(), None).unwrap();
+    let speed = |point: usize, arm: &str| {
+        let own = made.joint_names.iter().zip(&made.points[point].velocities).filter(|(name, _)| name.starts_with(arm));
+        own.map(|(_, velocity)| velocity.abs()).fold(0.0, f64::max)
+    };
+    let time = |point: usize| made.points[point].time_from_start.seconds();
+    let waited = (1..made.points.len()).filter(|at| speed(*at, "left_arm") > 0.01 && speed(*at, "right_arm") < 1e-3);
+    [waited.map(|at| time(at) - time(at - 1)).sum(), time(made.points.len() - 1)]
 }
 
 /// The smallest gap between two hands in their grasps of one object, m, between points on bars and in boxes of their links.
