@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Translation3};
 
 /// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.
 const FELL: (f64, f64) = (0.002, 0.035);
-pub(super) const DROPPED: (f64, f64) = (0.040, 0.6);
+const DROPPED: (f64, f64) = (0.040, 0.6);
 /// What was dropped from no higher than this, m, and came to rest the same way up is put down as well, from when on it was no farther than this from where it was
 /// let go, m.
 const LOWERED_M: f64 = 0.150;
@@ -20,7 +20,7 @@ const THERE_M: f64 = 0.030;
 /// It is brought there within this share of the time that it was held.
 const SHARE: f64 = 0.5;
 
-/// Who has something put into it by another hand is not brought elsewhere unless it is held for so much longer, s.
+/// What another hand puts something into is not brought elsewhere unless it is held for so much longer, s.
 const HELD_ON_S: f64 = 0.3;
 
 /// Times of the recording that matter for what is put down, s.
@@ -146,10 +146,10 @@ fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: 
         } else {
             last - ((last - first) as f64 * SHARE) as usize
         };
-        let begins = times.entered_s.map_or(begins, |entered_s| begins.max(series.sample(entered_s)));
         if times.entered_s.is_some_and(|entered_s| entered_s > series.time_s(last) - HELD_ON_S) {
             continue;
         }
+        let begins = times.entered_s.map_or(begins, |entered_s| begins.max(series.sample(entered_s)));
         let turned = to.rotation * from.rotation.inverse();
         let moved = to.translation.vector - from.translation.vector;
         for at in held.into_iter().filter(|at| *at >= begins) {

@@ -14,6 +14,9 @@ use std::sync::Arc;
 const STEPS: usize = 200;
 pub(crate) const SHORT_M: f64 = 1e-6;
 
+/// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
+const UNSURE_M: f64 = 0.01;
+
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CollisionShape {
@@ -72,11 +75,15 @@ impl CollisionShape {
             }
         }
         let apart = (at - there).norm();
-        let apart = if apart < SHORT_M { -self.way_out(other) } else { apart };
+        let has_piece = [self, other].iter().any(|shape| matches!(shape, Self::Piece(..)));
+        let may_overlap = apart < SHORT_M || apart < UNSURE_M && !has_piece;
+        let way_out = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.way_out(other));
+        // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
+        let apart = if way_out > 0.0 || apart < SHORT_M { -way_out.max(0.0) } else { apart };
         apart - self.radius() - other.radius()
     }
 
-    /// The least way after which the core of a shape is out of that of another one, which it is in, m.
+    /// The least way after which the core of a shape is out of that of another one, m; below zero where they are not in each other.
     fn way_out(&self, other: &Self) -> f64 {
         let (ours, theirs) = (self.edges(), other.edges());
         let across = ours.iter().flat_map(|edge| theirs.iter().map(move |other| edge.cross(other)));

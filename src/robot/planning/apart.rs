@@ -2,12 +2,13 @@
 //! two grasps at a time are chosen anew, with their ways.
 //!
 //! Both hands go through their tasks by inverse kinematics alone ([`Walk`]). Where they are too near, each hand has a grasp, and the ways of both are led past each
-//! other or begun later; then one hand waits for the other one, and fingers open by less. Where that is not enough, other grasps of both, and of what goes into a hole also those
-//! that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with their arms in every posture. The
-//! best pairs go all their ways, in the same manner. What keeps the hands apart best is taken, and the next pair of grasps is looked for, until nothing is too near
-//! or nothing better is found.
+//! other or begun later; then one hand waits for the other one, and fingers open by less. Where that is not enough, other grasps of both, and of what goes into a
+//! hole also those that are turned about it, are held against each other at some of the steps at which both hold, first the hands alone, then with their arms in
+//! every posture. The best pairs go all their ways, in the same manner. What keeps the hands apart best is taken, and the next pair of grasps is looked for, until
+//! nothing is too near or nothing better is found.
 
 use super::beside::{Aside, Passing};
+use super::couple::{Couple, of_many_kinds};
 use super::hand_planner::{HandPlanner, tip_radius};
 use super::in_hole;
 use super::late_start::begun_late;
@@ -26,7 +27,6 @@ use crate::command::{Commands, Task};
 use crate::robot::grasp::mapping::{Held, alternatives};
 use crate::robot::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::robot::model::robot::Robot;
-use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::TAU;
 
@@ -55,7 +55,7 @@ const AS_GOOD_M: f64 = 0.01;
 const GONE: usize = 6;
 const GONE_AT_ONCE: usize = 2;
 const GONE_ALIKE: usize = 2;
-/// By this, m, summed over steps of 20 ms, at each of which 5 mm count where hands just touch.
+/// A pair is as good as clear that is too near by less than this, m, summed over steps of 20 ms, at each of which 5 mm count where hands just touch.
 const CLEAR_M: f64 = 0.05;
 /// The first way of a hand is left out in so many parts.
 const LATE: u32 = 4;
@@ -124,18 +124,6 @@ struct Choice {
     stands: Vec<Occupied>,
 }
 
-/// Two choices, by their places in the lists.
-#[derive(Clone, Copy)]
-struct Couple {
-    choices: [usize; 2],
-    /// How much is too near at the steps that are looked at, m in all, and by how much for its ways.
-    left: f64,
-    through: f64,
-    measure: f64,
-    /// The postures in which their arms begin, by their places in the list.
-    postures: [usize; 2],
-}
-
 /// Tasks and walks with a pair of grasps chosen anew.
 struct Change {
     tasks: [Task; 2],
@@ -167,13 +155,6 @@ impl Change {
                 (self.tasks, self.near) = (tasks.clone(), near);
             }
         }
-    }
-}
-
-impl Couple {
-    /// The order in which they are looked at.
-    fn order(&self, other: &Self) -> Ordering {
-        self.left.total_cmp(&other.left).then(other.measure.total_cmp(&self.measure))
     }
 }
 
@@ -416,13 +397,13 @@ impl<'a> Pair<'a> {
         let walks = [walk(0)?, walk(1)?];
         let near = walks[0].near(&walks[1]);
         let mut change = Change { tasks, walks, near, through: couple.through };
-        for (hand, part) in [1, 0].into_iter().flat_map(|hand| (1..=LATE).map(move |part| (hand, part))) {
-            let mut tasks = change.tasks.clone();
-            let late = begun_late(&tasks[hand], f64::from(part) / f64::from(LATE));
-            if let Some(late) = late.filter(|_| self.is_first(grasps[hand].0) && !change.near.is_empty()) {
-                tasks[hand] = late;
-                let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
-                change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
+        let beginning = [1, 0].into_iter().filter(|hand| self.is_first(grasps[*hand].0));
+        for (hand, part) in beginning.flat_map(|hand| (1..=LATE).map(move |part| (hand, part))) {
+            if change.near.is_empty() {
+                return Some(change);
+            }
+            if let Some(late) = begun_late(&change.tasks[hand], f64::from(part) / f64::from(LATE)) {
+                self.take(grasps, hand, late, &mut change);
             }
         }
         for hand in [1, 0] {
@@ -435,23 +416,21 @@ impl<'a> Pair<'a> {
                     if change.near.is_empty() {
                         return Some(change);
                     }
-                    let mut tasks = change.tasks.clone();
-                    tasks[hand] = task;
-                    let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
-                    change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
+                    self.take(grasps, hand, task, &mut change);
                 }
             }
         }
         self.let_wait(grasps, &mut change);
         for (hand, opens) in [1, 0].into_iter().flat_map(|hand| OPENS_M.map(|opens| (hand, opens))) {
-            let (allowed, mut tasks) =
-                (self.goes_through(hand, &change.tasks[hand], grasps[hand].1), change.tasks.clone());
-            let mapped = tasks[hand].grasps[grasps[hand].1].mapped.as_mut();
-            let Some(mapped) = mapped.filter(|_| !change.near.is_empty()) else { continue };
+            if change.near.is_empty() {
+                return Some(change);
+            }
+            let allowed = self.goes_through(hand, &change.tasks[hand], grasps[hand].1);
+            let mut task = change.tasks[hand].clone();
+            let Some(mapped) = task.grasps[grasps[hand].1].mapped.as_mut() else { continue };
             mapped.opens = Some(opens);
-            if self.goes_through(hand, &tasks[hand], grasps[hand].1) <= allowed {
-                let as_now = change.walks[hand].like(self.begun(hand, &all(&tasks)));
-                change.take_nearest(hand, as_now, &tasks, &all(&tasks), self.scene);
+            if self.goes_through(hand, &task, grasps[hand].1) <= allowed {
+                self.take(grasps, hand, task, &mut change);
             }
         }
         for hand in [1, 0] {
@@ -461,6 +440,15 @@ impl<'a> Pair<'a> {
             }
         }
         Some(change)
+    }
+
+    /// Takes a task of a hand that begins as now, where that leaves less too near.
+    fn take(&self, grasps: Grasps, hand: usize, task: Task, change: &mut Change) {
+        let mut tasks = change.tasks.clone();
+        tasks[hand] = task;
+        let all = self.with(&[(grasps[0].0, &tasks[0]), (grasps[1].0, &tasks[1])]);
+        let as_now = change.walks[hand].like(self.begun(hand, &all));
+        change.take_nearest(hand, as_now, &tasks, &all, self.scene);
     }
 
     /// Lets one hand wait for the other on ways without the object, where that helps.
@@ -579,19 +567,4 @@ impl<'a> Pair<'a> {
         let palm = nalgebra::Isometry3::identity();
         planner.plans(tasks, &group, &self.limbs[hand], palm, &place, &mut |_, from_s| from_s).ok()
     }
-}
-
-/// Couples in their order, with each choice in so many of them at most.
-fn of_many_kinds(mut couples: Vec<Couple>, alike: usize) -> Vec<Couple> {
-    couples.sort_by(Couple::order);
-    let mut used: BTreeMap<(usize, usize), usize> = BTreeMap::new();
-    couples.retain(|couple| {
-        let own = [0, 1].map(|hand| (hand, couple.choices[hand]));
-        let may = own.iter().all(|choice| used.get(choice).is_none_or(|used| *used < alike));
-        if may {
-            own.into_iter().for_each(|choice| *used.entry(choice).or_default() += 1);
-        }
-        may
-    });
-    couples
 }

@@ -2,6 +2,7 @@
 
 mod apart;
 mod beside;
+mod couple;
 pub mod goal;
 pub(crate) mod hand_over;
 pub(crate) mod hand_planner;

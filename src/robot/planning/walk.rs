@@ -241,7 +241,7 @@ impl Walk {
         (0..=all).map(|step| steps(&walks, &time, step)).collect()
     }
 
-    /// The same for a walk of this hand, where the first one is that of the hand with the number 0.
+    /// As [`Walk::near`], for a walk of the hand with this number; steps are in the order of the hands.
     pub(super) fn near_to(&self, other: &Self, hand: usize) -> Vec<Near> {
         if hand == 0 { self.near(other) } else { other.near(self) }
     }

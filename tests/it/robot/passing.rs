@@ -44,7 +44,7 @@ fn what_touches_passes_through() {
 }
 
 proptest! {
-    /// Boxes that are in each other stay so when one is moved by half of the way out, wherever to: of those that hardly overlap, gaps are not exact.
+    /// Boxes that are in each other stay so when one is moved by less than the way out, wherever to.
     #[test]
     fn no_way_out_is_shorter(
         at in prop::array::uniform3(-0.1..0.1_f64), turn in prop::array::uniform3(-2.0..2.0_f64),
@@ -55,8 +55,8 @@ proptest! {
         let gap = one.gap(&CollisionShape::Box(pose, Vector3::from(half)));
         prop_assume!(gap < -1e-3);
         let Some(to) = Vector3::from(to).try_normalize(1e-3) else { return Ok(()) };
-        let moved = CollisionShape::Box(Isometry3::from(-to * gap * 0.5) * pose, Vector3::from(half));
-        prop_assert!(one.gap(&moved) < 1e-4, "{} m, then {} m", gap, one.gap(&moved));
+        let moved = CollisionShape::Box(Isometry3::from(-to * gap * 0.98) * pose, Vector3::from(half));
+        prop_assert!(one.gap(&moved) < 0.0, "{} m, then {} m", gap, one.gap(&moved));
     }
 
     /// Two bars, against the least of the distances between many points on them.
