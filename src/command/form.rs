@@ -214,6 +214,6 @@ pub struct LeftOut {
     pub start_s: f64,
     /// Until when, s of the recording.
     pub end_s: f64,
-    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`.
+    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`; ``moves `NAME` ``, of an object that the task is not about.
     pub why: String,
 }

@@ -4,6 +4,7 @@
 //! the contact points, smoothed within a segment and never across a contact (the paper's sections 2.1, 2.5 and 3.2). What came to nothing,
 //! and pauses on the way, are left out. No robot is named here: which hand takes hold how is added by `robot`.
 
+mod also_moved;
 mod columns;
 pub mod csv;
 mod drops;
@@ -36,7 +37,8 @@ use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::quantity::Quantity;
 use crate::base::recording::Recording;
-use crate::base::scene::{Hand, Role};
+use crate::base::scene::{Body, Hand, Role};
+use also_moved::also_moved;
 use drops::{without_brushes, without_drops};
 use episodes::episodes;
 use indexmap::IndexMap;
@@ -81,19 +83,24 @@ pub fn commands(
             // The object that is touched for the longest time is what the task is about.
             let times = [span.start_s, span.end_s];
             let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
-            let touched = objects
-                .filter_map(|(name, body)| {
-                    let series = Series::new(recording, side, hand, name, times, touch)?;
-                    Some((series.nearness(body), name, series))
-                })
-                .max_by_key(|(near, ..)| *near);
-            if let Some((1.., object, series)) = touched {
-                // Who stands still while the other hand is at work waits for it.
-                let others =
-                    analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
-                let waits = { others }.any(|other| overlap(other, span));
-                handled.push(Handled::new(span, side, recording, object, series, waits));
-            }
+            let mut touched: Vec<(&String, &Body, Series)> = objects
+                .filter_map(|(name, body)| Some((name, body, Series::new(recording, side, hand, name, times, touch)?)))
+                .collect();
+            touched.retain(|(_, body, series)| series.nearness(body) > 0);
+            let nearness = |at: &usize| touched[*at].2.nearness(touched[*at].1);
+            let Some(about) = (0..touched.len()).max_by_key(nearness) else { continue };
+            let (object, _, series) = touched.remove(about);
+            // Who stands still while the other hand is at work waits for it.
+            let others = analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
+            let waits = { others }.any(|other| overlap(other, span));
+            let mut this = Handled::new(span, side, recording, object, series, waits);
+            let by_another = |name: &str, body: &Body, times: [f64; 2]| {
+                let others = hands.iter().filter(|(other, _)| **other != side);
+                let series = |(other, hand): (&Side, &Hand)| Series::new(recording, *other, hand, name, times, touch);
+                { others }.filter_map(series).any(|series| series.touched(body).is_some())
+            };
+            this.left_out.extend(also_moved(span, &touched, by_another));
+            handled.push(this);
         }
     }
     settling::note_brushes(&mut handled);

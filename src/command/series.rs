@@ -156,8 +156,11 @@ impl Series {
 
     /// Where an object of this name has come to rest, at a time (s) or soon after it; `None` for one that was not measured, or still moves when the recording ends.
     pub(super) fn at_rest(&self, recording: &Recording, object: &str, end_s: f64) -> Option<Isometry3<f64>> {
-        let near = |time: &f64| (end_s - RESTS_FOR_S..=end_s + RESTS_WITHIN_S).contains(time);
-        let rows: Vec<usize> = (0..recording.time.len()).filter(|row| near(&recording.time[*row])).collect();
+        // The recording may end then: the last row that is long enough before it counts as well.
+        let begins_s = end_s.min(*recording.time.last()?) - RESTS_FOR_S + SAME_S;
+        let from = recording.time.partition_point(|time| *time <= begins_s).saturating_sub(1);
+        let rows: Vec<usize> =
+            (from..recording.time.len()).take_while(|row| recording.time[*row] <= end_s + RESTS_WITHIN_S).collect();
         let poses = poses(recording, object, &rows)?;
         let place = |at: usize| poses[at].translation.vector;
         (0..rows.len()).find_map(|from| {
@@ -192,13 +195,21 @@ impl Series {
 
     /// For how many samples a fingertip touches and is at the object.
     pub(super) fn nearness(&self, body: &Body) -> usize {
-        let near = |finger: &FingerSeries| {
-            let at_it = |(tip, on): (&Vector3<f64>, &bool)| {
-                *on && surface_distance(body, &Point3::from(*tip)) < self.tip_radius + 0.004
-            };
-            finger.tip.iter().zip(&finger.touches).filter(|pair| at_it(*pair)).count()
-        };
-        self.fingers.iter().map(near).sum()
+        self.at_it(body).count()
+    }
+
+    /// The first and the last sample at which a fingertip touches and is at the object; `None` where none is.
+    pub(super) fn touched(&self, body: &Body) -> Option<(usize, usize)> {
+        Some((self.at_it(body).min()?, self.at_it(body).max()?))
+    }
+
+    /// The samples at which a fingertip touches and is at the object, of one finger after the other.
+    fn at_it<'a>(&'a self, body: &'a Body) -> impl Iterator<Item = usize> + 'a {
+        let is_at = |tip: &Vector3<f64>| surface_distance(body, &Point3::from(*tip)) < self.tip_radius + 0.004;
+        self.fingers.iter().flat_map(move |finger| {
+            let samples = finger.tip.iter().zip(&finger.touches).enumerate();
+            samples.filter(move |(_, (tip, on))| **on && is_at(tip)).map(|(at, _)| at)
+        })
     }
 
     /// The contact points of an episode: the means over the time in which each finger touches, on the surface of the object.

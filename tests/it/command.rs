@@ -14,11 +14,14 @@ use std::path::Path;
 use teachtree::base::error::InputError;
 use teachtree::base::hands::Side;
 use teachtree::base::recording::Recording;
+use teachtree::base::scene::Scene;
 use teachtree::command::smooth::{deviation, jerk, smooth, smooth_within};
 use teachtree::command::{Commands, FRICTION, Segment, Task, TouchForces, commands};
 use teachtree::robot::planning::trajectory::trajectory;
 use teachtree::stream;
 use teachtree::stream::OpenRequest;
+use teachtree::stream::read::csv::parse_scene;
+use teachtree::world::Operator;
 use teachtree::{robot, world};
 
 #[test]
@@ -498,11 +501,16 @@ pub fn mapped(scene: &str, seed: u64) -> Commands {
 }
 
 /// The commands of an operator's demonstration in a shipped scene, before a robot's hand is on them.
-fn commanded(scene: &str, seed: u64) -> Commands {
-    let recording = world::teach(&world::scene(scene).unwrap(), &world::operator(scene).unwrap(), seed).unwrap();
+pub fn commanded(scene: &str, seed: u64) -> Commands {
+    performed(&world::scene(scene).unwrap(), &world::operator(scene).unwrap(), seed)
+}
+
+/// The commands of an operator's demonstration in a scene.
+fn performed(scene: &Scene, operator: &Operator, seed: u64) -> Commands {
+    let recording = world::teach(scene, operator, seed).unwrap();
     let file = if recording.scene.hands.len() > 1 { "bimanual.rules" } else { "contact.rules" };
     let analysis = RuleSet::load(file, vec![]).unwrap().over(&recording).unwrap().analysis;
-    commands(&stream::trusted(&recording, &[]).unwrap(), &analysis, TouchForces::default(), scene).unwrap()
+    commands(&stream::trusted(&recording, &[]).unwrap(), &analysis, TouchForces::default(), &scene.name).unwrap()
 }
 
 /// This person lost the bar twice as the right hand lifted it, took it up again on the spot, and went on. The robot comes on the person's way, to where the
@@ -655,6 +663,26 @@ fn what_is_knocked_as_it_is_let_go_is_put_down_where_it_comes_to_rest() {
             assert!(moved < 0.003, "{seed}: `{}` moves by {moved} m as it is let go", task.object);
         }
     }
+}
+
+/// Two things are put down beside each other, and a thumb on its way out pushes the jar, which the other hand has just let go: the robot does not, and it is said.
+#[test]
+fn what_is_moved_beside_the_task_is_said() {
+    let read = |ending: &str| {
+        let file = format!("tests/fixtures/crowded{ending}");
+        std::fs::read_to_string(std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap()
+    };
+    let scene = parse_scene(&read(".yaml"), "crowded.yaml").unwrap();
+    let operator = Operator::read(&read(".operator.yaml"), "crowded.operator.yaml").unwrap();
+    let said = |seed: u64| {
+        let commands = performed(&scene, &operator, seed);
+        let left_out = commands.tasks.into_iter().flat_map(|task| task.left_out);
+        left_out.filter(|left| left.why.starts_with("moves ")).collect::<Vec<_>>()
+    };
+    let [moved] = &said(11)[..] else { panic!("one thing is moved") };
+    assert_eq!((moved.why.as_str(), &moved.primitives[..]), ("moves `jar`", &["Push".to_string()][..]));
+    assert!((5.7..5.8).contains(&moved.start_s) && (6.0..6.2).contains(&moved.end_s), "{moved:?}");
+    assert!(said(5).is_empty());
 }
 
 /// A recording may be taught again in its place, also when its scene and operator are called like it; and mistakes of a script are reported at their line.
