@@ -16,6 +16,8 @@ pub(crate) const SHORT_M: f64 = 1e-6;
 
 /// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
 const UNSURE_M: f64 = 0.01;
+/// A plane between two shapes is looked for after the first step and after so many.
+const LOOKS_AGAIN: usize = 8;
 
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,16 +64,31 @@ impl CollisionShape {
     /// Returns the gap to another shape, m; negative by the way out for shapes that are in each other. Of pieces of meshes only the
     /// normals of faces are tried, so that the way out may be a shorter one.
     pub fn gap(&self, other: &Self) -> f64 {
+        self.gap_below(other, f64::INFINITY).unwrap_or(f64::INFINITY)
+    }
+
+    /// The gap to another shape as [`CollisionShape::gap`] gives it, m; `None` where a plane between them shows early that it is no less than `below`.
+    pub(crate) fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
+        let round = self.radius() + other.radius();
         let mut at = self.begin(other);
         let mut there = other.nearest(&at);
         // Between two bars, one step from there is the last.
         let steps = if matches!((self, other), (Self::Capsule(..), Self::Capsule(..))) { 1 } else { STEPS };
-        for _ in 0..steps {
+        for step in 0..steps {
             let next = self.nearest(&there);
-            let step = (next - at).norm();
+            let moved = (next - at).norm();
             (at, there) = (next, other.nearest(&next));
-            if step < SHORT_M {
+            if moved < SHORT_M {
                 break;
+            }
+            // Points go on toward each other slowly where faces are askew.
+            let looks = step == 0 || step == LOOKS_AGAIN;
+            let axis = Some(there - at).filter(|_| looks && steps > 1 && below.is_finite());
+            if let Some(axis) = axis.and_then(|axis| axis.try_normalize(SHORT_M)) {
+                let between = other.extent(&axis)[0] - self.extent(&axis)[1];
+                if between - round >= below {
+                    return None;
+                }
             }
         }
         let apart = (at - there).norm();
@@ -80,7 +97,7 @@ impl CollisionShape {
         let way_out = Some(other).filter(|_| may_overlap).map_or(0.0, |other| self.way_out(other));
         // Of pieces not every axis is tried, so that one on which they overlap proves nothing.
         let apart = if way_out > 0.0 || apart < SHORT_M { -way_out.max(0.0) } else { apart };
-        apart - self.radius() - other.radius()
+        Some(apart - round).filter(|gap| *gap < below)
     }
 
     /// The least way after which the core of a shape is out of that of another one, m; below zero where they are not in each other.

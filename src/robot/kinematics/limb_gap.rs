@@ -61,7 +61,9 @@ pub(crate) fn placed(tree: &KinematicTree, poses: &[Isometry3<f64>]) -> Vec<Plac
 
 /// Whether two limbs are nearer to each other than `below`, m.
 pub(crate) fn nearer(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64) -> bool {
-    let near = |one: &PlacedShape, other: &PlacedShape| one.least(other) < below && one.shape.gap(&other.shape) < below;
+    let near = |one: &PlacedShape, other: &PlacedShape| {
+        one.least(other) < below && one.shape.gap_below(&other.shape, below).is_some()
+    };
     ours.iter().any(|one| theirs.iter().any(|other| near(one, other)))
 }
 
@@ -74,8 +76,7 @@ pub(crate) fn limb_gap(ours: &[PlacedShape], theirs: &[PlacedShape], below: f64)
             if one.least(other) >= so_far {
                 continue;
             }
-            let gap = one.shape.gap(&other.shape);
-            if gap < so_far {
+            if let Some(gap) = one.shape.gap_below(&other.shape, so_far) {
                 nearest = Some(LimbGap { gap, links: [one.link, other.link] });
             }
         }

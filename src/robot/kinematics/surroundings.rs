@@ -141,6 +141,7 @@ impl PlacedShape {
     /// Whether the gap to a shape is no more than this, m.
     pub(crate) fn is_nearer(&self, other: &CollisionShape, than: f64) -> bool {
         let (middle, radius) = self.ball();
-        other.distance(&middle) < radius + than + SHORT_M && self.shape().gap(other) <= than + SHORT_M
+        let below = than + SHORT_M;
+        other.distance(&middle) < radius + below && self.shape().gap_below(other, below).is_some()
     }
 }
