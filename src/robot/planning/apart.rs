@@ -18,7 +18,7 @@ use super::own_axis::{Way, turn};
 use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
-use super::walk::{Near, Occupied, Walk, handled, place_of, too_near, total};
+use super::walk::{Handled, Near, Occupied, Walk, place_of, too_near, total};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -298,10 +298,10 @@ impl<'a> Pair<'a> {
         let choice = |task: &Task| {
             let tasks = self.with(&[(number, task)]);
             let plans = self.plans(hand, &tasks, &self.walks[hand])?;
-            let object = handled(&tasks, number, self.scene);
+            let object = Handled::of(&tasks, number, self.scene);
             let stands = steps.iter().filter_map(|steps| {
                 let (_, plan, own_s) = plans.at(self.walks[hand].own_s(steps[hand]))?;
-                Some(Occupied::of_hand(&plan.at(own_s), &self.walks[hand].planner.hand, &object))
+                Some(Occupied::of_hand(&self.walks[hand].planner.hand, plan, own_s, &object))
             });
             let measure = task.grasps[grasp].mapped.as_ref().map_or(0.0, |mapped| mapped.measure);
             Some((measure, stands.collect::<Vec<Occupied>>()))
@@ -425,8 +425,12 @@ impl<'a> Pair<'a> {
             if change.near.is_empty() {
                 return Some(change);
             }
-            let allowed = self.goes_through(hand, &change.tasks[hand], grasps[hand].1);
+            // What the other hand holds is not exactly where it is expected.
             let mut task = change.tasks[hand].clone();
+            if self.others(&task).any(|other| other.object == task.object) {
+                continue;
+            }
+            let allowed = self.goes_through(hand, &task, grasps[hand].1);
             let Some(mapped) = task.grasps[grasps[hand].1].mapped.as_mut() else { continue };
             mapped.opens = Some(opens);
             if self.goes_through(hand, &task, grasps[hand].1) <= allowed {
@@ -457,7 +461,7 @@ impl<'a> Pair<'a> {
             let before = total(&change.near);
             let mut best: Option<(usize, Task, Walk, Vec<Near>)> = None;
             for (hand, task) in change.tasks.iter().enumerate().filter(|_| before > 0.0) {
-                let shared = self.tasks.iter().any(|other| other.track != task.track && other.object == task.object);
+                let shared = self.others(task).any(|other| self.is_one(&task.object, &other.object));
                 let mut tasks = self.with(&[(grasps[1 - hand].0, &change.tasks[1 - hand]), (grasps[hand].0, task)]);
                 for (way, precedence) in orders(task, shared) {
                     let own = &mut tasks[grasps[hand].0].segments[way.clone()];
@@ -508,6 +512,19 @@ impl<'a> Pair<'a> {
             begun.truncate(1);
         }
         begun
+    }
+
+    /// The tasks of the other hand.
+    fn others(&self, task: &Task) -> impl Iterator<Item = &Task> {
+        self.tasks.iter().filter(|other| other.track != task.track)
+    }
+
+    /// Whether two objects are the same, or one of them has a hole for the other one: what is in it moves with it.
+    fn is_one(&self, one: &str, other: &str) -> bool {
+        let takes = |body: &str, object: &str| {
+            self.scene.bodies.get(body).is_some_and(|body| body.sockets.values().any(|socket| socket.takes(object)))
+        };
+        one == other || takes(one, other) || takes(other, one)
     }
 
     /// Whether a hand begins with a task.

@@ -5,6 +5,7 @@ use super::schedule::HandPlans;
 use super::walk::{Occupied, Walk};
 use crate::base::pose::from_seven;
 use crate::command::Task;
+use crate::robot::kinematics::limb_gap::PlacedShape;
 use nalgebra::Vector3;
 use std::collections::BTreeMap;
 
@@ -92,7 +93,7 @@ impl Passing<'_, '_> {
                 continue;
             };
             let target = plan.at(own_s);
-            let ours = Occupied::of_hand(&target, model, &[]);
+            let ours = target.shapes(model);
             let samples = task.segments[at].hand.len();
             let aside = direction.get_or_insert_with(|| {
                 let off = target.palm.translation.vector - other.at(other_s).palm.translation.vector;
@@ -113,7 +114,7 @@ impl Passing<'_, '_> {
 }
 
 /// How far a hand is to be moved to be clear of the other one, m; not at all where nothing helps.
-fn clear_by(ours: &Occupied, theirs: &Occupied, aside: &Vector3<f64>) -> f64 {
+fn clear_by(ours: &[PlacedShape], theirs: &Occupied, aside: &Vector3<f64>) -> f64 {
     let steps = (0..=(MOST_M / STEP_M) as usize).map(|step| step as f64 * STEP_M);
-    { steps }.find(|by| ours.is_apart(&(aside * *by), theirs)).unwrap_or(0.0)
+    { steps }.find(|by| theirs.leaves_room(ours, &(aside * *by))).unwrap_or(0.0)
 }

@@ -2,7 +2,7 @@
 
 use super::hand_planner::HandPlanner;
 use super::moving::Moving;
-use super::plan::Target;
+use super::plan::Plan;
 use super::schedule::{EASED_S, HandPlans};
 use super::time_scale::{Part, TimeScale};
 use crate::base::error::InputError;
@@ -28,40 +28,59 @@ const COARSE_S: f64 = 0.1;
 /// A hand is so far from what the other one handles, m: where one object goes into another, fingers are near both.
 const BESIDE_M: f64 = 0.003;
 
+/// By how much more a millimeter counts by which hands are in each other than one that is missing between them.
+const DEEPER: f64 = 4.0;
+
 /// A limb at a step, with what its hand handles; reference frame.
 #[derive(Clone, Debug)]
 pub(super) struct Occupied {
     pub(super) limb: Vec<PlacedShape>,
-    /// Empty where both hands handle the same.
+    /// Of an object that both hands handle: empty while this one is on a way without it.
     pub(super) object: Vec<PlacedShape>,
+    /// Whether it may touch what the other hand handles: both handle the same, and it is at it.
+    shares: bool,
 }
 
 impl Occupied {
-    /// A hand with its arm where it is, and its object at a target of its plan.
-    fn of_limb(hand: &Moving, target: &Target, object: &[CollisionShape]) -> Self {
+    /// A hand with its arm where it is, and its object at a time of its plan, s.
+    fn of_limb(hand: &Moving, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
         let poses = hand.limb.tree.forward_kinematics(&hand.q);
         let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
-        Self { limb: placed(&hand.limb.tree, &poses), object: placed_object(target, object) }
+        Self::new(placed(&hand.limb.tree, &poses), plan, own_s, object)
     }
 
-    /// A hand, without its arm, and its object at a target of its plan.
-    pub(super) fn of_hand(target: &Target, hand: &HandModel, object: &[CollisionShape]) -> Self {
-        Self { limb: target.shapes(hand), object: placed_object(target, object) }
+    /// A hand, without its arm, and its object at a time of its plan, s.
+    pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
+        Self::new(plan.at(own_s).shapes(hand), plan, own_s, object)
     }
 
-    /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m.
+    fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
+        // On its way to an object and from it a hand has opened.
+        let is_away = plan.on_way(own_s).is_some_and(|(_, share)| share > 0.0);
+        let shares = object.is_shared && !is_away;
+        if object.is_shared && is_away {
+            return Self { limb, object: Vec::new(), shares };
+        }
+        let pose = plan.at(own_s).object;
+        let object = object.solids.iter().map(|solid| PlacedShape::new(0, solid.moved(&pose))).collect();
+        Self { limb, object, shares }
+    }
+
+    /// By how much two limbs are nearer to each other, or to what the other one handles, than they should be, m; what is in the other one counts more.
     pub(super) fn too_near(&self, other: &Self) -> f64 {
         let by = |ours: &[PlacedShape], theirs: &[PlacedShape], room: f64| {
-            limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap)
+            limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
         };
-        let objects = by(&self.limb, &other.object, BESIDE_M).max(by(&self.object, &other.limb, BESIDE_M));
-        by(&self.limb, &other.limb, ROOM_M).max(objects)
+        let touched = |one: &Self, other: &Self| {
+            if one.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
+        };
+        by(&self.limb, &other.limb, ROOM_M).max(touched(self, other)).max(touched(other, self))
     }
 
-    /// Whether this limb is apart from another one and what that handles when it is moved.
-    pub(super) fn is_apart(&self, by: &Vector3<f64>, other: &Self) -> bool {
-        let moved: Vec<PlacedShape> = self.limb.iter().map(|shape| shape.shifted(by)).collect();
-        !nearer(&moved, &other.limb, ROOM_M) && !nearer(&moved, &other.object, BESIDE_M)
+    /// Whether there is room beside this limb and what it handles for a hand on its way that is moved by so much, m.
+    pub(super) fn leaves_room(&self, hand: &[PlacedShape], by: &Vector3<f64>) -> bool {
+        let moved: Vec<PlacedShape> = hand.iter().map(|shape| shape.shifted(by)).collect();
+        !nearer(&moved, &self.limb, ROOM_M) && !nearer(&moved, &self.object, BESIDE_M)
     }
 }
 
@@ -71,16 +90,20 @@ pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Is
     first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
 }
 
-/// An object where a target has it.
-fn placed_object(target: &Target, object: &[CollisionShape]) -> Vec<PlacedShape> {
-    object.iter().map(|solid| PlacedShape::new(0, solid.moved(&target.object))).collect()
+/// The object of a task.
+pub(super) struct Handled {
+    /// Its frame.
+    solids: Vec<CollisionShape>,
+    /// Whether the other hand handles it too.
+    is_shared: bool,
 }
 
-/// The shapes of the object of a task, its frame; none where the other hand handles it too.
-pub(super) fn handled(tasks: &[Task], number: usize, scene: &Scene) -> Vec<CollisionShape> {
-    let task = &tasks[number];
-    let shared = tasks.iter().any(|other| other.track != task.track && other.object == task.object);
-    scene.bodies.get(&task.object).filter(|_| !shared).map(solids).unwrap_or_default()
+impl Handled {
+    pub(super) fn of(tasks: &[Task], number: usize, scene: &Scene) -> Self {
+        let task = &tasks[number];
+        let is_shared = tasks.iter().any(|other| other.track != task.track && other.object == task.object);
+        Self { solids: scene.bodies.get(&task.object).map(solids).unwrap_or_default(), is_shared }
+    }
 }
 
 /// What a hand does in a group of tasks, step by step of its own time.
@@ -150,12 +173,12 @@ impl Walk {
         let parts = made.parts();
         let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
         for (number, plan) in &made.plans {
-            let object = handled(tasks, *number, scene);
+            let object = Handled::of(tasks, *number, scene);
             let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
             while own_s(steps.len()) <= plan.duration() {
                 let own_s = own_s(steps.len());
                 hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
-                steps.push(Occupied::of_limb(&hand, &plan.at(own_s), &object));
+                steps.push(Occupied::of_limb(&hand, plan, own_s, &object));
             }
             done_s += plan.duration();
         }
@@ -171,7 +194,7 @@ impl Walk {
         let mut stands: Vec<Option<Occupied>> = vec![None; times.len()];
         let mut done_s = 0.0;
         for (number, plan) in &made.plans {
-            let object = handled(tasks, *number, scene);
+            let object = Handled::of(tasks, *number, scene);
             let is_last = made.plans.last().is_some_and(|(last, _)| last == number);
             let within = |time: f64| time >= done_s && (time < done_s + plan.duration() || is_last);
             let coarse = (0..).map(|step| made.begins_s.max(done_s) + f64::from(step) * COARSE_S);
@@ -184,7 +207,7 @@ impl Walk {
                 let own_s = (time.max(made.begins_s) - done_s).min(plan.duration());
                 hand.advance((*number, plan, own_s), done_s + own_s).ok()?;
                 if let Some(at) = wanted {
-                    stands[at] = Some(Occupied::of_limb(&hand, &plan.at(own_s), &object));
+                    stands[at] = Some(Occupied::of_limb(&hand, plan, own_s, &object));
                 }
             }
             done_s += plan.duration();

@@ -1,7 +1,7 @@
 //! Two arms: an operator's hand-over becomes the robot's.
 
 use super::kinematics::shipped;
-use crate::command::{mapped, pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
+use crate::command::{commanded, mapped, pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
 use crate::program::{complained, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -149,6 +149,17 @@ fn one_hand_waits_while_the_other_one_goes_its_way() {
         let [waited, longer] = waits(&of_left(precedence));
         assert!(waited > plain + 0.4 * way_s, "{precedence:?}: {waited} s of {way_s} s, before {plain} s");
         assert!(longer > lasts + 0.4 * way_s, "{precedence:?}: {longer} s, before {lasts} s");
+    }
+}
+
+/// This person's left hand comes to the box when the right one has pushed it by 30 mm. The left one begins its way later, for room; the box still begins where it stood.
+#[test]
+fn what_the_other_hand_moves_first_begins_where_it_stood() {
+    let [shown, mapped] = [commanded, mapped].map(|made| made("push_together", 12));
+    for (task, shown) in mapped.tasks.iter().zip(&shown.tasks) {
+        let [begins, stood] = [task, shown].map(|task| Vector3::from_column_slice(&task.segments[0].object[0][..3]));
+        let off = (begins - stood).norm();
+        assert!(off < 1e-3, "{} hand: {} mm off", task.track, off * 1e3);
     }
 }
 
