@@ -99,7 +99,7 @@ pub fn commands(
                 let series = |(other, hand): (&Side, &Hand)| Series::new(recording, *other, hand, name, times, touch);
                 { others }.filter_map(series).any(|series| series.touched(body).is_some())
             };
-            this.left_out.extend(also_moved(span, &touched, by_another));
+            this.left_out.extend(also_moved(span, &this.series, &touched, by_another));
             handled.push(this);
         }
     }

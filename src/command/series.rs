@@ -157,14 +157,14 @@ impl Series {
     /// Where an object of this name has come to rest, at a time (s) or soon after it; `None` for one that was not measured, or still moves when the recording ends.
     pub(super) fn at_rest(&self, recording: &Recording, object: &str, end_s: f64) -> Option<Isometry3<f64>> {
         // The recording may end then: the last row that is long enough before it counts as well.
-        let begins_s = end_s.min(*recording.time.last()?) - RESTS_FOR_S + SAME_S;
-        let from = recording.time.partition_point(|time| *time <= begins_s).saturating_sub(1);
+        let ends_s = end_s.min(*recording.time.last()?);
+        let from = recording.time.partition_point(|time| *time <= ends_s - RESTS_FOR_S + SAME_S).saturating_sub(1);
         let rows: Vec<usize> =
             (from..recording.time.len()).take_while(|row| recording.time[*row] <= end_s + RESTS_WITHIN_S).collect();
         let poses = poses(recording, object, &rows)?;
         let place = |at: usize| poses[at].translation.vector;
         (0..rows.len()).find_map(|from| {
-            let until_s = recording.time[rows[from]] + RESTS_FOR_S;
+            let until_s = (recording.time[rows[from]] + RESTS_FOR_S).max(ends_s);
             let until = (from..rows.len()).find(|at| recording.time[rows[*at]] >= until_s - SAME_S)?;
             (from..=until).all(|at| (place(at) - place(from)).norm() < RESTS_M).then(|| poses[until])
         })

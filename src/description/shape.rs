@@ -16,8 +16,8 @@ pub(crate) const SHORT_M: f64 = 1e-6;
 
 /// Steps between boxes that hardly overlap get ever shorter, and may end this far apart, m: their axes decide then.
 const UNSURE_M: f64 = 0.01;
-/// A plane between two shapes is looked for after the first step and after so many.
-const LOOKS_AGAIN: usize = 8;
+/// A plane between two shapes is looked for after these steps, counted from 0.
+const LOOKS: [usize; 2] = [0, 8];
 
 /// A shape of a link.
 #[derive(Clone, Debug, PartialEq)]
@@ -67,8 +67,9 @@ impl CollisionShape {
         self.gap_below(other, f64::INFINITY).unwrap_or(f64::INFINITY)
     }
 
-    /// The gap to another shape as [`CollisionShape::gap`] gives it, m; `None` where a plane between them shows early that it is no less than `below`.
-    pub(crate) fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
+    /// The gap to another shape as [`CollisionShape::gap`] gives it, m; `None` where it is no less than `below`, m. Where that is above zero, a plane between them may
+    /// show it early.
+    pub fn gap_below(&self, other: &Self, below: f64) -> Option<f64> {
         let round = self.radius() + other.radius();
         let mut at = self.begin(other);
         let mut there = other.nearest(&at);
@@ -82,9 +83,12 @@ impl CollisionShape {
                 break;
             }
             // Points go on toward each other slowly where faces are askew.
-            let looks = step == 0 || step == LOOKS_AGAIN;
-            let axis = Some(there - at).filter(|_| looks && steps > 1 && below.is_finite());
-            if let Some(axis) = axis.and_then(|axis| axis.try_normalize(SHORT_M)) {
+            if steps > 1
+                && below > 0.0
+                && below.is_finite()
+                && LOOKS.contains(&step)
+                && let Some(axis) = (there - at).try_normalize(SHORT_M)
+            {
                 let between = other.extent(&axis)[0] - self.extent(&axis)[1];
                 if between - round >= below {
                     return None;

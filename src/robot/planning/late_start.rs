@@ -8,7 +8,7 @@ const STANDS: (f64, f64) = (0.001, 0.02);
 
 /// The first way of a task in which the hand stands where this share of it is gone, until it goes on from there; `None` for a task that begins with a touch. Only
 /// the part of the way counts on which the object stands: the other hand may move it.
-pub(super) fn begun_late(task: &Task, share: f64) -> Option<Task> {
+pub fn begun_late(task: &Task, share: f64) -> Option<Task> {
     let way = task.segments.iter().take_while(|segment| !segment.touching);
     let samples = way.flat_map(|segment| segment.hand.iter().zip(&segment.object));
     let object = from_seven(task.segments.first()?.object.first()?);

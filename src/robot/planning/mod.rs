@@ -8,7 +8,7 @@ pub(crate) mod hand_over;
 pub(crate) mod hand_planner;
 mod in_hole;
 pub(crate) mod interpolation;
-mod late_start;
+pub mod late_start;
 mod lifted;
 mod moving;
 mod own_axis;

@@ -72,7 +72,7 @@ impl Occupied {
             limb_gap(ours, theirs, room).map_or(0.0, |found| room - found.gap + DEEPER * (-found.gap).max(0.0))
         };
         let touched = |one: &Self, other: &Self| {
-            if one.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
+            if one.shares && other.shares { 0.0 } else { by(&one.limb, &other.object, BESIDE_M) }
         };
         by(&self.limb, &other.limb, ROOM_M).max(touched(self, other)).max(touched(other, self))
     }
@@ -122,7 +122,7 @@ pub(super) struct Walk {
 pub(super) struct Near {
     /// The step of each.
     pub(super) steps: [usize; 2],
-    /// By how much they are nearer than they should be, m.
+    /// By how much they are nearer than they should be, m, as [`Occupied::too_near`] counts it.
     pub(super) by: f64,
 }
 
@@ -290,7 +290,7 @@ fn steps(walks: &[&Walk; 2], time: &TimeScale, step: usize) -> [usize; 2] {
     })
 }
 
-/// By how much hands are nearer than they should be, m in all of some steps; `None` where it is more than `most`.
+/// By how much hands are nearer than they should be, m in all of some steps, as [`Occupied::too_near`] counts it; `None` where it is more than `most`.
 pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Option<f64> {
     let mut sum = 0.0;
     for (one, other) in ours.iter().zip(theirs) {
@@ -302,7 +302,7 @@ pub(super) fn too_near(ours: &[Occupied], theirs: &[Occupied], most: f64) -> Opt
     Some(sum)
 }
 
-/// What is too near, m in all.
+/// What is too near, m in all, as [`Occupied::too_near`] counts it.
 pub(super) fn total(near: &[Near]) -> f64 {
     near.iter().map(|near| near.by).sum()
 }

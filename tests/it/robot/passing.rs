@@ -59,6 +59,21 @@ proptest! {
         prop_assert!(one.gap(&moved) < 0.0, "{} m, then {} m", gap, one.gap(&moved));
     }
 
+    /// A bound leaves out the gaps that are no less, and changes none of the others.
+    #[test]
+    fn a_bound_changes_no_gap_below_it(
+        at in prop::array::uniform3(-0.4..0.4_f64), turn in prop::array::uniform3(-2.0..2.0_f64),
+        half in prop::array::uniform3(0.02..0.2_f64), below in -0.1..0.3_f64, is_bar in any::<bool>(),
+    ) {
+        let one = CollisionShape::Box(Isometry3::identity(), Vector3::new(0.1, 0.05, 0.15));
+        let other = match is_bar {
+            true => bar(at, turn, half[0]),
+            false => CollisionShape::Box(Isometry3::new(Vector3::from(at), Vector3::from(turn)), Vector3::from(half)),
+        };
+        let gap = one.gap(&other);
+        prop_assert_eq!(one.gap_below(&other, below), Some(gap).filter(|gap| *gap < below));
+    }
+
     /// Two bars, against the least of the distances between many points on them.
     #[test]
     fn bars_are_as_near_as_their_points(ends in prop::array::uniform4(prop::array::uniform3(-0.5..0.5_f64)), radius in 0.0..0.05_f64) {

@@ -6,7 +6,8 @@ use crate::program::{complained, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::hands::Side;
-use teachtree::command::{Commands, MappedGrasp, Precedence};
+use teachtree::command::{Commands, MappedGrasp, Precedence, Task};
+use teachtree::robot::planning::late_start::begun_late;
 use teachtree::robot::planning::trajectory::trajectory;
 use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
 use teachtree::world;
@@ -152,15 +153,26 @@ fn one_hand_waits_while_the_other_one_goes_its_way() {
     }
 }
 
-/// This person's left hand comes to the box when the right one has pushed it by 30 mm. The left one begins its way later, for room; the box still begins where it stood.
+/// This person's right hand pushes the box by 30 mm before the left one comes to it. The left one may begin its way later, but only at a place from which it comes to
+/// the box where that stands as the robot begins.
 #[test]
-fn what_the_other_hand_moves_first_begins_where_it_stood() {
-    let [shown, mapped] = [commanded, mapped].map(|made| made("push_together", 12));
-    for (task, shown) in mapped.tasks.iter().zip(&shown.tasks) {
-        let [begins, stood] = [task, shown].map(|task| Vector3::from_column_slice(&task.segments[0].object[0][..3]));
-        let off = (begins - stood).norm();
-        assert!(off < 1e-3, "{} hand: {} mm off", task.track, off * 1e3);
-    }
+fn a_way_is_begun_late_only_while_the_object_stands() {
+    let commands = commanded("push_together", 12);
+    let shown = commands.tasks.iter().find(|task| task.track == Side::Left).unwrap();
+    let late = begun_late(shown, 1.0).unwrap();
+    let way = |task: &Task| -> Vec<([f64; 3], [f64; 7])> {
+        let way = task.segments.iter().take_while(|segment| !segment.touching);
+        way.flat_map(|segment| segment.hand.iter().copied().zip(segment.object.iter().copied())).collect()
+    };
+    let (shown, late) = (way(shown), way(&late));
+    assert!(shown.iter().zip(&late).all(|(shown, late)| shown.1 == late.1), "the object is as it was");
+    let moved = |at: usize| {
+        (Vector3::from_column_slice(&shown[at].1[..3]) - Vector3::from_column_slice(&shown[0].1[..3])).norm()
+    };
+    assert!(moved(shown.len() - 1) > 0.02, "the other hand moves it");
+    let goes_on = late.iter().take_while(|place| place.0 == late[0].0).count();
+    assert!(goes_on > 50 && moved(goes_on - 1) < 1e-3, "it stands for {goes_on} samples");
+    assert_eq!(shown[goes_on..], late[goes_on..]);
 }
 
 /// For how long the left arm moves while the right one stands, and how long all of it takes, s.
