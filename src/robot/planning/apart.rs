@@ -18,7 +18,7 @@ use super::own_axis::{Way, turn};
 use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
-use super::walk::{Handled, Near, Occupied, Walk, place_of, too_near, total};
+use super::walk::{HandledObject, Near, Occupied, Walk, place_of, too_near, total};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -298,7 +298,7 @@ impl<'a> Pair<'a> {
         let choice = |task: &Task| {
             let tasks = self.with(&[(number, task)]);
             let plans = self.plans(hand, &tasks, &self.walks[hand])?;
-            let object = Handled::of(&tasks, number, self.scene);
+            let object = HandledObject::of(&tasks, number, self.scene);
             let stands = steps.iter().filter_map(|steps| {
                 let (_, plan, own_s) = plans.at(self.walks[hand].own_s(steps[hand]))?;
                 Some(Occupied::of_hand(&self.walks[hand].planner.hand, plan, own_s, &object))
@@ -461,7 +461,7 @@ impl<'a> Pair<'a> {
             let before = total(&change.near);
             let mut best: Option<(usize, Task, Walk, Vec<Near>)> = None;
             for (hand, task) in change.tasks.iter().enumerate().filter(|_| before > 0.0) {
-                let shared = self.others(task).any(|other| self.is_one(&task.object, &other.object));
+                let shared = self.others(task).any(|other| self.belong_together(&task.object, &other.object));
                 let mut tasks = self.with(&[(grasps[1 - hand].0, &change.tasks[1 - hand]), (grasps[hand].0, task)]);
                 for (way, precedence) in orders(task, shared) {
                     let own = &mut tasks[grasps[hand].0].segments[way.clone()];
@@ -519,8 +519,8 @@ impl<'a> Pair<'a> {
         self.tasks.iter().filter(|other| other.track != task.track)
     }
 
-    /// Whether two objects are the same, or one of them has a hole for the other one: what is in it moves with it.
-    fn is_one(&self, one: &str, other: &str) -> bool {
+    /// Whether two objects are the same, or one of them has a hole for the other one, be it in it already or not: what is in it moves with it.
+    fn belong_together(&self, one: &str, other: &str) -> bool {
         let takes = |body: &str, object: &str| {
             self.scene.bodies.get(body).is_some_and(|body| body.sockets.values().any(|socket| socket.takes(object)))
         };

@@ -6,8 +6,8 @@ use crate::base::meaning::Meaning;
 use crate::command::{Precedence, Segment, Task};
 use std::ops::Range;
 
-/// The ways of a task that may have another precedence than now. `shared` says that the other hand handles the object too, or what is in it: a hand does not let go
-/// of that earlier or later, since the other one would have to hold all of it, and does not come to it before it has been brought there.
+/// The ways of a task that may have another precedence than now. `shared` says that the other hand handles the object too, or one that goes into it or has a hole for
+/// it: a hand does not let go of that earlier or later, since the other one would have to hold all of it, and does not come to it before it has been brought there.
 pub(super) fn orders(task: &Task, shared: bool) -> Vec<(Range<usize>, Precedence)> {
     let segments = &task.segments;
     let is_way = |segment: &Segment| !segment.touching || segment.does == Meaning::Open && !shared;

@@ -43,18 +43,18 @@ pub(super) struct Occupied {
 
 impl Occupied {
     /// A hand with its arm where it is, and its object at a time of its plan, s.
-    fn of_limb(hand: &Moving, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
+    fn of_limb(hand: &Moving, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         let poses = hand.limb.tree.forward_kinematics(&hand.q);
         let poses: Vec<_> = poses.iter().map(|pose| hand.root * pose).collect();
         Self::new(placed(&hand.limb.tree, &poses), plan, own_s, object)
     }
 
     /// A hand, without its arm, and its object at a time of its plan, s.
-    pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
+    pub(super) fn of_hand(hand: &HandModel, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         Self::new(plan.at(own_s).shapes(hand), plan, own_s, object)
     }
 
-    fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &Handled) -> Self {
+    fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
         // On its way to an object and from it a hand has opened.
         let is_away = plan.on_way(own_s).is_some_and(|(_, share)| share > 0.0);
         let shares = object.is_shared && !is_away;
@@ -91,14 +91,14 @@ pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Is
 }
 
 /// The object of a task.
-pub(super) struct Handled {
+pub(super) struct HandledObject {
     /// Its frame.
     solids: Vec<CollisionShape>,
     /// Whether the other hand handles it too.
     is_shared: bool,
 }
 
-impl Handled {
+impl HandledObject {
     pub(super) fn of(tasks: &[Task], number: usize, scene: &Scene) -> Self {
         let task = &tasks[number];
         let is_shared = tasks.iter().any(|other| other.track != task.track && other.object == task.object);
@@ -173,7 +173,7 @@ impl Walk {
         let parts = made.parts();
         let (mut steps, mut done_s): (Vec<Occupied>, f64) = (Vec::new(), 0.0);
         for (number, plan) in &made.plans {
-            let object = Handled::of(tasks, *number, scene);
+            let object = HandledObject::of(tasks, *number, scene);
             let own_s = |step: usize| made.begins_s + step as f64 * STEP_S - done_s;
             while own_s(steps.len()) <= plan.duration() {
                 let own_s = own_s(steps.len());
@@ -194,7 +194,7 @@ impl Walk {
         let mut stands: Vec<Option<Occupied>> = vec![None; times.len()];
         let mut done_s = 0.0;
         for (number, plan) in &made.plans {
-            let object = Handled::of(tasks, *number, scene);
+            let object = HandledObject::of(tasks, *number, scene);
             let is_last = made.plans.last().is_some_and(|(last, _)| last == number);
             let within = |time: f64| time >= done_s && (time < done_s + plan.duration() || is_last);
             let coarse = (0..).map(|step| made.begins_s.max(done_s) + f64::from(step) * COARSE_S);
