@@ -96,13 +96,12 @@ fn advise(finding: Diagnostic, scan: &Scan<'_>, found: usize, rules: &[Rule]) ->
         Rule::key,
     ];
     if expects(&primitive) && lower_case {
+        if before == "is" && Meaning::from_name(word).is_some() {
+            let help = "what a hand does is said by `does`";
+            return finding.fix(help, scan.span(found - 1, found + 1), format!("does {word}"));
+        }
         let (first, rest) = word.split_at(1);
-        let help = if before == "is" && Meaning::from_name(word).is_some() {
-            format!("primitives are capitalized; what a hand does is said by `does {word}`")
-        } else {
-            "primitives are capitalized".into()
-        };
-        return finding.fix(help, place, format!("{}{rest}", first.to_ascii_uppercase()));
+        return finding.fix("primitives are capitalized", place, format!("{}{rest}", first.to_ascii_uppercase()));
     }
     let kind = |at: usize| scan.tokens.get(at).map(|token| token.kind);
     if expects(&[Rule::name]) && matches!(before, "task" | "param" | "signal" | "latch") && is_capitalized(word) {
