@@ -7,7 +7,7 @@ use crate::base::error::InputError;
 use crate::base::hands::Finger;
 use crate::base::scene::Scene;
 use crate::command::{self, Commands, TouchForces};
-use crate::robot::{self, Robot};
+use crate::robot::{self, Crossing, Robot};
 use crate::session::Rules;
 use crate::stream;
 use crate::stream::read::text;
@@ -69,7 +69,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
-    robot::map(&mut commands, &robot, &opened.recording.scene)?;
+    let crossings = robot::map(&mut commands, &robot, &opened.recording.scene)?;
     let text = match args.format {
         Format::Json => commands.json()?,
         Format::Csv => command::csv::csv(&commands)?,
@@ -77,6 +77,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::write(&args.out, &text, &inputs)?;
     output::print(&summary(&commands))?;
     output::print(&too_hard)?;
+    output::print(&crossings.iter().map(crosses).collect::<String>())?;
     output::print(&format!("written: {}\n", args.out.display()))?;
     let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
     if infeasible {
@@ -90,6 +91,15 @@ pub fn touch_forces(rules: &Rules) -> TouchForces {
     let value = |name: &str, default: f64| rules.set().param(name).map_or(default, |param| param.value);
     let TouchForces { on_n, off_n } = TouchForces::default();
     TouchForces { on_n: value("touch_on", on_n), off_n: value("touch_off", off_n) }
+}
+
+/// That hands go through each other.
+fn crosses(crossing: &Crossing) -> String {
+    let tasks: Vec<String> = crossing.tasks.iter().map(|task| (task + 1).to_string()).collect();
+    let (depth, tasks) = (crossing.depth_m * 1e3, tasks.join(" and "));
+    format!(
+        "warning: hands or arms go through each other by {depth:.1} mm in tasks {tasks}: no grasps and ways that keep them apart were found\n"
+    )
 }
 
 /// Fingers of which the operator's forces ask more than they give.
@@ -106,7 +116,8 @@ fn too_hard(commands: &Commands, robot: &Robot) -> String {
         for (finger, asked) in asked {
             let gives = hand.finger(finger).map(|finger| finger.force);
             if let Some(gives) = gives.filter(|gives| asked > *gives) {
-                let of = format!("task {} asks the {} {finger} for {asked:.2} N", number + 1, task.track);
+                let task = format!("task {} ({} {})", number + 1, task.track, task.task);
+                let of = format!("{task} asks the {finger} for {asked:.2} N");
                 let _ = writeln!(text, "warning: {of}, which gives {gives:.2} N at most");
             }
         }

@@ -18,7 +18,7 @@ use super::own_axis::{Way, turn};
 use super::precedence::orders;
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::{HandPlans, groups};
-use super::walk::{HandledObject, Near, Occupied, Walk, place_of, too_near, total};
+use super::walk::{Crossing, HandledObject, Near, Occupied, Walk, place_of, too_near, total};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -69,13 +69,14 @@ const BETTER: f64 = 0.9;
 /// A grasp of each hand, as its task and the grasp of that.
 type Grasps = [(usize, usize); 2];
 
-/// Chooses grasps of commands anew where both hands would be too near to each other.
+/// Chooses grasps of commands anew where both hands would be too near to each other. Returns where they go through each other all the same.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
+    let mut crossings = Vec::new();
     if robot.hands.len() < 2 {
-        return Ok(());
+        return Ok(crossings);
     }
     for (number, group) in groups(&commands.tasks).into_iter().enumerate() {
         let tasks: Vec<Task> = group.iter().map(|task| commands.tasks[*task].clone()).collect();
@@ -83,6 +84,7 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
         let elsewhere = others.map(|(_, task)| task.object.clone()).collect();
         let Some(mut pair) = Pair::new(tasks, robot, scene, elsewhere, number == 0)? else { continue };
         let changed = pair.keep_apart()?;
+        crossings.extend(pair.walks[0].crossing(&pair.walks[1], &pair.near, &group));
         if !changed {
             continue;
         }
@@ -99,7 +101,7 @@ pub(super) fn keep(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Res
             mapped.into_iter().for_each(|mapped| mapped.arm.clone_from(&walk.arm));
         }
     }
-    Ok(())
+    Ok(crossings)
 }
 
 /// Two hands in a group of tasks.

@@ -12,7 +12,7 @@ use super::lifted::lift;
 use super::own_axis::{Way, offsets, turn};
 use super::resolved_grasp::ResolvedGrasp;
 use super::schedule::groups;
-use super::walk::{ROOM_M, Walk};
+use super::walk::{Crossing, ROOM_M, Walk};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::command::{Commands, Task};
@@ -34,10 +34,11 @@ const PAIRS: usize = 60;
 const TOGETHER_S: f64 = 0.3;
 
 /// Maps every grasp of commands; what cannot be held is noted with its reason. Where a hand gives an object to the other one, both grasps are chosen together.
+/// Returns where hands or arms go through each other all the same.
 ///
 /// # Errors
 /// A hand that the robot does not have, an object that the scene does not have.
-pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), InputError> {
+pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<Vec<Crossing>, InputError> {
     let crowded = mapping::map(commands, robot, scene)?;
     for task in &mut commands.tasks {
         let (Some(hand), Some(object)) = (robot.hands.get(&task.track), scene.bodies.get(&task.object)) else {
@@ -60,7 +61,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             }
         }
     }
-    apart::keep(commands, robot, scene)?;
+    let crossings = apart::keep(commands, robot, scene)?;
     for Crowded { grasp: (number, grasp), other, why } in crowded {
         let closed = [(number, grasp), other].map(|(number, grasp)| {
             let task = &commands.tasks[number];
@@ -75,7 +76,7 @@ pub fn map(commands: &mut Commands, robot: &Robot, scene: &Scene) -> Result<(), 
             (grasp.mapped, grasp.infeasible) = (None, Some(why));
         }
     }
-    Ok(())
+    Ok(crossings)
 }
 
 /// Two grasps that meet when an object is handed over.

@@ -1,7 +1,7 @@
 //! Lifts the way of an opened hand to its contacts where it would go through the object or a fixed body. An operator's hand brushes past an object, or pushes it a
 //! little, where a robot's hand, which is another one and comes to other contacts, would push it away.
 
-use super::own_axis::{Way, offsets};
+use super::own_axis::{Way, course, offsets};
 use super::resolved_grasp::ResolvedGrasp;
 use crate::base::easing::minimum_jerk;
 use crate::base::meaning::Meaning;
@@ -12,7 +12,7 @@ use crate::description::shape::{CollisionShape, solids};
 use crate::robot::kinematics::limb_gap::PlacedShape;
 use crate::robot::kinematics::surroundings::{SUNK_M, Surroundings};
 use crate::robot::model::hand::HandModel;
-use nalgebra::{Translation3, Vector3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
 /// A hand is lifted by a multiple of this, until it is so far from what it would go through, up to so far, m.
 pub(super) const STEP_M: f64 = 0.005;
@@ -24,8 +24,8 @@ const STEEP_M_S: f64 = 0.5;
 const SLOWS_M_S2: f64 = 3.0;
 /// Its speed changes over so many samples before and after.
 const EASED: usize = 12;
-/// An object stays where it moves by less than this, m.
-const STAYS_M: f64 = 0.005;
+/// An object is as high as before where its height differs by less than this, m.
+const LEVEL_M: f64 = 0.005;
 /// Ways are looked at in at most so many places.
 const LOOKED_AT: usize = 40;
 
@@ -41,10 +41,10 @@ pub(super) fn goes_through(
     let World { up, object, fixed } = World::of(task, object, scene);
     let opened = grip.opened(hand);
     let meets = |way: Way| {
-        let places: Vec<(Vector3<f64>, Seven)> = offsets(task, grasp, way);
+        let places: Vec<(Vector3<f64>, Isometry3<f64>)> = offsets(task, grasp, way);
         let step = places.len().div_ceil(LOOKED_AT).max(1);
-        let meets = |(offset, pose): &&(Vector3<f64>, Seven)| {
-            let fixed = fixed.moved(&from_seven(pose).inverse());
+        let meets = |(offset, pose): &&(Vector3<f64>, Isometry3<f64>)| {
+            let fixed = fixed.moved(&pose.inverse());
             Stage { up, object: &object, fixed }.is_nearer(&opened, offset, 0.0)
         };
         places.iter().step_by(step).filter(meets).count()
@@ -52,7 +52,7 @@ pub(super) fn goes_through(
     meets(Way::There) + meets(Way::Away)
 }
 
-/// Lifts the ways of a task to its mapped grasps, and from them where the object stays.
+/// Lifts the ways of a task to its mapped grasps, and from them where the object is as high in the end as before: it stands, or the other hand moves it on.
 pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], object: &Body, scene: &Scene) {
     let world = World::of(task, object, scene);
     for at in 0..task.segments.len() {
@@ -64,18 +64,18 @@ pub(super) fn lift(task: &mut Task, hand: &HandModel, grips: &[ResolvedGrasp], o
             world.lift(&mut task.segments[begins..at], &opened, &grip.middle, Way::There);
         }
         let segment = &mut task.segments[at..=at];
-        if segment[0].touching && segment[0].does == Meaning::Open && stays(&segment[0]) {
+        if segment[0].touching && segment[0].does == Meaning::Open && keeps_height(&segment[0], &world.up) {
             let first = segment[0].hand.first().map_or_else(Vector3::zeros, |first| Vector3::from(*first));
             world.lift(segment, &opened, &first, Way::Away);
         }
     }
 }
 
-/// Whether the object of a segment stays where it is.
-fn stays(segment: &Segment) -> bool {
-    let place = |pose: Option<&Seven>| pose.map(|pose| from_seven(pose).translation.vector);
-    let ends = place(segment.object.first()).zip(place(segment.object.last()));
-    ends.is_some_and(|(first, last)| (last - first).norm() < STAYS_M)
+/// Whether the object of a segment is as high at its end as at its beginning.
+fn keeps_height(segment: &Segment, up: &Vector3<f64>) -> bool {
+    let place = |pose: &Seven| from_seven(pose).translation.vector;
+    let ends = segment.object.first().map(place).zip(segment.object.last().map(place));
+    ends.is_some_and(|(first, last)| (last - first).dot(up).abs() < LEVEL_M)
 }
 
 /// What hands must be clear of: the object, its frame, and fixed bodies, reference frame.
@@ -99,13 +99,12 @@ impl World {
 
     /// Lifts a way, on which an opened hand is `offset` from its place on the object where it is at `from`, object frame.
     fn lift(&self, way: &mut [Segment], opened: &[PlacedShape], from: &Vector3<f64>, which: Way) {
-        let needs = |(place, pose): (&[f64; 3], &Seven)| {
-            let world_from_object = from_seven(pose);
+        let needs = |(place, world_from_object): (Vector3<f64>, Isometry3<f64>)| {
             let up = world_from_object.inverse_transform_vector(&self.up);
             let stage = Stage { up, object: &self.object, fixed: self.fixed.moved(&world_from_object.inverse()) };
-            (stage.needed(opened, &(Vector3::from(*place) - from)), up)
+            (stage.needed(opened, &(place - from)), up)
         };
-        let samples = way.iter().flat_map(|segment| segment.hand.iter().zip(&segment.object));
+        let samples = way.iter().flat_map(|segment| course(segment, which));
         let (mut needed, mut ups): (Vec<f64>, Vec<Vector3<f64>>) = samples.map(needs).unzip();
         let takes_s: f64 = way.iter().map(|segment| segment.duration_s).sum();
         let step_s = takes_s / needed.len().saturating_sub(1).max(1) as f64;

@@ -4,13 +4,14 @@
 //! thumb of one hand over its palm to its fingers crosses that of the other one, and each would have to be the upper one. So one of them comes or goes
 //! the way that its own palm lies.
 
+use super::plan::segments::left_at;
 use super::resolved_grasp::ResolvedGrasp;
 use crate::base::easing::minimum_jerk;
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
-use crate::base::pose::Seven;
-use crate::command::Task;
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::base::pose::from_seven;
+use crate::command::{Segment, Task};
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 
 /// The direction of a demonstrated way is that to where it is so far from its end at the object, m.
 const AWAY_M: f64 = 0.06;
@@ -51,11 +52,20 @@ pub(super) fn turn(task: &mut Task, grasp: usize, grip: &ResolvedGrasp, which: W
     true
 }
 
+/// Where the middle of the fingertips is in each sample of a segment of a way, object frame, m; and where the object is then, reference frame.
+pub(super) fn course(segment: &Segment, which: Way) -> impl Iterator<Item = (Vector3<f64>, Isometry3<f64>)> {
+    let last = segment.hand.len().saturating_sub(1).max(1) as f64;
+    let samples = segment.hand.iter().zip(&segment.object).enumerate();
+    samples.map(move |(at, (hand, object))| match which {
+        Way::There => (Vector3::from(*hand), from_seven(object)),
+        Way::Away => (Vector3::from(*hand), left_at(segment, at as f64 / last)),
+    })
+}
+
 /// The offsets of the middle of the fingertips on a way, from their place on the object, object frame, m; and the poses of the object.
-pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<(Vector3<f64>, Seven)> {
+pub(super) fn offsets(task: &Task, grasp: usize, which: Way) -> Vec<(Vector3<f64>, Isometry3<f64>)> {
     let segments = places(task, grasp, which).into_iter().map(|at| &task.segments[at]);
-    let way = segments.flat_map(|segment| segment.hand.iter().zip(&segment.object));
-    let way: Vec<(Vector3<f64>, Seven)> = way.map(|(hand, object)| (Vector3::from(*hand), *object)).collect();
+    let way: Vec<(Vector3<f64>, Isometry3<f64>)> = segments.flat_map(|segment| course(segment, which)).collect();
     let end = if which == Way::There { way.last() } else { way.first() };
     let end = end.map_or_else(Vector3::zeros, |(end, _)| *end);
     way.into_iter().map(|(at, object)| (at - end, object)).collect()

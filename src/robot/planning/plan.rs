@@ -6,7 +6,7 @@
 //! carrying segment has brought it onto the demonstrated way.
 
 mod lift;
-mod segments;
+pub(super) mod segments;
 
 use self::segments::{SHORTEST_S, fade_time, falls, force_at, is_brought, is_carried_later, is_near, transfer_time};
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
@@ -412,6 +412,14 @@ impl<'a> Plan<'a> {
         };
         let segment = self.task.segments.iter().position(|segment| std::ptr::eq(segment, phase.segment))?;
         Some((segment, share))
+    }
+
+    /// Whether the hand is open and away from its contacts at a time, s: on a way to them, or from them.
+    pub(in crate::robot::planning) fn is_away(&self, time: f64) -> bool {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let leaves = phase.role == Role::Leave && gone(local - phase.start, phase.duration) > 0.0;
+        local < 0.0 || matches!(phase.role, Role::Free | Role::Over) || leaves
     }
 
     /// Whether it holds the object at a time, s: it has closed, and has not let go.

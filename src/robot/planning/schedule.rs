@@ -29,17 +29,21 @@ pub(crate) fn groups(tasks: &[Task]) -> Vec<Vec<usize>> {
     groups.into_iter().map(|(_, those)| those).collect()
 }
 
-/// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
-/// demonstrated way is there afterwards.
-pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
-    let same = || group.iter().filter(|other| tasks[**other].object == tasks[number].object);
-    // Whoever touches it first finds it there; before that the operator may have dropped it elsewhere, which is left out.
-    let touched_s = |other: &&usize| {
-        let touch = tasks[**other].segments.iter().find(|segment| segment.touching);
+/// The task that touches its object first, the first one where none does; before that the operator may have dropped it elsewhere, which is left out.
+pub(super) fn first_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option<&'t Task> {
+    let touched_s = |task: &Task| {
+        let touch = task.segments.iter().find(|segment| segment.touching);
         touch.map_or(f64::INFINITY, |segment| segment.demonstrated_start_s)
     };
-    let first = same().min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)));
-    let off = first.map_or_else(Isometry3::identity, |first| object * tasks[*first].taken_at().inverse());
+    tasks.min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)))
+}
+
+/// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
+/// demonstrated way is there afterwards. Whoever touches it first finds it there.
+pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> Found {
+    let same = || group.iter().filter(|other| tasks[**other].object == tasks[number].object);
+    let first = first_to_touch(same().map(|other| &tasks[*other]));
+    let off = first.map_or_else(Isometry3::identity, |first| object * first.taken_at().inverse());
     let until_s = same().filter(|other| **other != number).filter_map(|other| tasks[*other].first_moved_s());
     Found { off, until_s: until_s.fold(f64::INFINITY, f64::min) }
 }

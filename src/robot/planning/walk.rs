@@ -3,7 +3,7 @@
 use super::hand_planner::HandPlanner;
 use super::moving::Moving;
 use super::plan::Plan;
-use super::schedule::{EASED_S, HandPlans};
+use super::schedule::{EASED_S, HandPlans, first_to_touch};
 use super::time_scale::{Part, TimeScale};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
@@ -31,6 +31,9 @@ const BESIDE_M: f64 = 0.003;
 /// By how much more a millimeter counts by which hands are in each other than one that is missing between them.
 const DEEPER: f64 = 4.0;
 
+/// Hands that are in each other by no more than this are not told of, m: controllers deviate by as much.
+const TOLD_M: f64 = 0.001;
+
 /// A limb at a step, with what its hand handles; reference frame.
 #[derive(Clone, Debug)]
 pub(super) struct Occupied {
@@ -55,10 +58,8 @@ impl Occupied {
     }
 
     fn new(limb: Vec<PlacedShape>, plan: &Plan<'_>, own_s: f64, object: &HandledObject) -> Self {
-        // On its way to an object and from it a hand has opened.
-        let is_away = plan.on_way(own_s).is_some_and(|(_, share)| share > 0.0);
-        let shares = object.is_shared && !is_away;
-        if object.is_shared && is_away {
+        let shares = object.is_shared && !plan.is_away(own_s);
+        if object.is_shared && !shares {
             return Self { limb, object: Vec::new(), shares };
         }
         let pose = plan.at(own_s).object;
@@ -86,8 +87,8 @@ impl Occupied {
 
 /// Where an object is when tasks begin, reference frame.
 pub(super) fn place_of(tasks: &[Task], scene: &Scene, object: &str) -> Option<Isometry3<f64>> {
-    let first = tasks.iter().find(|task| task.object == object).map(Task::taken_at);
-    first.or_else(|| scene.bodies.get(object).map(|body| body.pose()))
+    let first = first_to_touch(tasks.iter().filter(|task| task.object == object));
+    first.map(Task::taken_at).or_else(|| scene.bodies.get(object).map(|body| body.pose()))
 }
 
 /// The object of a task.
@@ -116,6 +117,15 @@ pub(super) struct Walk {
     parts: Vec<Part>,
     begins_s: f64,
     steps: Arc<[Occupied]>,
+}
+
+/// Hands or arms that go through each other in tasks that are done at the same time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Crossing {
+    /// The indices of the tasks.
+    pub tasks: Vec<usize>,
+    /// How deep they are in each other at most, m.
+    pub depth_m: f64,
 }
 
 /// A step at which two walks come near to each other.
@@ -262,6 +272,14 @@ impl Walk {
         let time = time_of(&walks);
         let all = (time.over() / STEP_S) as usize;
         (0..=all).map(|step| steps(&walks, &time, step)).collect()
+    }
+
+    /// How two walks of these tasks go through each other, at steps that are near; `None` for hands without arms, which are not carried along.
+    pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
+        let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -TOLD_M);
+        let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
+        let crosses = depth_m > 0.0 && !self.arm.is_empty() && !other.arm.is_empty();
+        crosses.then(|| Crossing { tasks: tasks.to_vec(), depth_m })
     }
 
     /// As [`Walk::near`], for a walk of the hand with this number; steps are in the order of the hands.

@@ -9,6 +9,7 @@ use teachtree::base::hands::Side;
 use teachtree::command::{Commands, MappedGrasp, Precedence, Task};
 use teachtree::robot::planning::late_start::begun_late;
 use teachtree::robot::planning::trajectory::trajectory;
+use teachtree::robot::simulation::simulate;
 use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
 use teachtree::world;
 
@@ -173,6 +174,39 @@ fn a_way_is_begun_late_only_while_the_object_stands() {
     let goes_on = late.iter().take_while(|place| place.0 == late[0].0).count();
     assert!(goes_on > 50 && moved(goes_on - 1) < 1e-3, "it stands for {goes_on} samples");
     assert_eq!(shown[goes_on..], late[goes_on..]);
+}
+
+/// This person's right hand begins to push the box to the wall before the left one touches it, and the left one follows it along the wall when it has let go. Ways are
+/// planned with the box where it stands as the robot begins, so that the arms begin as planned; and the left hand does not go into the wall that the box leans on.
+#[test]
+fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
+    let (robot, scene) = (shipped("both_hands"), world::scene("push_together").unwrap());
+    let mut commands = commanded("push_together", 49);
+    let crossings = teachtree::robot::map(&mut commands, &robot, &scene).unwrap();
+    let first = |side: Side| commands.tasks.iter().find(|task| task.track == side).unwrap();
+    let touched_s = |side: Side| first(side).segments.iter().find(|it| it.touching).unwrap().demonstrated_start_s;
+    assert!(commands.tasks[0].track == Side::Left && touched_s(Side::Left) > touched_s(Side::Right) + 1.0);
+
+    let made = trajectory(&commands, &robot, &scene, None).unwrap();
+    for side in [Side::Left, Side::Right] {
+        let arm = &first(side).grasps[0].mapped.as_ref().unwrap().arm;
+        assert_eq!(arm.len(), 6);
+        for (joint, planned) in arm {
+            let at = made.joint_names.iter().position(|name| name == joint).unwrap();
+            let begins = made.points[0].positions[at];
+            assert!((begins - planned).abs() < 0.02, "`{joint}` begins at {begins} rad, planned at {planned}");
+        }
+    }
+    let done = simulate(&commands, &robot, &scene, &mut |_| {}).unwrap();
+    assert!(done.outcomes.iter().all(|outcome| outcome.done), "{:?}", done.outcomes);
+    let deep: Vec<_> = done.collisions.iter().filter(|it| it.with == "left_wall" && it.depth_m > 2e-3).collect();
+    assert!(deep.is_empty(), "{deep:?}");
+
+    // Where the hands go through each other all the same, that is said before the robot does it.
+    let [crossing] = &crossings[..] else { panic!("{crossings:?}") };
+    let depth_m = done.nearest.unwrap().depth_m();
+    assert_eq!(crossing.tasks, [0, 1]);
+    assert!((crossing.depth_m - depth_m).abs() < 0.005, "{crossing:?}, in the simulation {depth_m} m");
 }
 
 /// For how long the left arm moves while the right one stands, and how long all of it takes, s.

@@ -1,10 +1,11 @@
 //! What a plan asks about the segments of a task.
 
+use super::{LEAVING_S, OPENING_S};
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::command::Segment;
-use crate::robot::planning::interpolation::between;
+use crate::robot::planning::interpolation::{between, pose_at};
 use nalgebra::{Isometry3, Vector3};
 
 /// Nothing takes less, s.
@@ -27,6 +28,13 @@ pub(super) fn is_brought(segment: &Segment) -> bool {
 /// Whether a displacement is so small that what moves no farther while a hand closes stays where it is.
 pub(super) fn is_near(off: &Isometry3<f64>) -> bool {
     off.translation.vector.norm() <= BROUGHT.0 && off.rotation.angle() <= BROUGHT.1
+}
+
+/// Where the object of a segment in which a hand lets go is when the hand has gone this far on its way, 0 to 1: it opens before it goes, and the other hand may
+/// move the object on meanwhile.
+pub(in crate::robot::planning) fn left_at(segment: &Segment, gone: f64) -> Isometry3<f64> {
+    let lasts_s = segment.duration_s.max(LEAVING_S);
+    pose_at(&segment.object, (OPENING_S + gone * (lasts_s - OPENING_S)) / lasts_s)
 }
 
 /// Whether the object of a segment falls.
