@@ -93,7 +93,7 @@ pub fn touch_forces(rules: &Rules) -> TouchForces {
     TouchForces { on_n: value("touch_on", on_n), off_n: value("touch_off", off_n) }
 }
 
-/// That hands go through each other.
+/// Formats the warning that hands or arms go through each other.
 fn crosses(crossing: &Crossing) -> String {
     let tasks: Vec<String> = crossing.tasks.iter().map(|task| (task + 1).to_string()).collect();
     let (depth, tasks) = (crossing.depth_m * 1e3, tasks.join(" and "));

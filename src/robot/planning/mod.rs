@@ -21,4 +21,4 @@ pub mod start;
 pub mod time_scale;
 pub mod toppra;
 pub mod trajectory;
-pub mod walk;
+pub(crate) mod walk;

@@ -31,8 +31,8 @@ const BESIDE_M: f64 = 0.003;
 /// By how much more a millimeter counts by which hands are in each other than one that is missing between them.
 const DEEPER: f64 = 4.0;
 
-/// Hands that are in each other by no more than this are not told of, m: controllers deviate by as much.
-const TOLD_M: f64 = 0.001;
+/// Penetrations of hands up to this depth, m, are not reported: the controllers deviate from their paths by as much.
+const REPORTED_M: f64 = 0.001;
 
 /// A limb at a step, with what its hand handles; reference frame.
 #[derive(Clone, Debug)]
@@ -276,7 +276,7 @@ impl Walk {
 
     /// How two walks of these tasks go through each other, at steps that are near; `None` for hands without arms, which are not carried along.
     pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
-        let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -TOLD_M);
+        let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
         let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
         let crosses = depth_m > 0.0 && !self.arm.is_empty() && !other.arm.is_empty();
         crosses.then(|| Crossing { tasks: tasks.to_vec(), depth_m })
