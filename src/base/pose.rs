@@ -3,6 +3,9 @@
 use super::scene::{Body, Part};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
 
+/// Turns that differ by less are the same, rad.
+const SAME_TURN_RAD: f64 = 1e-9;
+
 /// A pose as seven numbers: position x y z, m, and quaternion w x y z.
 pub type Seven = [f64; 7];
 
@@ -46,4 +49,9 @@ impl Part {
     pub fn pose(&self) -> Isometry3<f64> {
         pose(self.at.map(|length| length.0), self.turned)
     }
+}
+
+/// The rotation a share of the way from one to another, 0 to 1, along the shortest arc.
+pub fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
+    from.try_slerp(to, share, SAME_TURN_RAD).unwrap_or(*to)
 }

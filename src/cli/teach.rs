@@ -106,9 +106,16 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     for event in events(&recording, "step_left_undone") {
         if let [hand, step] = event.subjects.as_slice() {
-            let time_s = event.time_s;
-            printed +=
-                &format!("the {hand} hand gave up `{step}` of its script at {time_s:.1} s: the step took too long\n");
+            let (time_s, step) = (event.time_s, step_of(operator_name, hand, step));
+            printed += &format!("the {hand} hand gave up {step} at {time_s:.1} s: the step took too long\n");
+        }
+    }
+    for event in events(&recording, "contact_not_met") {
+        if let [hand, step, body] = event.subjects.as_slice() {
+            let (time_s, step) = (event.time_s, step_of(operator_name, hand, step));
+            printed += &format!(
+                "the {hand} hand did not meet `{body}` in {step}: it had gone the whole distance at {time_s:.1} s\n"
+            );
         }
     }
     output::print(&printed)?;
@@ -126,6 +133,13 @@ fn teach(scene: &Scene, operator: &Operator, seed: u64) -> Result<Recording, Fai
     Ok(world::teach_with_progress(scene, operator, seed, &mut |part| progress.set(part))?)
 }
 
+/// Kinds of events that are counted over many recordings, and what a hand did in each.
+const NOTED: [(&str, &str); 3] = [
+    ("object_lost", "lost what it held"),
+    ("step_left_undone", "gave up a step of its script that took too long"),
+    ("contact_not_met", "did not meet what should have ended a step of its script"),
+];
+
 /// Records many simulated operators, as many at a time as there are processors. What a seed gives does not depend on the others.
 fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &Path) -> Result<(), Failure> {
     let cannot =
@@ -139,15 +153,18 @@ fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &
         formats::write(&recording, place)?;
         progress.set((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
         let idle = did(&recording).all(|(_, tasks, _)| tasks.is_empty());
-        Ok::<_, InputError>((recording.time.len(), losses(&recording).next().is_some(), idle))
+        let happened = NOTED.map(|(kind, _)| events(&recording, kind).next().is_some());
+        Ok::<_, InputError>((recording.time.len(), happened, idle))
     });
     let recorded = frames.collect::<Result<Vec<_>, _>>()?;
     drop(progress);
     let frames: usize = recorded.iter().map(|(frames, ..)| frames).sum();
     let mut printed = format!("{}: {count} recordings, {frames} frames\n", folder.display());
-    let lost = recorded.iter().filter(|(_, lost, _)| *lost).count();
-    if lost > 0 {
-        printed += &format!("in {lost} of them a hand lost what it held\n");
+    for (at, (_, what)) in NOTED.iter().enumerate() {
+        let of_them = recorded.iter().filter(|(_, happened, _)| happened[at]).count();
+        if of_them > 0 {
+            printed += &format!("in {of_them} of them a hand {what}\n");
+        }
     }
     let idle = recorded.iter().filter(|(.., idle)| *idle).count();
     if idle > 0 {
@@ -155,6 +172,13 @@ fn many(scene: &Scene, operator: &Operator, places: &[(u64, PathBuf)], folder: &
     }
     output::print(&printed)?;
     Ok(())
+}
+
+/// A step of the script of a hand, with its place where the operator is a file.
+fn step_of(operator: &str, hand: &str, step: &str) -> String {
+    let error = InputError::new(format!("operator `{operator}`, hands.{hand}.{step}"), "");
+    let place = if is_yaml(operator) { format!(" ({})", in_operator(operator, error).place) } else { String::new() };
+    format!("`{step}` of its script{place}")
 }
 
 /// Of each hand the tasks that it did, in order of time, and then that which it had begun and not let go of: as the truth has them.
@@ -184,7 +208,13 @@ fn events<'a>(recording: &'a Recording, kind: &'a str) -> impl Iterator<Item = &
 
 /// The scene and the operator of these names, or in these files.
 fn open(scene: &str, operator: &str) -> Result<(Scene, Operator), InputError> {
-    let scene = open_scene(scene)?;
+    let swapped = |error: InputError| match read(scene) {
+        Ok(Some(text)) if Operator::read(&text, scene).is_ok() => {
+            error.help("this is an operator file; the scene comes first: `teachtree teach SCENE OPERATOR`")
+        }
+        _ => error,
+    };
+    let scene = open_scene(scene).map_err(swapped)?;
     let operator = match read(operator)? {
         Some(text) => Operator::read(&text, operator)?,
         None => world::operator(operator)?,

@@ -69,22 +69,25 @@ pub fn teach_with_progress(
             let other = Other { begun: &phases, shift: shift.map_or_else(Vector3::zeros, |(_, shift)| *shift) };
             if let Some(begun) = performer.advance(&world, &other)? {
                 over = false;
-                let mut happened = |kind: &str, what: Option<String>| {
+                let mut happened = |kind: &str, what: Vec<String>| {
                     let subjects = std::iter::once(performer.side().to_string()).chain(what).collect();
                     events.push(Event { time_s: recorder.time(), kind: kind.into(), subjects });
                 };
                 if begun.lost {
-                    happened("object_lost", None);
+                    happened("object_lost", Vec::new());
                 }
                 if let Some(step) = begun.left_undone {
-                    happened("step_left_undone", Some(format!("steps.{step}")));
+                    happened("step_left_undone", vec![format!("steps.{step}")]);
+                }
+                if let Some((step, body)) = begun.unmet {
+                    happened("contact_not_met", vec![format!("steps.{step}"), body]);
                 }
                 if let Some(perturbation) = begun.perturbation {
-                    happened("perturbation_started", Some(perturbation.name().to_string()));
+                    happened("perturbation_started", vec![perturbation.name().to_string()]);
                 }
                 if let Some(phase) = begun.phase {
                     phases.push((performer.side(), phase.clone()));
-                    happened("phase_started", Some(phase));
+                    happened("phase_started", vec![phase]);
                 }
             }
         }

@@ -5,6 +5,7 @@
 //! force, each from its side, wherever the object is between them.
 
 use crate::base::hands::{Finger, Side};
+use crate::base::pose::slerp;
 use crate::base::scene::{Hand, Scene};
 use crate::world::simulation::{HandState, HandTarget, STEP_S};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -225,7 +226,7 @@ impl DrivenHand {
         let part = 1.0 / self.spread as f64;
         let way = to.translation.vector - self.palm.translation.vector;
         self.palm.translation.vector += way * part * (most / (way.norm() * part)).min(1.0);
-        self.palm.rotation = self.palm.rotation.try_slerp(&to.rotation, part, 1e-9).unwrap_or(to.rotation);
+        self.palm.rotation = slerp(&self.palm.rotation, &to.rotation, part);
         self.spread = self.spread.saturating_sub(1).max(1);
         // A palm that is led later begins with fingers as they are.
         for (closed, (tip, opened)) in self.closed.iter_mut().zip(self.tips.iter().zip(&self.opened)) {

@@ -241,7 +241,7 @@ impl<'a> Performer<'a> {
                 wavered: 0.0,
             }),
         };
-        Ok(Motion::Guided(Guided { along, speed, distance, gone: 0.0, until, press }))
+        Ok(Motion::Guided(Guided { along, speed, distance, gone: 0.0, until, has_met: false, press }))
     }
 
     fn begin_bring(&mut self, bring: &Bring, world: &World) -> Motion {

@@ -3,6 +3,7 @@
 use super::{Grip, Operator};
 use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
+use crate::base::nearest::nearest;
 use crate::base::quantity::Length;
 use crate::base::scene::{Hand, Scene};
 use crate::world::World;
@@ -56,18 +57,16 @@ impl Held {
         hand: &Hand,
         world: &World,
     ) -> Result<Self, InputError> {
-        let grip: &Grip = operator.grips.get(name).ok_or_else(|| {
-            let known: Vec<_> = operator.grips.keys().map(|name| format!("`{name}`")).collect();
-            refused(format!("names the grip `{name}`, the operator has {}", known.join(", ")))
-        })?;
-        let object = body(scene, &grip.object)?;
+        let grip = named(operator, name)?;
+        let in_grip = |key: &str, error: InputError| InputError { place: format!("grips.{name}.{key}"), ..error };
+        let object = body(scene, &grip.object).map_err(|error| in_grip("object", error))?;
         if let Some(finger) = grip.contacts.keys().find(|finger| !hand.fingers.contains(finger)) {
             return Err(refused(format!(
                 "uses the grip `{name}` with the {finger}, which the hand of the scene does not have"
             )));
         }
         if grip.contacts.is_empty() {
-            return Err(refused(format!("uses the grip `{name}`, which has no contacts")));
+            return Err(in_grip("contacts", refused("has no contacts".into())));
         }
         let scale = operator.hands_scale;
         let points = grip.contacts.values().map(vector);
@@ -158,8 +157,26 @@ fn spread(contacts: &mut [Option<Contact>], scale: f64, surface: impl Fn(Point3<
 pub(super) fn body(scene: &Scene, name: &str) -> Result<usize, InputError> {
     scene.bodies.get_index_of(name).ok_or_else(|| {
         let known: Vec<_> = scene.bodies.keys().map(|name| format!("`{name}`")).collect();
-        refused(format!("names the body `{name}`, the scene has {}", known.join(", ")))
+        let error = refused(format!("names the body `{name}`, the scene has {}", known.join(", ")));
+        meaning(error, nearest(name, scene.bodies.keys().map(String::as_str)))
     })
+}
+
+/// The grip of this name; an error without a place where the operator has none.
+pub(super) fn named<'a>(operator: &'a Operator, name: &str) -> Result<&'a Grip, InputError> {
+    operator.grips.get(name).ok_or_else(|| {
+        let known: Vec<_> = operator.grips.keys().map(|name| format!("`{name}`")).collect();
+        let error = refused(format!("names the grip `{name}`, the operator has {}", known.join(", ")));
+        meaning(error, nearest(name, operator.grips.keys().map(String::as_str)))
+    })
+}
+
+/// An error with the name that was meant, where one is near.
+fn meaning(error: InputError, near: Option<&str>) -> InputError {
+    match near {
+        Some(near) => error.help(format!("did you mean `{near}`?")),
+        None => error,
+    }
 }
 
 /// An error whose place the caller knows.

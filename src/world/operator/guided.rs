@@ -83,6 +83,8 @@ pub(super) struct Guided {
     pub(super) gone: f64,
     /// The body that ends it, and the distance at which it does, m.
     pub(super) until: Option<(usize, f64)>,
+    /// Whether that body was met.
+    pub(super) has_met: bool,
     pub(super) press: Option<Pressing>,
 }
 
@@ -131,6 +133,13 @@ impl Guided {
             press.wavered = waver;
         }
         self.gone += speed * STEP_S;
+        // What ends the way is felt later than it is met.
+        self.has_met |= reached || self.until.is_some_and(|(until, _)| reflex.touching(grip.object, until));
         (wanted, left <= 0.0 || reached)
+    }
+
+    /// The body that should have ended it and was not met, by its index in the scene.
+    pub(super) fn unmet(&self) -> Option<usize> {
+        self.until.filter(|_| !self.has_met).map(|(until, _)| until)
     }
 }

@@ -91,6 +91,8 @@ pub(in crate::world) struct Begun {
     pub(in crate::world) lost: bool,
     /// The step before took too long, and was left undone: which one of the script, counted from zero.
     pub(in crate::world) left_undone: Option<usize>,
+    /// The step before was to end at this body, and went all its way without meeting it: which step of the script, counted from zero, and the body.
+    pub(in crate::world) unmet: Option<(usize, String)>,
 }
 
 pub(super) enum Motion {
@@ -126,7 +128,15 @@ impl<'a> Performer<'a> {
             .hands
             .get_full(&side)
             .ok_or_else(|| InputError::new(&keys, format!("has a script, but the scene has no {side} hand")))?;
-        let at = |error: InputError, what: String| InputError { place: format!("{keys}.{what}"), ..error };
+        let at = |error: InputError, what: String| {
+            let of_grip = error.place.starts_with("grips.");
+            let place = if of_grip {
+                format!("operator `{}`, {}", operator.name, error.place)
+            } else {
+                format!("{keys}.{what}")
+            };
+            InputError { place, ..error }
+        };
         let grip =
             Held::new(&script.start.grip, scene, operator, hand, world).map_err(|error| at(error, "start".into()))?;
         let variation = &operator.variation;
@@ -207,9 +217,10 @@ impl<'a> Performer<'a> {
         let patient = matches!(self.motion, Motion::Still(_) | Motion::Waiting(_) | Motion::Together(_));
         let gives_up = self.since > if patient { LONGEST_WAIT_S } else { PATIENCE_S };
         if over || begun.lost || gives_up {
+            begun.unmet = self.unmet().filter(|_| over && !begun.lost);
             begun.left_undone = self.doing.take().filter(|_| gives_up && !over && !begun.lost);
             let Some(step) = self.steps.get(self.next).cloned() else {
-                return Ok(begun.left_undone.is_some().then_some(begun));
+                return Ok((begun.left_undone.is_some() || begun.unmet.is_some()).then_some(begun));
             };
             self.next += 1;
             (begun.phase, begun.perturbation) = (step.phase.clone(), step.perturbation);
@@ -218,6 +229,13 @@ impl<'a> Performer<'a> {
         }
         self.keep_squeeze();
         Ok(Some(begun))
+    }
+
+    /// The step that is done, and the body at which it should have ended, where that was not met.
+    fn unmet(&self) -> Option<(usize, String)> {
+        let Motion::Guided(guided) = &self.motion else { return None };
+        let (body, _) = self.scene.bodies.get_index(guided.unmet()?)?;
+        Some((self.doing?, body.clone()))
     }
 
     /// Whether what should be held is lost; then the reach before the last closing comes next.

@@ -114,7 +114,24 @@ impl Operator {
     /// # Errors
     /// What the text lacks, at `file:line:column`.
     pub fn read(text: &str, file: &str) -> Result<Self, InputError> {
-        yaml::read(text, file)
+        let operator: Self = yaml::read(text, file)?;
+        operator.has_its_grips().map_err(|error| yaml::located(error, text, file))?;
+        Ok(operator)
+    }
+
+    /// Refuses the name of a grip that it does not have.
+    fn has_its_grips(&self) -> Result<(), InputError> {
+        for (side, script) in &self.hands {
+            let reaches = script.steps.iter().filter_map(|step| match &step.goal {
+                Goal::Reach(reach) => Some((format!("steps.{}", step.written), reach)),
+                _ => None,
+            });
+            for (key, reach) in std::iter::once(("start".to_string(), &script.start)).chain(reaches) {
+                let at = |error: InputError| InputError { place: format!("hands.{side}.{key}"), ..error };
+                grips::named(self, &reach.grip).map_err(at)?;
+            }
+        }
+        Ok(())
     }
 
     /// The same operator with virtual hands that are `scale` times as large as their own, 0.5 to 2: what a robot with other hands is demonstrated with

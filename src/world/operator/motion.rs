@@ -1,6 +1,7 @@
 //! How operators move: minimum-jerk motions from point to point, and smoothed velocities where the way is guided by touch.
 
 use crate::base::easing::minimum_jerk;
+use crate::base::pose::slerp;
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 /// The largest speed of a minimum-jerk motion over its mean speed.
@@ -40,8 +41,7 @@ impl Transport {
     pub(super) fn at(&self, time: f64) -> (Isometry3<f64>, Vec<Point3<f64>>) {
         let share = time / self.duration;
         let s = minimum_jerk(share);
-        let rotation =
-            self.from_palm.rotation.try_slerp(&self.to_palm.rotation, s, 1e-9).unwrap_or(self.to_palm.rotation);
+        let rotation = slerp(&self.from_palm.rotation, &self.to_palm.rotation, s);
         let translation =
             self.from_palm.translation.vector.lerp(&self.to_palm.translation.vector, s) + self.arch * bump(share);
         let delays = self.delays.iter().copied().chain(std::iter::repeat(0.0));

@@ -68,6 +68,28 @@ fn a_step_that_takes_too_long_is_named() {
     }
 }
 
+/// A carry that is to end at a body and ends before it is named, with the body.
+#[test]
+fn a_contact_that_is_not_met_is_named() {
+    let carry = |distance: &str, is_last: bool| {
+        let up = "{carry: {along: [0, 0, 1], distance: 50 mm}}";
+        let down = format!("{{carry: {{along: [0, 0, -1], distance: {distance}, until: {{contact: base}}}}}}");
+        let steps = ["{reach: {grip: pinch, opened: 10 mm}}", "{close: {force: 1 N}}", up, &down, "{hold: 200 ms}"];
+        let steps: String =
+            steps[..steps.len() - usize::from(is_last)].iter().map(|step| format!("      - {step}\n")).collect();
+        let operator = Operator::read(&script(&steps), "test.operator.yaml").unwrap();
+        let recording = world::teach(&cube_on_base("", TWO_FINGERS), &operator, 0).unwrap();
+        let unmet = recording.events.iter().filter(|event| event.kind == "contact_not_met");
+        unmet.map(|event| event.subjects.join(" ")).collect::<Vec<_>>()
+    };
+    for last in [false, true] {
+        assert_eq!(carry("20 mm", last), ["right steps.3 base"]);
+        assert_eq!(carry("120 mm", last), [""; 0]);
+        // It is felt only after the way is over.
+        assert_eq!(carry("51 mm", last), [""; 0]);
+    }
+}
+
 #[test]
 fn hands_and_scripts_must_match() {
     let two = cube_on_base("", "{right: {fingers: [thumb, index]}, left: {fingers: [thumb]}}");
