@@ -7,6 +7,7 @@ use super::subject::Handling;
 use super::tasks::Named;
 use super::{Segment, TaskSpan, UNKNOWN, Who};
 use crate::base::hands::Side;
+use crate::base::meaning::Meaning;
 use crate::language::rules::{Rules, TaskId};
 use crate::stream::frames::Frames;
 use crate::stream::issue::{Issue, IssueKind};
@@ -50,7 +51,7 @@ impl Naming<'_> {
         Segment {
             primitive: name(piece),
             does: self.rules.meaning_for(piece.label, who.side()),
-            subject: self.handling.of_segment(who, &piece.frames, stretch),
+            subject: self.handling.of_segment(who, self.opens(who, piece), &piece.frames, stretch),
             rows: self.frames.rows(&piece.frames),
             frames: piece.frames.clone(),
             start_s: self.time_s(piece.frames.start, stretch),
@@ -61,6 +62,11 @@ impl Naming<'_> {
         }
     }
 
+    /// Whether a hand lets go in a segment.
+    fn opens(&self, who: Who, piece: &LabeledSpan) -> bool {
+        self.rules.meaning_for(piece.label, who.side()) == Some(Meaning::Open)
+    }
+
     /// A task of a hand in a stretch.
     pub fn task(&self, side: Side, named: &Named, raw: &[LabeledSpan], stretch: &Range<usize>) -> TaskSpan {
         let name = |id: TaskId| self.rules.tasks.get(id.index()).map_or(UNKNOWN, |task| &task.name).to_string();
@@ -68,8 +74,9 @@ impl Naming<'_> {
             ..named.pieces.last().map_or(0, |piece| piece.frames.end);
         let keys = named.task.and_then(|id| self.rules.tasks.get(id.index())).map_or(&[][..], |task| &task.keys);
         let is_key = |piece: &LabeledSpan| keys.iter().any(|key| key.label.covers(piece.label));
+        let opens = |piece: &LabeledSpan| self.opens(Who::Hand(side), piece);
         TaskSpan {
-            subject: self.handling.of_task(side, &named.pieces, is_key, stretch),
+            subject: self.handling.of_task(side, &named.pieces, is_key, opens, stretch),
             rows: self.frames.rows(&frames),
             task: named.task.map_or_else(|| UNKNOWN.to_string(), name),
             start_s: self.time_s(frames.start, stretch),

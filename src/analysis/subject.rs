@@ -2,7 +2,8 @@
 //!
 //! Per frame the log says which object is the hand's target, whether the hand touches it, and which body is the partner
 //! (`base::channels::HANDLING`). The object of a segment is the one touched on most of its frames; where the hand touches none, the one
-//! that it touches next, else the one nearest to its fingertips at the end. The partner is the body that is it for most of the time.
+//! that it touches next, else the one nearest to its fingertips at the end. Where the hand opens, it is the one touched as it
+//! begins to. The partner is the body that is it for most of the time.
 
 use super::Who;
 use super::labeled_span::LabeledSpan;
@@ -72,12 +73,12 @@ impl<'a> Handling<'a> {
         Self { hands: hands.collect() }
     }
 
-    /// What a segment of a track is about; `stretch` is the gap-free stretch that it is in.
-    pub fn of_segment(&self, who: Who, frames: &Range<usize>, stretch: &Range<usize>) -> Subject {
+    /// What a segment of a track is about; `stretch` is the gap-free stretch that it is in. A hand that opens may brush past something else then.
+    pub fn of_segment(&self, who: Who, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Subject {
         match who {
-            Who::Hand(side) => self.found(side, frames, stretch).into(),
+            Who::Hand(side) => self.found(side, opens, frames, stretch).into(),
             Who::Both => {
-                let [left, right] = Side::BOTH.map(|side| self.found(side, frames, stretch));
+                let [left, right] = Side::BOTH.map(|side| self.found(side, opens, frames, stretch));
                 match (left.object, right.object) {
                     (Some(one), Some(other)) if one != other => {
                         // The object that is in the other one is handled, the other is its partner.
@@ -105,9 +106,10 @@ impl<'a> Handling<'a> {
         side: Side,
         pieces: &[LabeledSpan],
         is_key: impl Fn(&LabeledSpan) -> bool,
+        opens: impl Fn(&LabeledSpan) -> bool,
         stretch: &Range<usize>,
     ) -> Subject {
-        let found = |piece: &LabeledSpan| (self.found(side, &piece.frames, stretch), piece.frames.len());
+        let found = |piece: &LabeledSpan| (self.found(side, opens(piece), &piece.frames, stretch), piece.frames.len());
         let mut all: Vec<(Found, usize)> = pieces.iter().filter(|piece| is_key(piece)).map(found).collect();
         if !all.iter().any(|(found, _)| found.touched) {
             all = pieces.iter().map(found).collect();
@@ -122,14 +124,18 @@ impl<'a> Handling<'a> {
         Found { object, partner: partner.map(|(name, _)| name), ..Found::default() }.into()
     }
 
-    fn found(&self, side: Side, frames: &Range<usize>, stretch: &Range<usize>) -> Found<'a> {
+    fn found(&self, side: Side, opens: bool, frames: &Range<usize>, stretch: &Range<usize>) -> Found<'a> {
         let Some(runs) = self.hands.get(&side) else { return Found::default() };
         let within = within(runs, frames);
         let length = |run: &Run| run.frames.end.min(frames.end) - run.frames.start.max(frames.start);
-        let touched = || within.iter().filter(|run| run.touched);
+        // The last touch may be that of the frame before.
+        let before = frames.start.checked_sub(1).filter(|before| *before >= stretch.start);
+        let begins = before.into_iter().chain([frames.start]).filter(|_| opens).filter_map(|frame| at(runs, frame));
+        let held = begins.filter(|run| run.touched).find_map(|run| run.object);
+        let touched = || within.iter().filter(|run| run.touched && held.is_none_or(|held| run.object == Some(held)));
         let Some((object, lasted)) = most(touched().filter_map(|run| Some((run.object?, length(run))))) else {
             let next = (frames.end < stretch.end).then(|| at(runs, frames.end)).flatten().filter(|run| run.touched);
-            let object = next.or_else(|| within.last()).and_then(|run| run.object);
+            let object = held.or_else(|| next.or_else(|| within.last()).and_then(|run| run.object));
             return Found { object, ..Found::default() };
         };
         let own = || touched().filter(|run| run.object == Some(object));

@@ -88,6 +88,27 @@ fn a_hand_that_comes_near_is_about_the_object_that_it_will_touch() {
     }
 }
 
+/// Fingers that open push at the block beside the box: what is let go is the box.
+#[test]
+fn a_hand_that_opens_lets_go_of_what_it_held() {
+    let mut scene = shipped::scene("pick_and_place").unwrap();
+    let block = scene.bodies.get_mut("block").unwrap();
+    (block.position[0].0, block.position[1].0) = (0.110, 0.130);
+    let mut operator = shipped::operator("pick_and_place").unwrap();
+    operator.variation = operator.variation.scaled(0.0);
+    let recording = teach(&scene, &operator, 1).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.csv");
+    formats::write(&recording, &path).unwrap();
+    let analysis = analyzed(&Log::open(&path).unwrap());
+    let release: Vec<Segment> = analysis.segments().into_iter().filter(|it| it.primitive() == "Release").collect();
+    assert_eq!(about(&analysis, RIGHT, "Release"), ["box"]);
+    // The block was pushed while it opened.
+    let rows = release[0].rows();
+    let at = |row: usize| recording.columns["block.position.y"].values[row];
+    assert!(at(rows.end - 1) - at(rows.start) > 1e-3, "{rows:?}");
+}
+
 #[test]
 fn rows_are_those_of_the_file() {
     let folder = tempfile::tempdir().unwrap();
