@@ -67,12 +67,9 @@ impl Additive {
 /// Tries to prove that, on every frame and in every state of the base, the extension gives the base's leaf or one of its own primitives,
 /// and that its tasks and rules do nothing where none of them occurs.
 pub fn additive(base: &Rules, extended: &Rules) -> Additive {
-    let is_new = |name: &str| base.primitive(name).is_none();
     let names = extended.primitives.iter().map(|primitive| primitive.name.clone());
-    let new: Vec<String> = names.filter(|name| is_new(name)).collect();
-    let new_label = |label: Label| {
-        extended.primitives.get(label.primitive.index()).is_some_and(|primitive| is_new(&primitive.name))
-    };
+    let new: Vec<String> = names.filter(|name| base.primitive(name).is_none()).collect();
+    let new_label = new_in(base, extended);
     let trees = trees(base, extended, &|label| new_label(label));
     let mut changed = changed(base, &without_new(extended, &new_label));
     changed.extend(primitives_changed(base, extended));
@@ -113,6 +110,12 @@ fn primitives_changed(one: &Rules, other: &Rules) -> Vec<String> {
     both.filter(|(_, ours, theirs)| meaning(one, *ours) != meaning(other, *theirs))
         .map(|(primitive, ..)| format!("the primitive `{}` means something else", primitive.name))
         .collect()
+}
+
+/// Whether a label of one rule set is of a primitive that another one does not have.
+fn new_in<'r>(base: &'r Rules, extended: &'r Rules) -> impl Fn(Label) -> bool + 'r {
+    let named = |label: Label| extended.primitives.get(label.primitive.index());
+    move |label| named(label).is_some_and(|primitive| base.primitive(&primitive.name).is_none())
 }
 
 /// Where the trees of two rule sets give different leaves.
@@ -294,6 +297,8 @@ pub fn lost(one: &Rules, other: &Rules) -> Vec<String> {
 fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> Vec<String> {
     let mut acts = Vec::new();
     let mut last = None;
+    let ours = |task: &Task| asks(task, base, &|_| false);
+    let new_label = new_in(base, extended);
     for task in &base.tasks {
         match extended.tasks.iter().position(|other| other.name == task.name) {
             None => acts.push(format!("the task `{}` is gone", task.name)),
@@ -302,9 +307,15 @@ fn lost_but(base: &Rules, extended: &Rules, is_new: &dyn Fn(Label) -> bool) -> V
                     acts.push(format!("the task `{}` comes earlier than in the base", task.name));
                 }
                 last = Some(at);
-                if asks(task, base, &|_| false) != asks(&extended.tasks[at], extended, is_new) {
-                    acts.push(format!("the task `{}` asks for something else", task.name));
+                let theirs = &extended.tasks[at];
+                if ours(task) == asks(theirs, extended, is_new) {
+                    continue;
                 }
+                acts.push(if ours(task) == asks(theirs, extended, &new_label) {
+                    format!("the task `{}` differs only in new primitives", task.name)
+                } else {
+                    format!("the task `{}` asks for something else", task.name)
+                });
             }
         }
     }

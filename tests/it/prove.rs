@@ -108,6 +108,9 @@ fn diff_tells_cases_and_intervals() {
     let printed = all_said(&teachtree_in(root, &args));
     assert!(printed.contains("becomes Follow   rules/contact.rules:"), "{printed}");
     assert!(printed.contains("  right 10.844 – 10.874 s: Approach becomes Grasp\n"), "{printed}");
+    // Its primitive is a kind of what `push` must not have.
+    let own = all_said(&teachtree_in(root, &["diff", "contact.rules", "examples/primitives/shake/shake.rules"]));
+    assert!(own.contains("the task `push` differs only in new primitives\n"), "{own}");
     let same = all_said(&teachtree_in(root, &["diff", "contact.rules", "contact.rules"]));
     assert!(same.contains("single_hand: the same leaf on every frame"), "{same}");
 }
