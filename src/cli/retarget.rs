@@ -5,7 +5,7 @@ use super::source::{SourceArgs, is_yaml};
 use super::{Failure, output};
 use crate::base::error::InputError;
 use crate::base::hands::Finger;
-use crate::base::scene::Scene;
+use crate::base::scene::{Role, Scene};
 use crate::command::{self, Commands, TouchForces};
 use crate::robot::{self, Crossing, Robot};
 use crate::session::Rules;
@@ -65,6 +65,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         output::print(
             "no task was found with an object that fingers touch: nothing is commanded, and nothing written\n",
         )?;
+        output::print(&without_shape(&opened.recording.scene))?;
         return Err(Failure::No);
     }
     // Jaws are not asked for more than they give; the missing force is reported.
@@ -91,6 +92,16 @@ pub fn touch_forces(rules: &Rules) -> TouchForces {
     let value = |name: &str, default: f64| rules.set().param(name).map_or(default, |param| param.value);
     let TouchForces { on_n, off_n } = TouchForces::default();
     TouchForces { on_n: value("touch_on", on_n), off_n: value("touch_off", off_n) }
+}
+
+/// Objects of which it is not known where fingers touch them.
+fn without_shape(scene: &Scene) -> String {
+    let shapeless = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object && body.parts.is_empty());
+    let names: Vec<String> = shapeless.map(|(name, _)| format!("`{name}`")).collect();
+    if names.is_empty() {
+        return String::new();
+    }
+    format!("  help: the shape of {} is not known; give a scene that has it with `--scene`\n", names.join(", "))
 }
 
 /// Formats the warning that hands or arms go through each other.

@@ -1,6 +1,6 @@
 //! A task's part of a recording at the rate of commands, and the segments and contact points that come out of it.
 
-use super::columns::{poses, vectors};
+use super::columns::{RowTime, interpolated, poses, poses_at, positions_at, vectors};
 use super::form::{Contact, GraspSpec, Quality, Segment, Tip};
 use super::smooth::{deviation, jerk, smooth_within};
 use super::touching::{TouchForces, flags, touching};
@@ -52,8 +52,8 @@ pub(super) struct Piece {
 /// Samples of one task.
 pub(super) struct Series {
     pub(super) start_s: f64,
-    /// Rows of the recording.
-    rows: Vec<usize>,
+    /// When the samples are.
+    times: Vec<RowTime>,
     /// Where the object was.
     pub(super) object: Vec<Isometry3<f64>>,
     /// Where it is to be, before smoothing.
@@ -88,22 +88,20 @@ impl Series {
         touch: TouchForces,
     ) -> Option<Self> {
         let count = ((end_s - start_s) * RATE_HZ).round() as usize + 1;
-        let last = recording.time.len().checked_sub(1)?;
-        let rows: Vec<usize> = (0..count)
-            .map(|at| {
-                let time = start_s + at as f64 / RATE_HZ;
-                recording.time.partition_point(|t| *t < time - 1e-9).min(last)
-            })
-            .collect();
+        recording.time.first()?;
+        let times: Vec<RowTime> = (0..count).map(|at| RowTime::at(recording, start_s + at as f64 / RATE_HZ)).collect();
+        let rows: Vec<usize> = times.iter().map(|time| time.row).collect();
         let name = object;
-        let object = poses(recording, object, &rows)?;
+        let object = poses_at(recording, object, &times)?;
         let mut fingers = Vec::new();
         for &finger in hand.fingers.iter().filter(|finger| **finger != Finger::Palm) {
             let tip = |part| LogChannel::Finger(side, finger, part);
-            let Some(tips) = vectors(recording, &tip(FingerPart::Position), &rows) else { continue };
+            let Some(tips) = positions_at(recording, &tip(FingerPart::Position), &times) else { continue };
             let forces = vectors(recording, &tip(FingerPart::Force), &rows);
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
-            let touches = touching(recording, (side, finger), name, &rows, touch);
+            let at_rows = |rows: &[usize]| Some(touching(recording, (side, finger), name, rows, touch));
+            // Between two rows a finger touches where it does at both.
+            let touches = interpolated(&times, at_rows, |one, other, _| one && other)?;
             let local =
                 |(at, tip): (usize, &Vector3<f64>)| object[at].inverse_transform_point(&Point3::from(*tip)).coords;
             let on_object = |((force, object), on): ((&Vector3<f64>, &Isometry3<f64>), &bool)| {
@@ -125,7 +123,7 @@ impl Series {
             fingers.len() == 2 && fingers.iter().all(|it| flags(recording, (side, it.finger), name).is_some());
         (!fingers.is_empty()).then_some(Self {
             start_s,
-            rows,
+            times,
             object,
             wanted,
             fingers,
@@ -151,7 +149,7 @@ impl Series {
 
     /// Where another body was; `None` for one that was not measured.
     pub(super) fn other(&self, recording: &Recording, body: &str) -> Option<Vec<Isometry3<f64>>> {
-        poses(recording, body, &self.rows)
+        poses_at(recording, body, &self.times)
     }
 
     /// Where an object of this name has come to rest, at a time (s) or soon after it; `None` for one that was not measured, or still moves when the recording ends.
@@ -173,8 +171,9 @@ impl Series {
     /// The unit normals from a body onto the object where they touch, zero elsewhere; `None` when the recording does not have their contact.
     pub(super) fn normals(&self, recording: &Recording, object: &str, body: &str) -> Option<Vec<Vector3<f64>>> {
         let contact = |part| LogChannel::Contact(object, body, part);
-        let forces = vectors(recording, &contact(ContactPart::Force), &self.rows)?;
-        let normals = vectors(recording, &contact(ContactPart::Normal), &self.rows).unwrap_or_else(|| forces.clone());
+        let rows: Vec<usize> = self.times.iter().map(|time| time.row).collect();
+        let forces = vectors(recording, &contact(ContactPart::Force), &rows)?;
+        let normals = vectors(recording, &contact(ContactPart::Normal), &rows).unwrap_or_else(|| forces.clone());
         let touches = |force: &Vector3<f64>| force.norm() > ON_N;
         let unit = |(force, normal): (&Vector3<f64>, &Vector3<f64>)| {
             normal.try_normalize(1e-6).filter(|_| touches(force)).unwrap_or_else(Vector3::zeros)

@@ -1,6 +1,6 @@
 //! Curves through samples and shares of motions: what plans are drawn with.
 
-use crate::base::pose::{Seven, from_seven};
+use crate::base::pose::{Seven, from_seven, slerp};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 /// A share of a motion, as a screw: a turn about an axis in space, and along it.
@@ -21,10 +21,6 @@ pub(crate) fn screw_motion(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64>
 pub(crate) fn share_of(whole: &Isometry3<f64>, share: f64) -> Isometry3<f64> {
     let turn = slerp(&UnitQuaternion::identity(), &whole.rotation, share);
     Isometry3::from_parts(Translation3::from(whole.translation.vector * share), turn)
-}
-
-pub(crate) fn slerp(from: &UnitQuaternion<f64>, to: &UnitQuaternion<f64>, share: f64) -> UnitQuaternion<f64> {
-    from.try_slerp(to, share, 1e-9).unwrap_or(*to)
 }
 
 /// The two samples about a share of a list, and how far it is between them.

@@ -9,13 +9,13 @@ mod lift;
 pub(super) mod segments;
 
 use self::segments::{SHORTEST_S, fade_time, falls, force_at, is_brought, is_carried_later, is_near, transfer_time};
-use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, slerp, vector_at, way_of};
+use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
 use crate::base::easing::minimum_jerk;
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
-use crate::base::pose::from_seven;
+use crate::base::pose::{from_seven, slerp};
 use crate::base::shown::Shown;
 use crate::command::{Precedence, Segment, Task};
 use crate::robot::kinematics::finger::FingerModel;
@@ -206,7 +206,7 @@ impl<'a> Plan<'a> {
             }
             let role = match (segment.touching, segment.does) {
                 (false, _) => Role::Free,
-                (true, Meaning::Close) => Role::Close,
+                (true, Meaning::Close) if !segments::holds_on(&task.segments, index) => Role::Close,
                 (true, Meaning::Open) => Role::Leave,
                 (true, _) => Role::Hold,
             };

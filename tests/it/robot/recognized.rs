@@ -49,3 +49,31 @@ fn rules_find_the_commanded_task_in_the_recording_of_the_robot_or_the_answer_is_
     assert!(all_said(&output).contains("`primitive … does carry`"), "{}", all_said(&output));
     assert!(!std::path::Path::new(&robot).exists());
 }
+
+/// The rules take a stop between two slides for a Grasp: the robot holds on, and its recording has one task as well.
+#[test]
+fn a_stop_on_the_way_is_held_through() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [operator, log, commands, robot] = ["slide.yaml", "log.csv", "commands.json", "robot.csv"].map(path);
+    let shipped = include_str!("../../../scenes/slide.operator.yaml");
+    let back = "{phase: back, carry: {along: [-1, -0.25, 0], distance: 100 mm, speed: 120 mm/s, press: {against: base, toward: [0, 0, -1], force: 0.3 N}}}";
+    let stops = "      - {hold: 200 ms}\n      - {phase: let go,";
+    let text = shipped.replace(stops, &format!("      - {{hold: 300 ms}}\n      - {back}\n{stops}"));
+    assert_ne!(text, shipped);
+    write(&operator, text).unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree(args);
+        assert!(output.status.success(), "{}", all_said(&output));
+        said(&output)
+    };
+    run(&["teach", "slide", &operator, "--variation", "0", "-o", &log]);
+    run(&["retarget", &log, "-o", &commands]);
+    let document: Value = serde_json::from_str(&std::fs::read_to_string(&commands).unwrap()).unwrap();
+    let segments = document["tasks"][0]["segments"].as_array().unwrap().iter();
+    let does: Vec<&str> = segments.map(|segment| segment["does"].as_str().unwrap()).collect();
+    assert_eq!(does, ["free", "approach", "close", "slide", "close", "slide", "open"]);
+    run(&["simulate", &commands, "--scene", "slide", "-o", &robot]);
+    let found = run(&["analyze", &robot]);
+    assert_eq!(found.lines().filter(|line| line.starts_with("  slide can")).count(), 1, "{found}");
+}

@@ -37,6 +37,12 @@ pub(in crate::robot::planning) fn left_at(segment: &Segment, gone: f64) -> Isome
     pose_at(&segment.object, (OPENING_S + gone * (lasts_s - OPENING_S)) / lasts_s)
 }
 
+/// Whether a hand that closes in a segment has hold of the object with the same grasp already, as after a stop on the way: it holds on.
+pub(super) fn holds_on(segments: &[Segment], index: usize) -> bool {
+    let before = index.checked_sub(1).map(|before| &segments[before]).filter(|before| before.touching);
+    before.is_some_and(|before| before.does != Meaning::Open && before.grasp == segments[index].grasp)
+}
+
 /// Whether the object of a segment falls.
 pub(super) fn falls(segment: &Segment) -> bool {
     let step_s = segment.duration_s / segment.object.len().saturating_sub(1).max(1) as f64;
