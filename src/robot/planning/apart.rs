@@ -314,11 +314,14 @@ impl<'a> Pair<'a> {
         Ok(made.map(|(task, (measure, stands))| Choice { task, measure, stands }).collect())
     }
 
-    /// The best pairs of choices where hands alone are looked at, no nearer than the present ones; each choice is in few of them. What takes hold or lets go on
+    /// The best pairs of choices where hands alone are looked at, no nearer than the present limbs; each choice is in few of them. What takes hold or lets go on
     /// worse a way than the present grasp would drag the object along, and comes later.
-    fn couples(&self, grasps: Grasps, choices: &[Vec<Choice>; 2]) -> Vec<Couple> {
+    fn couples(&self, grasps: Grasps, steps: &[[usize; 2]], choices: &[Vec<Choice>; 2]) -> Vec<Couple> {
         let [Some(one), Some(other)] = [0, 1].map(|hand| choices[hand].first()) else { return Vec::new() };
-        let present = too_near(&one.stands, &other.stands, f64::INFINITY).unwrap_or(f64::INFINITY).max(SLIGHT_M);
+        // Where only the arms are too near, hands may be nearer than now.
+        let hands = too_near(&one.stands, &other.stands, f64::INFINITY).unwrap_or(f64::INFINITY);
+        let limbs = |steps: &[usize; 2]| self.walks[0].at(steps[0]).too_near(self.walks[1].at(steps[1]));
+        let present = hands.max(steps.iter().map(limbs).sum()).max(SLIGHT_M);
         let fixed = Surroundings::sunk(self.scene, SUNK_M);
         let through = [0, 1].map(|hand| {
             let counts = threads::each(&choices[hand], |it| {
@@ -354,7 +357,7 @@ impl<'a> Pair<'a> {
         // For each choice, the limb at the steps, in every posture.
         let mut limbs: BTreeMap<(usize, usize), Vec<Option<Vec<Occupied>>>> = BTreeMap::new();
         let mut reached: Vec<Couple> = Vec::new();
-        for couples in self.couples(grasps, choices).chunks(AT_ONCE) {
+        for couples in self.couples(grasps, steps, choices).chunks(AT_ONCE) {
             let new = couples.iter().flat_map(|couple| [0, 1].map(|hand| (hand, couple.choices[hand])));
             let new: BTreeSet<(usize, usize)> = new.filter(|choice| !limbs.contains_key(choice)).collect();
             let new: Vec<(usize, usize)> = new.into_iter().take(WALKED.saturating_sub(limbs.len())).collect();

@@ -1,6 +1,7 @@
 //! Turns an object that goes into a hole about the axis of the hole, on its way there. In the hole it may be turned as it likes, so that a hand may come to the other one
 //! from another side, with the taught contacts.
 
+use super::schedule::last_to_touch;
 use crate::base::easing::minimum_jerk;
 use crate::base::meaning::Meaning;
 use crate::base::pose::{from_seven, seven};
@@ -21,7 +22,7 @@ pub(super) fn turned(tasks: &[Task], number: usize, scene: &Scene, angle: f64) -
     let inserts = task.segments.iter().position(|segment| segment.does == Meaning::Insert)?;
     let carries = task.segments[..inserts].iter().rposition(|segment| segment.does == Meaning::Carry)?;
     let now = |body: &str| {
-        let moved = tasks.iter().rfind(|other| other.object == body).and_then(left_at);
+        let moved = last_to_touch(tasks.iter().filter(|other| other.object == body)).and_then(left_at);
         moved.or_else(|| scene.bodies.get(body).map(|body| body.pose()))
     };
     let object = left_at(task)?;

@@ -22,7 +22,7 @@ const MISSED: PoseError = PoseError { m: 2e-3, rad: 2e-2 };
 /// A hand with its arm on its way.
 pub(super) struct Moving {
     pub(super) planner: HandPlanner,
-    /// Its robot, and the pose of its root, where it began.
+    /// Its robot, and the pose of its root: a hand without an arm is carried about.
     pub(super) limb: Robot,
     pub(super) root: Isometry3<f64>,
     /// All degrees of freedom now, and as they were when the task began that is done now.
@@ -63,7 +63,9 @@ impl Moving {
         let target = plan.at(own_s);
         self.palm = target.palm;
         let hand = &self.planner.hand;
-        if !hand.arm.is_empty() {
+        if hand.arm.is_empty() {
+            self.root = target.palm * self.limb.tree.forward_kinematics(&self.q)[hand.palm].inverse();
+        } else {
             let root = &self.root;
             let missing = hand.arm_on(&self.limb.tree).inverse_kinematics(root, &target.palm, &mut self.q, ITERATIONS);
             if missing.m > MISSED.m || missing.rad > MISSED.rad {

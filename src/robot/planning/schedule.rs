@@ -38,6 +38,15 @@ pub(super) fn first_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Optio
     tasks.min_by(|a, b| touched_s(a).total_cmp(&touched_s(b)))
 }
 
+/// The task that touches its object last.
+pub(super) fn last_to_touch<'t>(tasks: impl Iterator<Item = &'t Task>) -> Option<&'t Task> {
+    let touched_s = |task: &Task| {
+        let touch = task.segments.iter().rfind(|segment| segment.touching);
+        touch.map_or(f64::NEG_INFINITY, |segment| segment.demonstrated_start_s + segment.duration_s)
+    };
+    tasks.max_by(|a, b| touched_s(a).total_cmp(&touched_s(b)))
+}
+
 /// Where the object of a task is found by its hand, when it is at `object` as the group begins: what another task of the group has brought onto the
 /// demonstrated way is there afterwards. Whoever touches it first finds it there.
 pub(crate) fn found(tasks: &[Task], group: &[usize], number: usize, object: &Isometry3<f64>) -> Found {

@@ -274,12 +274,11 @@ impl Walk {
         (0..=all).map(|step| steps(&walks, &time, step)).collect()
     }
 
-    /// How two walks of these tasks go through each other, at steps that are near; `None` for hands without arms, which are not carried along.
+    /// How two walks of these tasks go through each other, at steps that are near; `None` where they do not.
     pub(super) fn crossing(&self, other: &Self, near: &[Near], tasks: &[usize]) -> Option<Crossing> {
         let gap = |near: &Near| limb_gap(&self.at(near.steps[0]).limb, &other.at(near.steps[1]).limb, -REPORTED_M);
         let depth_m = near.iter().filter_map(gap).map(|found| -found.gap).fold(0.0, f64::max);
-        let crosses = depth_m > 0.0 && !self.arm.is_empty() && !other.arm.is_empty();
-        crosses.then(|| Crossing { tasks: tasks.to_vec(), depth_m })
+        (depth_m > 0.0).then(|| Crossing { tasks: tasks.to_vec(), depth_m })
     }
 
     /// As [`Walk::near`], for a walk of the hand with this number; steps are in the order of the hands.
