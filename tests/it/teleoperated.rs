@@ -1,7 +1,9 @@
 //! Recordings of teleoperated grippers become programs of a simulated one: objects end where they were left.
 
 use crate::program::{all_said, teachtree_in};
+use std::io::Write as _;
 use std::path::Path;
+use std::process::Command;
 use teachtree::base::meaning::Meaning;
 use teachtree::command::{Commands, RATE_HZ};
 
@@ -59,4 +61,24 @@ fn objects_of_teleoperated_recordings_end_where_they_were_left() {
         assert!(done.len() == objects.len() && !said.contains("not done"), "{log}: {said}");
         assert!(done.iter().zip(*objects).all(|(line, object)| line.contains(&format!("`{object}`"))), "{log}: {said}");
     }
+}
+
+/// The hand, its pads, the gripper, a wrench at the wrist and the object are topics of a bag that a library of others has written.
+#[test]
+fn a_bag_of_ros_2_becomes_a_program() {
+    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+    let run = |args: &[&str]| Command::new(&python).args(args).output();
+    if !run(&["-c", "import mcap_ros2"]).is_ok_and(|output| output.status.success()) {
+        let _ = writeln!(std::io::stderr(), "skipped: Python with `mcap-ros2-support` is not installed");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let bag = folder.path().join("lift.mcap").display().to_string();
+    let [script, log] = ["tests/fixtures/ros2/bag.py", "demos/robosuite/lift_demo_1.csv"]
+        .map(|name| root.join(name).display().to_string());
+    let written = run(&[&script, &log, "cube", &bag]).unwrap();
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let (_, said) = carried_out(&bag, ["../../tests/fixtures/ros2/gripper", "panda_lift"]);
+    assert!(said.starts_with("done") && said.contains("`cube` is 0.0 mm"), "{said}");
 }

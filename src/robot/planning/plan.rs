@@ -545,7 +545,7 @@ impl<'a> Plan<'a> {
             let wanted = match phase.role {
                 Role::Close if waits => force_at(segment, *finger, 0.0),
                 Role::Close => force_at(segment, *finger, 1.0),
-                Role::Hold if segment.does == Meaning::Close => force_at(segment, *finger, 1.0),
+                Role::Hold if segments::has_closed(&self.phases, segment) => force_at(segment, *finger, 1.0),
                 Role::Hold | Role::Steady => force_at(segment, *finger, at),
                 Role::Leave => self.last_force(phase, *finger),
                 Role::Free | Role::Over => Vector3::zeros(),

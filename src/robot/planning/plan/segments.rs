@@ -1,6 +1,6 @@
 //! What a plan asks about the segments of a task.
 
-use super::{LEAVING_S, OPENING_S};
+use super::{LEAVING_S, OPENING_S, Phase, Role};
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
@@ -41,6 +41,12 @@ pub(in crate::robot::planning) fn left_at(segment: &Segment, gone: f64) -> Isome
 pub(super) fn holds_on(segments: &[Segment], index: usize) -> bool {
     let before = index.checked_sub(1).map(|before| &segments[before]).filter(|before| before.touching);
     before.is_some_and(|before| before.does != Meaning::Open && before.grasp == segments[index].grasp)
+}
+
+/// Whether a hand has closed in a phase of a segment: what it brings along in the rest of it is pressed as hard as at its end.
+pub(super) fn has_closed(phases: &[Phase<'_>], segment: &Segment) -> bool {
+    let closes = |phase: &Phase<'_>| phase.role == Role::Close && std::ptr::eq(phase.segment, segment);
+    segment.does == Meaning::Close && phases.iter().any(closes)
 }
 
 /// Whether the object of a segment falls.
