@@ -16,7 +16,7 @@ step "the engine, and what is proved, against the reference"
 PROGRAMS=500 cargo test --test it -- --ignored many_programs many_proofs
 
 step "silent changes"
-cargo run --release --example damage -- 5
+cargo example damage -- 5
 
 if cargo fuzz --version >/dev/null 2>&1 && cargo +nightly --version >/dev/null 2>&1; then
     step "seeds"

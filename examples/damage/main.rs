@@ -1,4 +1,4 @@
-//! `cargo run --release --example damage -- 1000` damages recordings of every format in a thousand ways each, analyzes them through the library's interface,
+//! `cargo example damage -- 1000` damages recordings of every format in a thousand ways each, analyzes them through the library's interface,
 //! and counts what comes of it. Damage that changes labels elsewhere without an issue is listed. The same seed gives the same counts on any number of threads.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 

@@ -1,8 +1,8 @@
 //! The list of grasps that grasp mapping is measured on, and the measurement.
 //!
-//! `cargo run --release --example grasps -- generate` draws grasps that are known to be feasible and writes `tests/fixtures/grasps.json`
+//! `cargo example grasps -- generate` draws grasps that are known to be feasible and writes `tests/fixtures/grasps.json`
 //! with a reference for each; `… -- refer` keeps the grasps and looks for better references, which are never lowered;
-//! `cargo run --release --example grasps` maps them and prints the results.
+//! `cargo example grasps` maps them and prints the results.
 //!
 //! The generator: a shape (box, cylinder or ball, randomly rotated) of 20 to 110 mm; two to five fingers, the thumb among them; a point
 //! on the surface for the thumb, and points for the fingers on the other side, 20 to 30 mm apart in a row; then up to 20 000 palm poses about

@@ -1,4 +1,4 @@
-//! `cargo run --release --example real -- [FOLDER…]` says how right the shipped rules are on recordings that other operators made: those in `demos`, and
+//! `cargo example real -- [FOLDER…]` says how right the shipped rules are on recordings that other operators made: those in `demos`, and
 //! those of the same kinds in the folders that are named. One set of rules and params for all; nothing is chosen by file.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a program says what it does")]
 

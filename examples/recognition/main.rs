@@ -1,4 +1,4 @@
-//! `cargo run --release --example recognition -- 1..200 1001..1050` writes docs/recognition.md: every shipped task, demonstrated by many simulated
+//! `cargo example recognition -- 1..200 1001..1050` writes docs/recognition.md: every shipped task, demonstrated by many simulated
 //! operators and analyzed with one set of rules. Recordings stay in memory; the page does not depend on the number of threads.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command-line program prints")]
 

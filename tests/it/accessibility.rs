@@ -2,7 +2,7 @@
 //! message where there is no browser or no axe.
 
 use crate::browser::Browser;
-use crate::program::{complained, teachtree_in};
+use crate::program::{complained, demonstrate, teachtree_in};
 use crate::studio::against::add_other_rules;
 use crate::studio::fit::with_labels;
 use crate::studio::{OPENED, Studio, folder};
@@ -66,7 +66,7 @@ fn a_fit_and_two_rule_sets_are_accessible() {
 fn a_report_is_accessible() {
     let folder = tempfile::tempdir().unwrap();
     let Some(mut browser) = Browser::start() else { return };
-    run(folder.path(), &["teach", "hold_and_insert", "hold_and_insert", "-o", "log.csv", "--seed", "3"]);
+    demonstrate("hold_and_insert", &["--seed", "3"], folder.path().join("log.csv"));
     run(folder.path(), &["analyze", "log.csv", "--report", "report.html"]);
     browser.open(&folder.path().join("report.html"));
     is_clean(&mut browser, "a report");

@@ -1,30 +1,54 @@
-//! A real browser without a window, driven over a pipe by its DevTools protocol: messages in JSON, each ended by a zero byte.
+//! A real browser without a window, driven over a pipe by its DevTools protocol: messages in JSON, each ended by a zero byte. Tests share one browser of each
+//! kind; each has a page of its own, in a context of its own.
 
 use serde_json::{Value, json};
+use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{Receiver, channel};
+use std::process::{ChildStdin, Command, Stdio};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant};
 
 /// Names under which the browser is installed, the usual ones first.
 const NAMES: [&str; 6] =
     ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome", "chrome-headless-shell"];
 /// Longer than any answer takes, also where many tests share few cores.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(300);
+/// WebGL without a graphics card, and a camera that shows a pattern.
+const DRAWING: [&str; 4] = [
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--use-fake-device-for-media-stream",
+    "--use-fake-ui-for-media-stream",
+];
 
-/// A browser with one page.
-pub struct Browser {
-    process: Child,
-    to: ChildStdin,
-    from: Receiver<Value>,
-    session: Option<String>,
+/// A running browser. It ends when its pipe closes, at the latest with this process, and its profile is deleted then.
+struct Connection {
+    to: Mutex<ChildStdin>,
+    routes: Mutex<Routes>,
+}
+
+/// Where messages from the browser go.
+#[derive(Default)]
+struct Routes {
     calls: u64,
+    /// Answers to calls of the browser itself, by the number of the call.
+    answers: HashMap<u64, Sender<Value>>,
+    /// Answers and events of a page, by its session.
+    sessions: HashMap<String, Sender<Value>>,
+}
+
+/// A page of a browser.
+pub struct Browser {
+    connection: Arc<Connection>,
+    from: Receiver<Value>,
+    session: String,
+    context: Value,
     /// What the page complained about: exceptions of scripts, refused requests.
     pub complaints: Vec<String>,
     /// The address under which a page may ask for things; files otherwise.
     site: Option<String>,
-    _profile: tempfile::TempDir,
 }
 
 /// Where a browser is installed.
@@ -36,85 +60,136 @@ fn installed() -> Option<PathBuf> {
     places.chain([mac]).find(|place| place.is_file())
 }
 
-impl Browser {
-    /// Starts one; `None`, with a message, where none is installed.
-    pub fn start() -> Option<Self> {
-        Self::start_with(&["--disable-gpu"])
-    }
-
-    /// The same, for pages that draw by WebGL: without a graphics card.
-    pub fn start_drawing() -> Option<Self> {
-        Self::start_with(&["--use-angle=swiftshader", "--enable-unsafe-swiftshader"])
-    }
-
-    /// The same, with a camera: one that shows a file of JPEG pictures, or a pattern that moves.
-    pub fn start_with_camera(pictures: Option<&Path>) -> Option<Self> {
-        let pictures = pictures.map(|file| format!("--use-file-for-fake-video-capture={}", file.display()));
-        let camera = ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"];
-        let drawing = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-        Self::start_with(&[&drawing[..], &camera, &pictures.as_deref().into_iter().collect::<Vec<_>>()].concat())
-    }
-
-    fn start_with(flags: &[&str]) -> Option<Self> {
+impl Connection {
+    /// Starts a browser; `None`, with a message, where none is installed.
+    fn start(flags: &[&str]) -> Option<Arc<Self>> {
         let Some(program) = installed().filter(|_| cfg!(unix)) else {
             // Past the capture of the harness: whoever runs the tests shall see it.
-            let _ = writeln!(std::io::stderr(), "skipped: no Chromium is installed to open the report with");
+            let _ = writeln!(std::io::stderr(), "skipped: no Chromium is installed to open pages with");
             return None;
         };
-        let profile = tempfile::tempdir().unwrap();
-        // The browser reads from 3 and writes to 4.
+        // The browser reads from 3 and writes to 4. A process of its own deletes the profile: statics are not dropped.
+        const SCRIPT: &str = r#"profile=$(mktemp -d); "$0" "$@" --user-data-dir="$profile" about:blank 3<&0 4>&1 0</dev/null 1>/dev/null; rm -rf "$profile""#;
         let mut process = Command::new("sh")
-            .args(["-c", r#"exec "$0" "$@" 3<&0 4>&1 0</dev/null 1>/dev/null"#])
+            .args(["-c", SCRIPT])
             .arg(program)
             .args(["--headless", "--remote-debugging-pipe", "--no-sandbox", "--disable-dev-shm-usage"])
             .args(flags)
             .args(["--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"])
-            .arg(format!("--user-data-dir={}", profile.path().display()))
-            .arg("about:blank")
+            // Pages that are not in front draw as fast as the one that is.
+            .args(["--disable-background-timer-throttling", "--disable-backgrounding-occluded-windows"])
+            .arg("--disable-renderer-backgrounding")
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
             .unwrap();
-        let to = process.stdin.take().unwrap();
+        let to = Mutex::new(process.stdin.take().unwrap());
         let mut out = BufReader::new(process.stdout.take().unwrap());
-        let (send, from) = channel();
+        let connection = Arc::new(Self { to, routes: Mutex::default() });
+        let reader = Arc::downgrade(&connection);
         std::thread::spawn(move || {
             let mut message = Vec::new();
             while out.read_until(0, &mut message).is_ok_and(|length| length > 0) {
                 message.pop();
-                if serde_json::from_slice(&message).map(|message: Value| send.send(message)).is_err() {
-                    break;
-                }
+                let Some(connection) = reader.upgrade() else { break };
+                connection.routes.lock().unwrap().route(serde_json::from_slice(&message).unwrap());
                 message.clear();
             }
+            // Who waits for an answer learns that none comes.
+            if let Some(connection) = reader.upgrade() {
+                *connection.routes.lock().unwrap() = Routes::default();
+            }
+            let _ = process.wait();
         });
-        let (session, complaints, site) = (None, Vec::new(), None);
-        let mut browser = Self { process, to, from, session, calls: 0, complaints, site, _profile: profile };
-        let target = browser.call("Target.createTarget", json!({ "url": "about:blank" }))["targetId"].clone();
-        let attached = browser.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
-        browser.session = attached["sessionId"].as_str().map(str::to_string);
+        Some(connection)
+    }
+
+    fn send(&self, message: &Value) {
+        let mut to = self.to.lock().unwrap();
+        to.write_all(format!("{message}\0").as_bytes()).unwrap();
+        to.flush().unwrap();
+    }
+
+    /// Calls a method of the browser itself.
+    fn call(&self, method: &str, params: Value) -> Value {
+        let (send, answers) = channel();
+        let id = {
+            let mut routes = self.routes.lock().unwrap();
+            let id = routes.number();
+            routes.answers.insert(id, send);
+            id
+        };
+        self.send(&json!({ "id": id, "method": method, "params": params }));
+        let answer = answers.recv_timeout(PATIENCE).unwrap_or_else(|_| panic!("the browser does not answer {method}"));
+        assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
+        answer["result"].clone()
+    }
+}
+
+impl Routes {
+    fn number(&mut self) -> u64 {
+        self.calls += 1;
+        self.calls
+    }
+
+    fn route(&mut self, message: Value) {
+        let to = match message["sessionId"].as_str() {
+            Some(session) => self.sessions.get(session).cloned(),
+            None => message["id"].as_u64().and_then(|id| self.answers.remove(&id)),
+        };
+        // A page that is closed hears no more.
+        let _ = to.map(|to| to.send(message));
+    }
+}
+
+impl Browser {
+    /// Opens a page; `None`, with a message, where no browser is installed.
+    pub fn start() -> Option<Self> {
+        static PLAIN: OnceLock<Option<Arc<Connection>>> = OnceLock::new();
+        Some(Self::new(PLAIN.get_or_init(|| Connection::start(&["--disable-gpu"])).clone()?))
+    }
+
+    /// The same, for pages that draw by WebGL or look through a camera: without a graphics card, with a pattern that moves.
+    pub fn start_drawing() -> Option<Self> {
+        static SHARED: OnceLock<Option<Arc<Connection>>> = OnceLock::new();
+        Some(Self::new(SHARED.get_or_init(|| Connection::start(&DRAWING)).clone()?))
+    }
+
+    /// The same, in a browser of its own, whose camera shows a file of JPEG pictures.
+    pub fn start_with_camera(pictures: &Path) -> Option<Self> {
+        let pictures = format!("--use-file-for-fake-video-capture={}", pictures.display());
+        Some(Self::new(Connection::start(&[&DRAWING[..], &[&pictures]].concat())?))
+    }
+
+    fn new(connection: Arc<Connection>) -> Self {
+        let context = connection.call("Target.createBrowserContext", json!({}))["browserContextId"].clone();
+        let page = json!({ "url": "about:blank", "browserContextId": context, "newWindow": true });
+        let target = connection.call("Target.createTarget", page)["targetId"].clone();
+        let attached = connection.call("Target.attachToTarget", json!({ "targetId": target, "flatten": true }));
+        let session = attached["sessionId"].as_str().unwrap().to_string();
+        let (send, from) = channel();
+        connection.routes.lock().unwrap().sessions.insert(session.clone(), send);
+        let (complaints, site) = (Vec::new(), None);
+        let mut browser = Self { connection, from, session, context, complaints, site };
         for domain in ["Page", "Runtime", "Log", "Network"] {
             browser.call(&format!("{domain}.enable"), json!({}));
         }
+        // Each page behaves as the one in front does.
+        browser.call("Emulation.setFocusEmulationEnabled", json!({ "enabled": true }));
         browser.resize(1200, 900);
-        Some(browser)
+        browser
     }
 
     fn call(&mut self, method: &str, params: Value) -> Value {
-        self.calls += 1;
-        let mut message = json!({ "id": self.calls, "method": method, "params": params });
-        if let Some(session) = &self.session {
-            message["sessionId"] = session.as_str().into();
-        }
-        self.to.write_all(format!("{message}\0").as_bytes()).unwrap();
-        self.to.flush().unwrap();
+        let id = self.connection.routes.lock().unwrap().number();
+        self.connection.send(&json!({ "id": id, "sessionId": self.session, "method": method, "params": params }));
         let until = Instant::now() + PATIENCE;
         loop {
             let left = until.saturating_duration_since(Instant::now());
             let answer =
                 self.from.recv_timeout(left).unwrap_or_else(|_| panic!("the browser does not answer {method}"));
-            if answer["id"] == self.calls {
+            if answer["id"] == id {
                 assert!(answer["error"].is_null(), "{method}: {}", answer["error"]);
                 return answer["result"].clone();
             }
@@ -187,15 +262,8 @@ impl Browser {
     /// What axe (Deque Systems), which audits pages for accessibility, calls serious or critical: its rule, where, and why. `None`, with a message, where
     /// the Python package that carries it is not installed.
     pub fn audit(&mut self) -> Option<Vec<String>> {
-        const FIND: &str = "import importlib.util as u; print(u.find_spec('axe_playwright_python').submodule_search_locations[0] + '/axe.min.js')";
         const RUN: &str = "axe.run({ resultTypes: ['violations'] }).then((found) => found.violations.filter((one) => ['serious', 'critical'].includes(one.impact)).flatMap((one) => one.nodes.map((node) => `${one.id} ${node.target.join(' ')}: ${node.failureSummary}`)))";
-        let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
-        let found = Command::new(python).args(["-c", FIND]).output().ok().filter(|found| found.status.success());
-        let Some(found) = found else {
-            let _ = writeln!(std::io::stderr(), "skipped: axe-playwright-python is not installed to audit pages with");
-            return None;
-        };
-        let script = std::fs::read_to_string(String::from_utf8(found.stdout).unwrap().trim()).unwrap();
+        let script = axe()?;
         self.eval(&format!("{script}; true"));
         let params = json!({ "expression": RUN, "returnByValue": true, "awaitPromise": true });
         let result = self.call("Runtime.evaluate", params);
@@ -277,8 +345,25 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It may be gone already.
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        self.connection.routes.lock().unwrap().sessions.remove(&self.session);
+        // The browser may be gone already: nothing waits for an answer.
+        let mut to = self.connection.to.lock().unwrap();
+        let call = json!({ "id": 0, "method": "Target.disposeBrowserContext", "params": { "browserContextId": self.context } });
+        let _ = to.write_all(format!("{call}\0").as_bytes());
     }
+}
+
+/// The script of axe; `None`, with a message, where the Python package that carries it is not installed.
+fn axe() -> Option<&'static str> {
+    const FIND: &str = "import importlib.util as u; print(u.find_spec('axe_playwright_python').submodule_search_locations[0] + '/axe.min.js')";
+    static SCRIPT: OnceLock<Option<String>> = OnceLock::new();
+    let script = SCRIPT.get_or_init(|| {
+        let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
+        let found = Command::new(python).args(["-c", FIND]).output().ok().filter(|found| found.status.success())?;
+        Some(std::fs::read_to_string(String::from_utf8(found.stdout).unwrap().trim()).unwrap())
+    });
+    if script.is_none() {
+        let _ = writeln!(std::io::stderr(), "skipped: axe-playwright-python is not installed to audit pages with");
+    }
+    script.as_deref()
 }

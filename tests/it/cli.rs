@@ -1,6 +1,6 @@
 //! The command line as a user meets it: what it prints, what it writes, how it exits.
 
-use crate::program::{all_said, complained, said, teachtree, teachtree_in};
+use crate::program::{all_said, complained, demonstrate, said, teachtree, teachtree_in};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -185,7 +185,7 @@ fn real_stacking_is_pick_and_place() {
 fn a_new_primitive_needs_one_file_and_no_other() {
     let folder = tempfile::tempdir().unwrap();
     let log = folder.path().join("log.csv");
-    teachtree(&["teach", "paper_box", "paper_box", "-o", log.to_str().unwrap()]);
+    demonstrate("paper_box", &[], &log);
     // Outside the repository: `use` finds the shipped rules in the program.
     let rules = folder.path().join("hold.rules");
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hold.rules"), &rules).unwrap();

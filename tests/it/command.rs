@@ -6,7 +6,7 @@ mod ruleset;
 
 use self::ruleset::RuleSet;
 use crate::browser::Browser;
-use crate::program::{complained, teachtree, teachtree_in};
+use crate::program::{complained, demonstrate, teachtree, teachtree_in};
 use crate::report::page::{no_complaints, picture};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -61,7 +61,7 @@ fn the_experiment_becomes_commands_within_the_stated_deviations() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, out, table) = (path("log.csv"), path("commands.json"), path("commands.csv"));
-    assert!(teachtree(&["teach", "paper_box", "paper_box", "-o", &log]).status.success());
+    demonstrate("paper_box", &[], &log);
     let output = teachtree(&["command", &log, "--robot", "both_hands", "-o", &out]);
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{said}{}", String::from_utf8_lossy(&output.stderr));
@@ -183,7 +183,7 @@ fn a_page_shows_what_the_robot_did() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands, out, page) = (path("log.csv"), path("commands.json"), path("robot.csv"), path("robot.html"));
-    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    demonstrate("pick_and_place", &[], &log);
     assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
     let simulate =
         |page: &str| teachtree(&["simulate", &commands, "--scene", "pick_and_place", "-o", &out, "--report", page]);
@@ -401,7 +401,7 @@ fn the_bias_of_a_sensor_is_not_commanded() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, plain, biased) = (path("log.csv"), path("plain.json"), path("biased.json"));
-    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    demonstrate("pick_and_place", &[], &log);
     teachtree(&["command", &log, "-o", &plain]);
     // The same, with sensors that are off by 0.15 N.
     let text = std::fs::read_to_string(&log).unwrap();
@@ -438,7 +438,7 @@ fn a_finger_touches_by_the_params_of_the_rules() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, out) = (path("log.csv"), path("commands.json"));
-    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    demonstrate("pick_and_place", &[], &log);
     let text = std::fs::read_to_string(&log).unwrap();
     let header = text.lines().position(|line| line.contains("right.thumb.force.x")).unwrap();
     let names: Vec<&str> = text.lines().nth(header).unwrap().split(',').collect();
@@ -735,7 +735,7 @@ fn commands_that_ask_too_much_or_nothing_are_reported() {
     assert_ne!(hand, weak);
     std::fs::write(path("weak.yaml"), weak).unwrap();
     let (log, out) = (path("log.csv"), path("commands.json"));
-    assert!(teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]).status.success());
+    demonstrate("pick_and_place", &[], &log);
     let commanded = |robot: &str| {
         let done = teachtree(&["command", &log, "--robot", robot, "-o", &out]);
         (done.status.code(), String::from_utf8(done.stdout).unwrap())
@@ -750,7 +750,7 @@ fn commands_that_ask_too_much_or_nothing_are_reported() {
     assert!(!commanded("gifu_hand_iii_right").1.contains("warning"));
 
     let kept = std::fs::read_to_string(&out).unwrap();
-    assert!(teachtree(&["teach", "no_task", "no_task", "-o", &log]).status.success());
+    demonstrate("no_task", &[], &log);
     let (code, printed) = commanded("gifu_hand_iii_right");
     assert!(printed.contains("nothing is commanded, and nothing written"), "{printed}");
     assert_eq!((code, std::fs::read_to_string(&out).unwrap()), (Some(1), kept));

@@ -1,6 +1,6 @@
 //! Tasks that are made of tasks, in recordings of several tasks.
 
-use crate::program::{all_said, said, teachtree_in};
+use crate::program::{all_said, demonstrate, said, teachtree_in};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 use std::path::Path;
@@ -11,8 +11,7 @@ use teachtree::language;
 /// A recording of the shipped operator that pushes, carries and slides, beside rules that say what that is.
 fn several(rules: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
-    let taught = teachtree_in(folder.path(), &["teach", "several_tasks", "several_tasks", "-o", "several.csv"]);
-    assert!(taught.status.success(), "{}", all_said(&taught));
+    demonstrate("several_tasks", &[], folder.path().join("several.csv"));
     std::fs::write(folder.path().join("tour.rules"), format!("use \"contact.rules\"\n{rules}")).unwrap();
     folder
 }

@@ -1,6 +1,6 @@
 //! How sure boundaries and tasks are: `analyze --confidence`.
 
-use crate::program::{all_said, said, teachtree_in};
+use crate::program::{all_said, demonstrate, said, teachtree_in};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -18,7 +18,7 @@ fn json(folder: &Path, args: &[&str]) -> Value {
 #[test]
 fn a_boundary_is_where_its_variations_are() {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &["teach", "push_and_trace", "push_and_trace", "-o", "log.csv", "--seed", "2"]);
+    demonstrate("push_and_trace", &["--seed", "2"], folder.path().join("log.csv"));
     let sure = json(folder.path(), &["analyze", "log.csv", "--confidence", "--format", "json"]);
     let plain = json(folder.path(), &["analyze", "log.csv", "--format", "json"]);
     let mut starts = 0;

@@ -1,8 +1,8 @@
 //! Kills, full disks, interruptions and refused places: files that belong together are all new, all as before, or refused with a message.
 //!
-//! `TEACHTREE_KILLS=200 cargo test --test it -- faults::` kills each command so often; a few times are enough to see that it works.
+//! `TEACHTREE_KILLS=200 cargo test --test it -- faults::` kills each command 200 times; each is killed once by default.
 
-use crate::program::{all_said, complained, program, teachtree_in};
+use crate::program::{all_said, complained, demonstrate, program, teachtree_in};
 use std::collections::BTreeMap;
 use std::os::unix::fs::PermissionsExt as _;
 use std::os::unix::process::ExitStatusExt as _;
@@ -34,6 +34,11 @@ fn put(folder: &Path, files: &Files) {
     }
 }
 
+/// How often a command is killed, and how often programs write at once.
+fn kills() -> u32 {
+    std::env::var("TEACHTREE_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(1)
+}
+
 /// Runs the program; it must succeed.
 fn run(folder: &Path, args: &[&str]) -> Output {
     let output = teachtree_in(folder, args);
@@ -46,7 +51,7 @@ const TEACH: [&str; 5] = ["teach", "push", "push", "-o", "log.csv"];
 /// The files of one recording by another seed.
 fn recording(seed: &str) -> Files {
     let folder = tempfile::tempdir().unwrap();
-    run(folder.path(), &[&TEACH[..], &["--seed", seed]].concat());
+    demonstrate("push", &["--seed", seed], folder.path().join("log.csv"));
     files(folder.path()).0
 }
 
@@ -281,7 +286,7 @@ fn two_runs_at_once_leave_one_recording() {
     let seeds = ["1", "2", "3", "4"];
     let all: Vec<Files> = seeds.iter().map(|seed| recording(seed)).collect();
     let folder = tempfile::tempdir().unwrap();
-    for _ in 0..3 {
+    for _ in 0..kills() {
         let started = seeds.map(|seed| {
             let mut command = program(folder.path(), &[&TEACH[..], &["--seed", seed]].concat());
             command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
@@ -316,7 +321,7 @@ fn a_reader_that_goes_away_is_no_error() {
 /// Each command that writes, killed at moments spread over its run.
 #[test]
 fn a_kill_leaves_whole_files() {
-    let kills: u32 = std::env::var("TEACHTREE_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(2);
+    let kills = kills();
     let made = tempfile::tempdir().unwrap();
     run(made.path(), &TEACH);
     run(made.path(), &["retarget", "log.csv", "-o", "commands.json"]);

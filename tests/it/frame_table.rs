@@ -1,6 +1,6 @@
 //! `analyze --frames`: labels and signals per frame, as the library gives them and as the program writes them.
 
-use crate::program::{complained, said, teachtree_in};
+use crate::program::{complained, demonstrate, said, teachtree_in};
 use teachtree::stream::read::formats;
 use teachtree::world::{shipped, teach};
 use teachtree::{FrameValues, Log, Question, Rules, Side, Who};
@@ -67,7 +67,7 @@ fn labels_and_signals_are_given_for_each_frame() {
 fn the_table_is_written_as_csv_and_as_parquet() {
     let folder = tempfile::tempdir().unwrap();
     let run = |args: &[&str]| teachtree_in(folder.path(), args);
-    run(&["teach", "push", "push", "-o", "log.csv"]);
+    demonstrate("push", &[], folder.path().join("log.csv"));
     for name in ["frames.csv", "frames.parquet"] {
         let output = run(&["analyze", "log.csv", "--frames", name, "--signals", "near,squeeze"]);
         assert!(output.status.success(), "{}", complained(&output));

@@ -25,7 +25,7 @@ def start(port):
 
 server = start(0)
 print("port", server.port, flush=True)
-channels, sent = {}, 0
+channels = {}
 for line in sys.stdin:
     order = json.loads(line)
     if order["op"] == "channel":
@@ -34,17 +34,13 @@ for line in sys.stdin:
         channels[order["topic"]] = foxglove.Channel(order["topic"], schema=schema, message_encoding=order["encoding"])
     elif order["op"] == "message":
         channels[order["topic"]].log(bytes.fromhex(order["data"]), log_time=order["time"])
-        sent += 1
-        if sent % 100 == 0:
-            time.sleep(0.25)
     elif order["op"] == "restart":
         port = server.port
         server.stop()
         time.sleep(0.3)
         server = start(port)
-    elif order["op"] == "settle":
-        time.sleep(0.5)
-        print("settled", flush=True)
+    elif order["op"] == "answer":
+        print("published", flush=True)
 server.stop()
 "#;
 
@@ -84,15 +80,15 @@ impl Robot {
         self.order(&serde_json::json!({ "op": "channel", "topic": topic, "encoding": encoding, "schema": schema }));
     }
 
-    /// Publishes messages, and waits until they have arrived.
+    /// Publishes messages, and waits until the robot has done so.
     fn publish(&mut self, messages: &[Message]) {
         for message in messages {
             let data: String = encoded(message).iter().map(|byte| format!("{byte:02x}")).collect();
             let order = serde_json::json!({ "op": "message", "topic": message.topic, "time": message.recorded_ns, "data": data });
             self.order(&order);
         }
-        self.order(&serde_json::json!({ "op": "settle" }));
-        self.wait_for("settled");
+        self.order(&serde_json::json!({ "op": "answer" }));
+        self.wait_for("published");
     }
 }
 
@@ -155,28 +151,43 @@ fn definition(message: &Message) -> Option<[String; 3]> {
     }
 }
 
-/// What stands between the robot and the program, and can be cut.
+/// A proxy between the robot and the program, which can be cut.
 struct Cable {
     port: u16,
     is_cut: Arc<AtomicBool>,
     ends: Arc<Mutex<Vec<TcpStream>>>,
+    /// All bytes that it has handed to the program.
+    delivered: Arc<Mutex<Vec<u8>>>,
+}
+
+/// Copies what a connection receives to another one and to a record, until it ends.
+fn forward(mut from: TcpStream, mut to: TcpStream, record: Option<Arc<Mutex<Vec<u8>>>>) {
+    let mut bytes = [0; 1 << 16];
+    while let Ok(count @ 1..) = from.read(&mut bytes) {
+        if to.write_all(&bytes[..count]).is_err() {
+            break;
+        }
+        if let Some(record) = &record {
+            record.lock().unwrap().extend_from_slice(&bytes[..count]);
+        }
+    }
+    let _ = to.shutdown(Shutdown::Both);
 }
 
 impl Cable {
     fn to(robot: u16) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let cable = Self { port: listener.local_addr().unwrap().port(), is_cut: Arc::default(), ends: Arc::default() };
+        let port = listener.local_addr().unwrap().port();
+        let cable = Self { port, is_cut: Arc::default(), ends: Arc::default(), delivered: Arc::default() };
         let (is_cut, ends) = (Arc::clone(&cable.is_cut), Arc::clone(&cable.ends));
+        let delivered = Arc::clone(&cable.delivered);
         std::thread::spawn(move || {
             for near in listener.incoming().flatten() {
                 let far = TcpStream::connect(("127.0.0.1", robot)).ok().filter(|_| !is_cut.load(Ordering::SeqCst));
                 let Some(far) = far else { continue };
-                for (from, to) in [(&near, &far), (&far, &near)] {
-                    let (mut from, mut to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
-                    std::thread::spawn(move || {
-                        let _ = std::io::copy(&mut from, &mut to);
-                        let _ = to.shutdown(Shutdown::Both);
-                    });
+                for (from, to, record) in [(&near, &far, None), (&far, &near, Some(Arc::clone(&delivered)))] {
+                    let (from, to) = (from.try_clone().unwrap(), to.try_clone().unwrap());
+                    std::thread::spawn(move || forward(from, to, record));
                 }
                 ends.lock().unwrap().extend([near, far]);
             }
@@ -188,6 +199,16 @@ impl Cable {
         self.is_cut.store(true, Ordering::SeqCst);
         for end in self.ends.lock().unwrap().drain(..) {
             let _ = end.shutdown(Shutdown::Both);
+        }
+    }
+
+    /// Waits until the program has been handed the last of these messages; those of a topic stay in order.
+    fn delivers(&self, messages: &[Message]) {
+        for topic in ["/hand", "/touch", "/objects"] {
+            let last = messages.iter().rfind(|message| message.topic == topic).map(encoded).unwrap();
+            while memchr::memmem::find(&self.delivered.lock().unwrap(), &last).is_none() {
+                std::thread::sleep(std::time::Duration::from_millis(10));
+            }
         }
     }
 
@@ -241,14 +262,17 @@ fn a_robot_is_followed_over_connections_that_break() {
     let child = started(&args);
     robot.wait_for("subscribed 3");
     robot.publish(kept[0]);
+    cable.delivers(kept[0]);
     cable.cut();
     robot.publish(&all[cuts[0].0..cuts[0].1]);
     cable.mend();
     robot.wait_for("subscribed 6");
     robot.publish(kept[1]);
+    cable.delivers(kept[1]);
     robot.order(&serde_json::json!({ "op": "restart" }));
     robot.wait_for("subscribed 9");
     robot.publish(kept[2]);
+    cable.delivers(kept[2]);
     let events = interrupted(child);
 
     let (found, issues) = finals(&events);

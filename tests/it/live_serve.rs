@@ -82,21 +82,29 @@ fn lines() -> [String; 2] {
 fn run(python: &str, clients: &[(&str, i64)]) -> (Vec<Value>, Vec<Vec<Value>>) {
     let (mut child, port) = serving();
     let mut readers = vec![];
+    let (ready, readies) = std::sync::mpsc::channel();
     for (topics, leaves_after) in clients {
         let mut command = Command::new(python);
         command.args(["-c", CLIENT, &port.to_string(), topics, &leaves_after.to_string()]);
         let mut client = command.stdout(Stdio::piped()).spawn().unwrap();
         let mut out = BufReader::new(client.stdout.take().unwrap());
-        let mut first = String::new();
-        out.read_line(&mut first).unwrap();
-        let reading = std::thread::spawn(move || {
-            let mut text = first;
-            out.read_to_string(&mut text).unwrap();
-            assert!(client.wait().unwrap().success(), "{text}");
-            text.lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<Value>>()
-        });
-        readers.push(reading);
+        let ready = ready.clone();
+        readers.push(std::thread::spawn(move || {
+            let mut messages = Vec::<Value>::new();
+            let mut line = String::new();
+            while out.read_line(&mut line).unwrap() > 0 {
+                messages.push(serde_json::from_str(&line).unwrap());
+                if !messages.last().unwrap()["ready"].is_null() {
+                    ready.send(()).unwrap();
+                }
+                line.clear();
+            }
+            assert!(client.wait().unwrap().success(), "{messages:?}");
+            messages
+        }));
     }
+    let until_ready = |count: usize| (0..count).for_each(|_| readies.recv().unwrap());
+    until_ready(clients.len());
     let mut stdout = child.stdout.take().unwrap();
     let printing = std::thread::spawn(move || {
         let mut text = String::new();
@@ -104,11 +112,11 @@ fn run(python: &str, clients: &[(&str, i64)]) -> (Vec<Value>, Vec<Vec<Value>>) {
         text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     });
     let mut stdin = child.stdin.take().unwrap();
-    for part in lines() {
-        stdin.write_all(part.as_bytes()).unwrap();
-        // Long enough for who has gone to come again while the log goes on.
-        std::thread::sleep(std::time::Duration::from_millis(1500));
-    }
+    let [one, other] = lines();
+    stdin.write_all(one.as_bytes()).unwrap();
+    // A client that leaves comes again while the log goes on.
+    until_ready(clients.iter().filter(|(_, leaves_after)| *leaves_after >= 0).count());
+    stdin.write_all(other.as_bytes()).unwrap();
     drop(stdin);
     assert!(child.wait().unwrap().success());
     (printing.join().unwrap(), readers.into_iter().map(|reader| reader.join().unwrap()).collect())
@@ -159,7 +167,6 @@ fn who_comes_late_sees_what_is_so_now() {
         label = serde_json::from_str(&line).unwrap();
     }
     let printing = std::thread::spawn(move || stdout.read_to_string(&mut String::new()).unwrap());
-    std::thread::sleep(std::time::Duration::from_millis(1500));
     let mut command = Command::new(&python);
     command.args(["-c", CLIENT, &port.to_string(), "/teachtree/right/primitive,/teachtree/right/task", "-1"]);
     let mut client = command.stdout(Stdio::piped()).spawn().unwrap();

@@ -1,8 +1,10 @@
 //! The program as a user runs it.
 
+use std::fs;
 use std::io::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::SystemTime;
 
 /// A command line, to be run in a folder; lines are as wide as the README shows them.
 pub fn program(folder: &Path, args: &[&str]) -> Command {
@@ -19,6 +21,38 @@ pub fn teachtree_in(folder: &Path, args: &[&str]) -> Output {
 /// Runs it in the folder of the project.
 pub fn teachtree(args: &[&str]) -> Output {
     teachtree_in(Path::new(env!("CARGO_MANIFEST_DIR")), args)
+}
+
+/// Writes what `teach SCENE OPERATOR OPTIONS` records as a CSV file, with its scene and its events beside it. Each shipped demonstration is made once by each build of the
+/// program, whichever test asks first, and copied from then on.
+pub fn demonstrate(scene: &str, options: &[&str], log: impl AsRef<Path>) {
+    let made = demonstrations().join([&[scene], options].concat().join("_"));
+    fs::create_dir_all(&made).unwrap();
+    let lock = fs::File::create(made.join("lock")).unwrap();
+    lock.lock().unwrap();
+    let done = made.join("log.csv");
+    if !done.exists() {
+        let output = teachtree_in(&made, &[&["teach", scene, scene], options, &["-o", "log.csv"]].concat());
+        assert!(output.status.success(), "{}", all_said(&output));
+    }
+    for ending in ["csv", "scene.yaml", "events.csv"] {
+        fs::copy(made.join("log").with_extension(ending), log.as_ref().with_extension(ending)).unwrap();
+    }
+}
+
+/// The folder of the demonstrations of this build of the program; those of other builds are deleted.
+fn demonstrations() -> PathBuf {
+    let program = fs::metadata(env!("CARGO_BIN_EXE_teachtree")).unwrap();
+    let since = program.modified().unwrap().duration_since(SystemTime::UNIX_EPOCH).unwrap();
+    let all = Path::new(env!("CARGO_TARGET_TMPDIR")).join("demonstrations");
+    let own = all.join(since.as_nanos().to_string());
+    if !own.exists() {
+        fs::create_dir_all(&own).unwrap();
+        let others = fs::read_dir(&all).unwrap().flatten().filter(|entry| entry.path() != own);
+        // Another test may be deleting them too.
+        others.for_each(|other| drop(fs::remove_dir_all(other.path())));
+    }
+    own
 }
 
 /// What went to standard output.

@@ -1,6 +1,6 @@
 //! Bad input on the command line: one message with the place, what was found, what was wanted and what to do; exit status 2, and nothing is written.
 
-use crate::program::{complained, said, teachtree};
+use crate::program::{complained, demonstrate, said, teachtree};
 use serde_json::Value;
 use std::path::Path;
 
@@ -207,7 +207,7 @@ fn commands_with_a_grasp_that_cannot_be_taken_are_written_and_said_to_be() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
-    assert!(teachtree(&["teach", "pick_and_follow", "pick_and_follow", "-o", &log]).status.success());
+    demonstrate("pick_and_follow", &[], &log);
     let made = teachtree(&["command", &log, "--robot", "arm_with_gripper", "-o", &commands]);
     assert_eq!(made.status.code(), Some(1), "{}{}", said(&made), complained(&made));
     let printed = said(&made);

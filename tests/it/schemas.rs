@@ -1,11 +1,12 @@
 //! What the program writes keeps to the schemas in `schemas`, and docs/formats.md describes every field of them.
 
-use crate::program::{all_said, said, teachtree, teachtree_in};
+use crate::program::{all_said, demonstrate, python_with, said, teachtree, teachtree_in};
 use serde_json::Value;
 use std::collections::BTreeSet;
-use std::io::Write;
+use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::{LazyLock, Mutex};
 
 /// The schemas of outputs: those of the files that people write have no version in their name.
 fn schemas() -> Vec<(String, Value)> {
@@ -19,28 +20,52 @@ fn schemas() -> Vec<(String, Value)> {
     files.iter().map(|file| (file.file_name().unwrap().to_str().unwrap().to_string(), read(file))).collect()
 }
 
-/// Validates documents by Python's `jsonschema`; false where it is not installed.
-pub fn validated(pairs: &[(Value, Value)]) -> bool {
-    const SCRIPT: &str = "
+/// A Python process that validates the documents of all tests; its end follows that of the tests.
+struct Validator {
+    pairs: ChildStdin,
+    verdicts: BufReader<ChildStdout>,
+}
+
+impl Validator {
+    fn start() -> Option<Self> {
+        const SCRIPT: &str = "
 import json, sys
-try:
-    import jsonschema
-except ImportError:
-    sys.exit(3)
-for schema, document in json.load(sys.stdin):
-    jsonschema.Draft202012Validator.check_schema(schema)
-    for error in jsonschema.Draft202012Validator(schema).iter_errors(document):
-        sys.exit(f\"{schema['title']} {error.json_path}: {error.message[:300]}\")
+import jsonschema
+print(flush=True)
+for line in sys.stdin:
+    errors = []
+    for schema, document in json.loads(line):
+        jsonschema.Draft202012Validator.check_schema(schema)
+        for error in jsonschema.Draft202012Validator(schema).iter_errors(document):
+            errors.append(f\"{schema['title']} {error.json_path}: {error.message[:300]}\")
+    print(json.dumps(errors), flush=True)
 ";
-    let python = std::env::var("TEACHTREE_PYTHON").unwrap_or_else(|_| "python3".into());
-    let python = Command::new(python).args(["-c", SCRIPT]).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();
-    let Ok(mut python) = python else { return false };
-    let text = serde_json::to_string(pairs).unwrap();
-    // A Python without the library goes away before it has read.
-    let _ = python.stdin.take().unwrap().write_all(text.as_bytes());
-    let output = python.wait_with_output().unwrap();
-    assert!(matches!(output.status.code(), Some(0 | 3)), "{}", String::from_utf8_lossy(&output.stderr));
-    output.status.code() == Some(0)
+        let python = python_with("jsonschema", "jsonschema")?;
+        let mut command = Command::new(python);
+        let mut child = command.args(["-c", SCRIPT]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let (pairs, verdicts) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+        let mut validator = Self { pairs, verdicts };
+        validator.answer();
+        Some(validator)
+    }
+
+    fn answer(&mut self) -> String {
+        let mut line = String::new();
+        assert!(self.verdicts.read_line(&mut line).unwrap() > 0, "the validator has ended");
+        line
+    }
+}
+
+/// Validates documents by Python's `jsonschema`; false, with a message, where it is not installed.
+pub fn validated(pairs: &[(Value, Value)]) -> bool {
+    static VALIDATOR: LazyLock<Option<Mutex<Validator>>> = LazyLock::new(|| Validator::start().map(Mutex::new));
+    let Some(validator) = &*VALIDATOR else { return false };
+    let mut validator = validator.lock().unwrap();
+    writeln!(validator.pairs, "{}", serde_json::to_string(pairs).unwrap()).unwrap();
+    let errors = validator.answer();
+    drop(validator);
+    assert_eq!(errors.trim_end(), "[]");
+    true
 }
 
 fn parsed(text: &str) -> Value {
@@ -55,8 +80,8 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
         assert!(matches!(output.status.code(), Some(0 | 1)), "{args:?}: {}", all_said(&output));
         said(&output)
     };
-    run(&["teach", "hold_and_insert", "hold_and_insert", "-o", "two.csv", "--seed", "3"]);
-    run(&["teach", "push_and_trace", "push_and_trace", "-o", "one.csv"]);
+    demonstrate("hold_and_insert", &["--seed", "3"], folder.path().join("two.csv"));
+    demonstrate("push_and_trace", &[], folder.path().join("one.csv"));
     // A task that is cut off, and issues.
     let text = std::fs::read_to_string(folder.path().join("one.csv")).unwrap();
     let cut: Vec<&str> = text.lines().take(4000).collect();
@@ -64,7 +89,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     std::fs::copy(folder.path().join("one.scene.yaml"), folder.path().join("cut.scene.yaml")).unwrap();
     run(&["retarget", "one.csv", "-o", "commands.json"]);
     // Hands that do not meet are mapped at once.
-    run(&["teach", "independent", "independent", "-o", "apart.csv"]);
+    demonstrate("independent", &[], folder.path().join("apart.csv"));
     run(&["retarget", "apart.csv", "--robot", "both_hands", "-o", "mapped.json"]);
     // What is too heavy to be pushed is not done, and says why.
     let scene = include_str!("../../scenes/push_and_trace.yaml").replace("mass: 50 g", "mass: 3 kg");
@@ -130,9 +155,7 @@ fn the_outputs_of_all_commands_keep_to_their_schemas() {
     let all: BTreeSet<String> =
         schemas.iter().map(|(_, schema)| schema["title"].as_str().unwrap().to_string()).collect();
     assert_eq!(seen, all, "each schema has an output");
-    if !validated(&pairs) {
-        let _ = writeln!(std::io::stderr(), "skipped: Python with `jsonschema` is not installed");
-    }
+    validated(&pairs);
 }
 
 /// Calls `each` with the name of every property in a schema.

@@ -31,7 +31,7 @@ fn a_hand_is_found_in_the_picture_of_a_camera() {
     let folder = tempfile::tempdir().unwrap();
     let pictures = folder.path().join("hand.mjpeg");
     std::fs::write(&pictures, PICTURE.repeat(30)).unwrap();
-    let Some(mut browser) = Browser::start_with_camera(Some(&pictures)) else { return };
+    let Some(mut browser) = Browser::start_with_camera(&pictures) else { return };
     browser.resize(900, 600);
     let teaching = Teaching::start(folder.path(), &["pick_and_place", "--camera", package.to_str().unwrap()]);
     browser.visit(&teaching.address);
@@ -75,7 +75,7 @@ fn package_in(folder: &Path) -> std::path::PathBuf {
 #[test]
 fn a_hand_before_a_camera_picks_and_places() {
     let folder = tempfile::tempdir().unwrap();
-    let Some(mut browser) = Browser::start_with_camera(None) else { return };
+    let Some(mut browser) = Browser::start_drawing() else { return };
     browser.before_pages(include_str!("../fixtures/emulated_camera.js"));
     browser.resize(900, 600);
     let package = package_in(folder.path());

@@ -1,6 +1,6 @@
 //! docs/adding_a_primitive.md is what the program says: its rules are those of the example, and its outputs come from them.
 
-use crate::program::{all_said, teachtree_in};
+use crate::program::{all_said, demonstrate, teachtree_in};
 use std::path::Path;
 
 fn root() -> &'static Path {
@@ -72,7 +72,7 @@ fn a_primitive_of_short_contacts_changes_nothing_where_there_are_none() {
     let folder = tempfile::tempdir().unwrap();
     let tap = root().join("examples/tap.rules");
     for scene in ["pick_and_place", "pick_and_press"] {
-        said(folder.path(), &["teach", scene, scene, "-o", "log.csv", "--seed", "3"]);
+        demonstrate(scene, &["--seed", "3"], folder.path().join("log.csv"));
         // The last two columns are the digest of the rules and the version.
         let csv = |more: &[&str]| -> Vec<String> {
             let table = said(folder.path(), &[&["analyze", "log.csv", "--format", "csv"], more].concat());

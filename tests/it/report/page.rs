@@ -1,7 +1,7 @@
 //! The page to work in, opened in a real browser and used by mouse and keyboard. Skipped with a message where no browser is installed.
 
 use crate::browser::Browser;
-use crate::program::{complained, said, teachtree};
+use crate::program::{complained, demonstrate, said, teachtree};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -19,13 +19,9 @@ pub(super) fn taught(scene: &str, seed: &str) -> Option<(Browser, PathBuf, tempf
     opened(|folder| {
         let [log, json, page] = ["log.csv", "log.json", "log.html"].map(|name| folder.join(name));
         let [log, json, shown] = [&log, &json, &page].map(|path| path.to_str().unwrap());
-        for args in [
-            &["teach", scene, scene, "-o", log, "--seed", seed][..],
-            &["analyze", log, "--format", "json", "--out", json, "--report", shown],
-        ] {
-            let output = teachtree(args);
-            assert!(output.status.success(), "{}", complained(&output));
-        }
+        demonstrate(scene, &["--seed", seed], log);
+        let output = teachtree(&["analyze", log, "--format", "json", "--out", json, "--report", shown]);
+        assert!(output.status.success(), "{}", complained(&output));
         page
     })
 }
@@ -372,9 +368,7 @@ fn the_replay_moves_with_the_time() {
 fn names_are_only_names_and_gaps_are_gaps() {
     let name = r#"<b>&"x'</script>"#;
     let page = opened(|folder| {
-        let output =
-            teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", folder.join("log.csv").to_str().unwrap()]);
-        assert!(output.status.success(), "{}", complained(&output));
+        demonstrate("pick_and_place", &[], folder.join("log.csv"));
         let scene = std::fs::read_to_string(folder.join("log.scene.yaml")).unwrap();
         let (object, _) = scene.split_once(":\n    role: object").unwrap();
         let object = object.rsplit('\n').next().unwrap().trim();

@@ -1,6 +1,6 @@
 //! "Not done" says why: each cause is provoked by what makes it, and is said of the hand that it happened to.
 
-use crate::program::{all_said, said, teachtree};
+use crate::program::{all_said, demonstrate, said, teachtree};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;
 use std::fs::{copy, read_to_string, write};
@@ -30,8 +30,7 @@ impl Bench {
         write(folder.path().join("both_hands.yaml"), both).unwrap();
         copy(root.join(format!("scenes/{scene}.yaml")), folder.path().join("scene.yaml")).unwrap();
         let bench = Self { folder, scene: scene.into() };
-        let taught = teachtree(&["teach", scene, scene, "-o", &bench.path("log.csv")]);
-        assert!(taught.status.success(), "{}", all_said(&taught));
+        demonstrate(scene, &[], bench.path("log.csv"));
         let retargeted = teachtree(&["retarget", &bench.path("log.csv"), "-o", &bench.path("commands.json")]);
         assert!(retargeted.status.success(), "{}", all_said(&retargeted));
         bench

@@ -1,6 +1,6 @@
 //! What falls off a table: the robot does not go on with it, and what else there is to do is done.
 
-use crate::program::{all_said, teachtree};
+use crate::program::{all_said, demonstrate, teachtree};
 use serde_json::Value;
 use teachtree::base::recording::Recording;
 use teachtree::stream;
@@ -11,7 +11,7 @@ fn performed(scene: &str, from: &str, to: &str) -> (Option<i32>, String, Recordi
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands, own, out) = (path("log.csv"), path("commands.json"), path("own.yaml"), path("robot.csv"));
-    assert!(teachtree(&["teach", scene, scene, "-o", &log]).status.success());
+    demonstrate(scene, &[], &log);
     assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
     let text = std::fs::read_to_string(format!("{}/scenes/{scene}.yaml", env!("CARGO_MANIFEST_DIR"))).unwrap();
     assert!(text.contains(from), "{text}");
@@ -69,7 +69,7 @@ fn a_hand_whose_first_task_is_gone_does_not_jump() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, file, own) = (path("log.csv"), path("commands.json"), path("own.yaml"));
-    assert!(teachtree(&["teach", "independent", "independent", "--noise", "0", "-o", &log]).status.success());
+    demonstrate("independent", &["--noise", "0"], &log);
     assert!(teachtree(&["command", &log, "-o", &file]).status.success());
     let mut commands: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
     let task = |track: &str, begins_s: f64, object: Option<&str>| {

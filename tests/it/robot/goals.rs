@@ -1,6 +1,6 @@
 //! Goals of controllers: parts of one trajectory, in the form that `ros2 action send_goal --stdin` reads, from the present posture on.
 
-use crate::program::{all_said, teachtree};
+use crate::program::{all_said, demonstrate, teachtree};
 use serde_json::Value;
 use teachtree::base::error::InputError;
 use teachtree::command::Commands;
@@ -15,12 +15,9 @@ fn made(posture: Option<&str>) -> Result<JointTrajectory, InputError> {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands) = (path("log.csv"), path("commands.json"));
     let scene = "pick_and_place";
-    for args in
-        [&["teach", scene, scene, "-o", &log][..], &["retarget", &log, "--robot", "arm_with_gripper", "-o", &commands]]
-    {
-        let output = teachtree(args);
-        assert!(output.status.success(), "{}", all_said(&output));
-    }
+    demonstrate(scene, &[], &log);
+    let output = teachtree(&["retarget", &log, "--robot", "arm_with_gripper", "-o", &commands]);
+    assert!(output.status.success(), "{}", all_said(&output));
     let commands = Commands::read(&std::fs::read_to_string(&commands).unwrap(), "commands.json").unwrap();
     let robot = robot::open("arm_with_gripper", &|file| Err(InputError::new(file, "is no shipped robot"))).unwrap();
     let posture = posture.map(|text| Posture::read(text, "posture.yaml").unwrap());

@@ -2,7 +2,7 @@
 
 use super::grasping::tips_off_contacts;
 use super::kinematics::shipped;
-use crate::program::{complained, teachtree};
+use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Point3, Vector3};
 use teachtree::base::hands::{Finger, Side};
 use teachtree::base::scene::Body;
@@ -188,7 +188,7 @@ fn carried_out(scene: &str, seed: &str, robot: &str) -> (Commands, [(Option<i32>
     let robot = if robot.ends_with(".yaml") { file.to_str().unwrap() } else { robot };
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
-    assert!(teachtree(&["teach", scene, scene, "--seed", seed, "-o", &log]).status.success());
+    demonstrate(scene, &["--seed", seed], &log);
     let printed = |args: &[&str]| {
         let output = teachtree(args);
         (output.status.code(), String::from_utf8_lossy(&output.stdout).to_string() + &complained(&output))

@@ -1,6 +1,6 @@
 //! Gaps between shapes of two arms, against closed forms.
 
-use crate::program::{all_said, teachtree_in};
+use crate::program::{all_said, demonstrate, teachtree_in};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use std::path::Path;
@@ -101,7 +101,7 @@ fn an_arm_that_goes_through_the_scene_is_a_warning() {
         assert_eq!(output.status.code(), Some(0), "{args:?}\n{said}");
         said
     };
-    run(&["teach", "pick_and_place", "pick_and_place", "--variation", "0", "-o", "shown.csv"]);
+    demonstrate("pick_and_place", &["--variation", "0"], folder.path().join("shown.csv"));
     run(&["retarget", "shown.csv", "--robot", "both_hands", "-o", "commands.json"]);
     let simulate =
         |scene: &str| run(&["simulate", "commands.json", "--robot", "both_hands", "--scene", scene, "-o", "robot.csv"]);

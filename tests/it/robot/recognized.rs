@@ -1,6 +1,6 @@
 //! `simulate --rules`: whether the commanded task is found in the robot's own recording, beside whether the object is where it was left.
 
-use crate::program::{all_said, said, teachtree};
+use crate::program::{all_said, demonstrate, said, teachtree};
 use serde_json::Value;
 use std::fs::write;
 
@@ -9,8 +9,7 @@ fn rules_find_the_commanded_task_in_the_recording_of_the_robot_or_the_answer_is_
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let [log, commands, robot] = ["log.csv", "commands.json", "robot.csv"].map(path);
-    let taught = teachtree(&["teach", "pick_and_place", "pick_and_place", "-o", &log]);
-    assert!(taught.status.success(), "{}", all_said(&taught));
+    demonstrate("pick_and_place", &[], &log);
     let retargeted = teachtree(&["retarget", &log, "-o", &commands]);
     assert!(retargeted.status.success(), "{}", all_said(&retargeted));
     let simulate = |more: &[&str]| {

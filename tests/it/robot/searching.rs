@@ -1,6 +1,6 @@
 //! Feeling for a hole that is not where it is expected.
 
-use crate::program::{complained, said, teachtree};
+use crate::program::{complained, demonstrate, said, teachtree};
 use nalgebra::{Isometry3, Translation3, Vector3};
 use proptest::prelude::*;
 use teachtree::base::geometry::{across, pose};
@@ -88,7 +88,7 @@ fn a_hole_that_is_not_where_it_is_expected_is_felt_for() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
-    assert!(teachtree(&["teach", "peg_in_hole", "peg_in_hole", "-o", &log]).status.success());
+    demonstrate("peg_in_hole", &[], &log);
     assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
     let taught = include_str!("../../../scenes/peg_in_hole.yaml");
     let at = "position: [90 mm, 20 mm, 20 mm]";
@@ -120,7 +120,7 @@ fn what_stands_otherwise_is_brought_onto_its_way_when_it_is_carried() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commands, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
     let scene = "hold_and_insert";
-    assert!(teachtree(&["teach", scene, scene, "--seed", "9", "-o", &log]).status.success());
+    demonstrate(scene, &["--seed", "9"], &log);
     assert!(teachtree(&["command", &log, "-o", &commands]).status.success());
     let done = teachtree(&["simulate", &commands, "--scene", scene, "-o", &out]);
     assert!(done.status.success(), "{}{}", said(&done), complained(&done));

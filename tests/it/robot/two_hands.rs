@@ -2,7 +2,7 @@
 
 use super::kinematics::shipped;
 use crate::command::{commanded, mapped, pictures_hold_hands_and_objects, within_the_limits_of_the_robot};
-use crate::program::{complained, teachtree};
+use crate::program::{complained, demonstrate, teachtree};
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde_json::Value;
 use teachtree::base::hands::Side;
@@ -19,7 +19,7 @@ fn a_hand_over_is_carried_out_by_two_arms() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
     let scene = "hand_over_right_to_left";
-    assert!(teachtree(&["teach", scene, scene, "--seed", "3", "-o", &log]).status.success());
+    demonstrate(scene, &["--seed", "3"], &log);
     let made = teachtree(&["command", &log, "-o", &commanded]);
     assert!(made.status.success(), "{}{}", String::from_utf8_lossy(&made.stdout), complained(&made));
 
@@ -110,7 +110,7 @@ fn hands_that_fit_a_ring_on_a_pole_stay_apart() {
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
     let (log, commanded, out) = (path("log.csv"), path("commands.json"), path("robot.csv"));
     let scene = "ring_and_pole";
-    assert!(teachtree(&["teach", scene, scene, "--seed", "7", "-o", &log]).status.success());
+    demonstrate(scene, &["--seed", "7"], &log);
     let made = teachtree(&["retarget", &log, "-o", &commanded]);
     assert!(made.status.success(), "{}", complained(&made));
     let done = teachtree(&["simulate", &commanded, "--scene", scene, "-o", &out, "--format", "json"]);

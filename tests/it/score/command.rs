@@ -1,6 +1,6 @@
 //! `teachtree score` as a user meets it.
 
-use crate::program::{complained, program};
+use crate::program::{complained, demonstrate, program};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Output;
@@ -18,8 +18,7 @@ fn said(output: &Output) -> String {
 fn recorded(folder: &Path, seeds: &[&str]) {
     for seed in seeds {
         let log = folder.join(format!("{seed}.csv"));
-        let output = teachtree(&["teach", "paper_box", "paper_box", "-o", log.to_str().unwrap(), "--seed", seed], "1");
-        said(&output);
+        demonstrate("paper_box", &["--seed", seed], log);
     }
 }
 
