@@ -12,7 +12,7 @@ use crate::stream::names::split_unit;
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::{Source, number};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most lines in a row that are no rows: then it is no log.
 const MOST_BAD: usize = 1000;
@@ -526,9 +526,11 @@ fn stamp_s(row: &InMemoryTable) -> Option<f64> {
 /// The titles of a table.
 fn header(line: &[u8], binder: Option<&RowBinder>) -> Result<Vec<String>, String> {
     let header = cells(line)?;
-    let mut seen = BTreeSet::new();
-    if let Some(title) = header.iter().find(|title| !seen.insert(title.as_str())) {
-        return Err(format!("the column `{title}` is there twice"));
+    let mut seen = BTreeMap::new();
+    for (at, title) in header.iter().enumerate() {
+        if let Some(first) = seen.insert(title, at) {
+            return Err(format!("the column `{title}` is there twice, as columns {} and {}", first + 1, at + 1));
+        }
     }
     // A binding says which column has the stamps.
     if binder.is_none() && !header.iter().any(|title| split_unit(title).0 == "time") {

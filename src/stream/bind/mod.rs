@@ -2,6 +2,7 @@
 
 mod apply;
 mod check;
+mod header;
 mod join;
 mod normals;
 mod offsets;

@@ -3,7 +3,8 @@
 //! What a binding learns from the whole log is refused; rows wait for what it learns from the beginning. Topics are joined ([`Join`]), shifted
 //! ([`Shifter`]) and brought to an even rate ([`Resampler`]) as [`bind`](super::bind) does with the whole log.
 
-use super::apply::{BoundColumns, Header, add_normals};
+use super::apply::{BoundColumns, add_normals};
+use super::header::Header;
 use super::join::{Join, Pushed, Value};
 use super::resampler::{Resampled, Resampler};
 use super::shifter::Shifter;
@@ -275,7 +276,7 @@ impl RowBinder {
             let title = |title: &String| if name.is_empty() { title.clone() } else { format!("{name}.{title}") };
             titles.extend(topic.titles.iter().map(title));
         }
-        let sheets = self.join.topics().keys().cloned().collect();
+        let sheets = self.join.topics().iter().map(|(name, topic)| (name.clone(), topic.titles.len())).collect();
         let header = Header::of(titles, sheets, self.refused.clone());
         let is_of_topics = !self.join.topics().contains_key("");
         let bound = match is_of_topics {

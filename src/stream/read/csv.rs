@@ -196,11 +196,11 @@ pub(in crate::stream) fn wanted(source: &Source, clock: &Clock) -> Result<Vec<(S
             _ => want(name, unit),
         }
         .map_err(|message| InputError::new(place(name), message))?;
-        if seen.insert(name, dimension).is_some() {
-            return Err(
-                InputError::new(place(name), "the column is there twice").help("keep one of them, or rename the other")
-            );
+        if let Some(first) = seen.get_index_of(name) {
+            let message = format!("the column is there twice, as columns {} and {}", first + 1, wants.len() + 1);
+            return Err(InputError::new(place(name), message).help("keep one of them, or rename the other"));
         }
+        seen.insert(name, dimension);
         wants.push(want);
     }
     if let Clock::Column(time, _) = clock

@@ -8,6 +8,9 @@ use crate::stream::read::table::{
 use indexmap::IndexMap;
 use std::sync::Arc;
 
+/// Stands behind the key of a column whose name another column has already.
+const AGAIN: char = '\0';
+
 /// The column that numbers the episodes of a data set.
 pub const EPISODE: &str = "episode_index";
 
@@ -102,7 +105,7 @@ impl InMemoryTable {
 
     /// The columns as they are called.
     pub fn header(&self) -> Vec<String> {
-        self.columns.keys().cloned().collect()
+        self.columns.keys().map(|name| name.trim_end_matches(AGAIN).to_string()).collect()
     }
 
     /// The columns by name.
@@ -160,9 +163,12 @@ impl InMemoryTable {
         })
     }
 
-    /// Adds a whole column; it may be shorter than others.
-    pub fn push_column(&mut self, name: String, cells: Cells) {
+    /// Adds a whole column; it may be shorter than others. Another one may have its name.
+    pub fn push_column(&mut self, mut name: String, cells: Cells) {
         self.rows = self.rows.max(cells.rows());
+        while self.columns.contains_key(&name) {
+            name.push(AGAIN);
+        }
         self.columns.insert(name, cells);
     }
 

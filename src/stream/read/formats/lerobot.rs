@@ -47,7 +47,7 @@ pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> 
         None => parquet::read(bytes()?, &name, |_| true)?,
     };
     let mut memory = InMemoryTable::new(format!("{name} episode {episode}"));
-    for (title, cells) in read.columns() {
+    for (title, cells) in read.header().iter().zip(read.columns().values()) {
         memory.push_column(set.title(title), cells.clone());
     }
     Ok(Source::one(format!("{} episode {episode}", folder.display()), memory.header(), Box::new(memory)))

@@ -28,7 +28,6 @@ use ::parquet::file::metadata::RowGroupMetaData;
 use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
-use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::ops::Range;
@@ -51,9 +50,8 @@ pub fn source(file: File, name: String) -> Result<Source, InputError> {
     let opened = Opened::new(file, &name, |_| true)?;
     let (scene, events) = (opened.key(SCENE), opened.key(EVENTS));
     let titles: Vec<String> = opened.leaves.iter().map(|(_, leaf)| leaf.title()).collect();
-    // How many columns a list makes is known when it is read. Of columns with one name the last one counts.
-    let flat = opened.leaves.iter().all(|(_, leaf)| leaf.max_rep == 0);
-    let mut source = if flat && titles.iter().collect::<BTreeSet<_>>().len() == titles.len() {
+    // How many columns a list makes is known when it is read.
+    let mut source = if opened.leaves.iter().all(|(_, leaf)| leaf.max_rep == 0) {
         Source::one(&name, titles, Box::new(opened))
     } else {
         let memory = opened.memory()?;

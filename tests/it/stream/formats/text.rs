@@ -375,3 +375,43 @@ fn a_last_row_that_is_cut_short_is_left_out_of_many() {
     assert_eq!(recording.time.len(), MANY - 2);
     insta::assert_snapshot!(issues.iter().map(|it| format!("{} {}", it.kind, it.message)).collect::<Vec<_>>().join("\n"), @"truncated row 60000, the last one, is cut short (3 of 5 fields); it is left out");
 }
+
+/// Of two columns with one name, none is bound: neither silently the first nor the last one.
+#[test]
+fn a_name_that_two_columns_have_is_refused_with_both() {
+    let rows = "0,0.1,0.2,0.3,5,6,7\n0.01,0.1,0.2,0.3,5,6,7\n0.02,0.1,0.2,0.3,5,6,7\n";
+    let log = format!("t,x,y,z,x,y,z\n{rows}");
+    let position = "time: t\nchannels: {cube.position: <xyz>}\n";
+    let refused = |name: &str, log: &str, binding: &str| bound_text(name, log, binding).unwrap_err();
+    let twice = |binding: &str| refused("log.csv", &log, binding);
+    // A column of time, of text, of a mean, an optional one, and one with a limit.
+    let stamps = format!("t,t,x,y,z\n{}", "0,0,1,2,3\n");
+    let words = "time: t\nchannels: {right.gripper.opening: t, right.label: x}\n";
+    let mean = "time: t\nchannels: {right.gripper.opening: {mean: [t, x]}}\n";
+    let limit = "time: t\nchannels: {right.gripper.closed: z > 6?}\n";
+    let capture = "NO_OF_FRAMES\t2\nFREQUENCY\t50\nMARKER_NAMES\ta\ta\n1\t2\t3\t4\t5\t6\n7\t8\t9\t1\t2\t3\n";
+    let said = [
+        twice(position),
+        refused("log.csv", &stamps, position),
+        twice(words),
+        twice(mean),
+        twice(limit),
+        refused("log.tsv", capture, "channels: {cube.position: a <XYZ> [mm]}\n"),
+    ];
+    insta::assert_snapshot!(said.join("\n"), @"
+    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
+    binding.yaml:1:1: `t` is the name of columns 1 and 2, expected a name that one column has: rename the others in the log
+    binding.yaml:2:38: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
+    binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
+    binding.yaml:2:12: `z` is the name of columns 4 and 7, expected a name that one column has: rename the others in the log
+    binding.yaml:1:12: `a X` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
+    ");
+    // What nobody binds may have any names, and a unit tells columns from each other.
+    let (recording, _) = bound_text("log.csv", &log, "channels: {right.gripper.opening: t}\ntime: t\n").unwrap();
+    assert_eq!(values(&recording, "right.gripper.opening"), [0.0, 0.01, 0.02]);
+    let units = log.replace("x,y,z,x,y,z", "x [m],y [m],z [m],x [N],y [N],z [N]");
+    let both = "time: t\nchannels: {cube.position: '<xyz> [m]', right.thumb.force: '<xyz> [N]'}\n";
+    let (recording, _) = bound_text("log.csv", &units, both).unwrap();
+    assert_eq!((values(&recording, "cube.position.x")[0], values(&recording, "right.thumb.force.z")[0]), (0.1, 7.0));
+    assert!(refused("log.csv", &units, position).contains("columns 2 and 5"));
+}
