@@ -187,6 +187,41 @@ fn topics_are_joined_as_in_the_whole_bag() {
     assert!(tasks >= 3, "only {tasks} tasks were compared");
 }
 
+/// One of two markers of a body is wrong in one message: it is taken out before their mean is made, also of a log that is being made.
+#[test]
+fn a_wrong_cell_of_one_marker_is_taken_out_of_topics() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, name) = JOINED[0];
+    let binding = binding(name, folder.path());
+    let text = std::fs::read_to_string(&binding).unwrap();
+    let both = "{mean: [\"/objects.<object>_p<xyz>\", \"/objects.other_<object>_p<xyz>\"]}";
+    let changed = text.replace("/objects.<object>_p<xyz>", both);
+    assert_ne!(changed, text);
+    std::fs::write(&binding, changed).unwrap();
+    let mut messages = messages(log);
+    for message in messages.iter_mut().filter(|message| message.topic == "/objects") {
+        for axis in ["x", "y", "z"] {
+            message.fields[format!("other_cube_p{axis}")] = message.fields[format!("cube_p{axis}")].clone();
+        }
+    }
+    let written = |name: &str, messages: &[Message]| {
+        let path = folder.path().join(name);
+        bag(messages, &path);
+        path.display().to_string()
+    };
+    let plain = written("plain.mcap", &messages);
+    let wrong = messages.iter_mut().filter(|message| message.topic == "/objects").nth(50).unwrap();
+    wrong.fields["other_cube_px"] = json!(wrong.fields["cube_px"].as_f64().unwrap() + 0.35);
+    let spoiled = written("spoiled.mcap", &messages);
+    let wanted = analyzed(&plain, &binding);
+    assert_eq!(analyzed(&spoiled, &binding), wanted);
+    let (found, issues) = live(&[&spoiled, "--binding", &binding, "--calibration", &plain]);
+    assert_eq!(found, wanted, "{issues:?}");
+    let named =
+        issues.iter().filter(|issue| issue.starts_with("impossible_jump cube.position `/objects.other_cube_px`"));
+    assert_eq!(named.count(), 1, "{issues:?}");
+}
+
 /// The parts of a recording before and behind a silence of its camera; messages that come too late or twice.
 #[test]
 fn what_topics_lack_is_reported() {

@@ -9,6 +9,7 @@ use super::resample::resample;
 use super::robots;
 use super::rotations;
 use super::sensors;
+use super::sources::{self, ColumnSource};
 use super::{BindingFile, Normals};
 use crate::base::error::InputError;
 use crate::base::recording::{Column, Recording};
@@ -41,14 +42,13 @@ pub fn bind(source: Source, file: &BindingFile, scene: Scene) -> Result<Read, In
             Some(rate) => Clock::Rate(rate),
             None => Clock::Column(binding.time.name.fill(Filling::default()), binding.time.unit.clone()),
         };
-        (csv::columns(source, &clock)?, 1)
+        let mut read = csv::columns(source, &clock)?;
+        shift(&mut read.recording.time, &mut read.row_time, file);
+        (read, 1)
     } else {
         foreign(source, file, &scene)?
     };
     read.recording.scene = scene;
-    for stamp in read.recording.time.iter_mut().chain(&mut read.row_time) {
-        *stamp += binding.time_offset.0;
-    }
     // Before anything is computed from their neighbours.
     read.issues.extend(spikes::reject(&mut read.recording));
     let shifted = sensors::shift(&mut read.recording, file)?;
@@ -117,10 +117,18 @@ fn trim(recording: &mut Recording, bridge: f64) {
     }
 }
 
+/// Adds what the binding adds to every stamp.
+fn shift(time: &mut [f64], row_time: &mut [f64], file: &BindingFile) {
+    time.iter_mut().chain(row_time).for_each(|stamp| *stamp += file.binding.time_offset.0);
+}
+
 /// The bound columns, and from how many sheets they are.
 fn foreign(source: Source, file: &BindingFile, scene: &Scene) -> Result<(Read, usize), InputError> {
     let bound = BoundColumns::of(&Header::new(&source), file, scene)?;
-    let table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
+    let mut table = source.read(&bound.wants, file.binding.rate.map(|rate| rate.0))?;
+    shift(&mut table.time, &mut table.row_time, file);
+    let issues = sources::reject(&bound.sources, &mut table);
+    table.issues.extend(issues);
     let sheets = table.sheets;
     Ok((bound.apply(table, file)?, sheets))
 }
@@ -134,6 +142,8 @@ pub struct BoundColumns {
     pub wants: Vec<Want>,
     /// The rotations whose angles are taken for radians.
     in_radians: Vec<String>,
+    /// The columns that others are computed of.
+    pub sources: Vec<ColumnSource>,
 }
 
 impl BoundColumns {
@@ -197,7 +207,8 @@ impl BoundColumns {
             .filter(|bound| bound.dimension == Dimension::ANGLE && bound.terms.iter().all(Term::is_of_radians))
             .filter_map(|bound| bound.name.strip_suffix(".yaw").map(str::to_string))
             .collect();
-        Ok(Self { bound, labels, wants, in_radians })
+        let sources = sources::of(&bound, header, file);
+        Ok(Self { bound, labels, wants, in_radians, sources })
     }
 
     /// The channels of rows.
@@ -238,7 +249,7 @@ impl Bound {
         let mut values: Vec<f64> = vec![0.0; rows];
         for term in &self.terms {
             let Some(column) = term.column else {
-                values.iter_mut().for_each(|value| *value += term.factor);
+                values.iter_mut().for_each(|value| *value += self.weight * term.factor);
                 continue;
             };
             for (value, number) in values.iter_mut().zip(numbers.get(column).into_iter().flatten()) {
@@ -247,7 +258,7 @@ impl Bound {
                 *value = if self.flag && !number.is_nan() && !value.is_nan() {
                     f64::max(*value, f64::from(u8::from(number > 0.5)))
                 } else {
-                    *value + number
+                    *value + self.weight * number
                 };
             }
         }

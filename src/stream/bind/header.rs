@@ -17,10 +17,15 @@ use std::f64::consts::PI;
 /// One canonical column and what it is made of.
 pub(super) struct Bound {
     pub name: String,
+    /// The channel or joint that it is a component of, and what the components make.
+    pub channel: String,
+    pub form: Form,
     pub dimension: Dimension,
     /// Flags are joined, numbers added.
     pub flag: bool,
     pub terms: Vec<Term>,
+    /// How much each term counts.
+    pub weight: f64,
 }
 
 /// A column of the table, times a factor that makes it SI and turns its sign; without a column the factor is the value.
@@ -31,7 +36,7 @@ pub(super) struct Term {
 }
 
 impl Term {
-    /// Whether an angle is taken for radians, be it as one of several that are averaged.
+    /// Whether an angle is taken for radians.
     pub fn is_of_radians(&self) -> bool {
         self.column.is_none() || self.factor.abs() > 2.0 * (PI / 180.0)
     }
@@ -120,6 +125,11 @@ impl Header {
         ))
     }
 
+    /// The name of a column.
+    pub(super) fn title(&self, column: usize) -> &str {
+        self.titles.get(column).map_or("", |title| names::split_known_unit(title).0)
+    }
+
     /// The number of a column in its sheet, counted from 1.
     fn number(&self, column: usize) -> usize {
         let mut first = 0;
@@ -193,10 +203,10 @@ impl Header {
                 return Err("a joint has neither a threshold nor a `?`".into());
             }
             let term = self.term(pattern, Filling::default(), dimension)?;
-            let term = term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?;
-            terms.push(Term { factor: weight * term.factor, ..term });
+            terms.push(term.ok_or_else(|| self.lacks(&pattern.name.fill(Filling::default())))?);
         }
-        Ok(Bound { name, dimension, flag: false, terms })
+        let channel = name.clone();
+        Ok(Bound { name, channel, form: Form::Scalar, dimension, flag: false, terms, weight })
     }
 
     /// The canonical columns of one key of `channels`.
@@ -221,12 +231,13 @@ impl Header {
             for (component, letter) in form.components().iter().enumerate() {
                 let (patterns, weight) = columns.component(component);
                 let full = if letter.is_empty() { channel.clone() } else { format!("{channel}.{letter}") };
-                let mut part = Bound { name: full, dimension, flag, terms: vec![] };
+                let channel = channel.clone();
+                let mut part = Bound { name: full, channel, form, dimension, flag, terms: vec![], weight };
                 for (filling, pattern) in joined.iter().flat_map(|it| patterns.iter().map(move |pattern| (it, pattern)))
                 {
                     let filling = Filling { component, ..*filling };
                     match self.term(pattern, filling, dimension)? {
-                        Some(term) => part.terms.push(Term { factor: weight * term.factor, ..term }),
+                        Some(term) => part.terms.push(term),
                         None => missing = missing.or_else(|| Some(pattern.name.fill(filling))),
                     }
                 }

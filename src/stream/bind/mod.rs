@@ -16,6 +16,7 @@ mod rotations;
 mod rows;
 mod sensors;
 mod shifter;
+mod sources;
 mod tare;
 pub mod template;
 mod tool;

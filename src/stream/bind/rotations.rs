@@ -86,7 +86,7 @@ fn at(column: &Column, row: usize) -> f64 {
 }
 
 /// The quaternion w x y z of three angles, rad, or of nine elements row by row; of a matrix that is nearly a rotation, the nearest one.
-fn quaternion(values: &[f64]) -> [f64; 4] {
+pub fn quaternion(values: &[f64]) -> [f64; 4] {
     let rotation = match values {
         _ if values.iter().any(|value| !value.is_finite()) => return [f64::NAN; 4],
         [roll, pitch, yaw] => UnitQuaternion::from_euler_angles(*roll, *pitch, *yaw),

@@ -8,6 +8,7 @@ use super::header::Header;
 use super::join::{Join, Pushed, Value};
 use super::resampler::{Resampled, Resampler};
 use super::shifter::Shifter;
+use super::sources::SourceScreen;
 use super::tare::{FirstRows, Rest};
 use super::{BindingFile, Columns, Filling, Pattern, ToolMass, sensors};
 use crate::base::error::InputError;
@@ -41,6 +42,8 @@ pub struct RowBinder {
     refused: Vec<(String, String)>,
     /// Which columns are what, once all that the binding names have come.
     bound: Option<BoundColumns>,
+    /// Where columns are computed of others.
+    screen: Option<SourceScreen>,
     /// Where some sensor has an offset; there is a resampler then.
     shifter: Option<Shifter>,
     resampler: Option<Resampler>,
@@ -122,8 +125,21 @@ impl RowBinder {
         let join = Join::new(wait_s);
         let beginning = Beginning::default();
         let (rest, waiting) = (file.binding.tare.is_none().then(Rest::default), FirstRows::default());
-        let (refused, bound) = (vec![], None);
-        Ok(Self { file, scene, hand_file, join, wait_s, refused, bound, shifter, resampler, beginning, rest, waiting })
+        Ok(Self {
+            file,
+            scene,
+            hand_file,
+            join,
+            wait_s,
+            refused: vec![],
+            bound: None,
+            screen: None,
+            shifter,
+            resampler,
+            beginning,
+            rest,
+            waiting,
+        })
     }
 
     /// The bodies and hands.
@@ -191,11 +207,14 @@ impl RowBinder {
         if self.file.binding.channels.is_empty() {
             return self.bind_canonical(row);
         }
+        let mut made = BoundRows::default();
         if self.join.learn("", row)? || self.bound.is_none() {
+            self.release(&mut made)?;
             self.find_columns()?;
         }
         let stamp = self.stamp(row)?;
-        self.take("", stamp + self.file.binding.time_offset.0, row)
+        self.take("", stamp + self.file.binding.time_offset.0, row, &mut made)?;
+        Ok(made)
     }
 
     /// Binds the message of a topic: the only row of a table, and its stamp, s.
@@ -203,11 +222,13 @@ impl RowBinder {
     /// # Errors
     /// A column that the binding names and no message had within the time that topics are awaited; a value that is no number.
     pub fn bind_message(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
+        let mut made = BoundRows::default();
         if self.join.learn(topic, row)? {
+            self.release(&mut made)?;
             self.bound = None;
         }
         let waits_s = self.join.waits_s();
-        let mut made = self.take(topic, time_s + self.file.binding.time_offset.0, row)?;
+        self.take(topic, time_s + self.file.binding.time_offset.0, row, &mut made)?;
         if self.bound.is_none() {
             match self.find_columns() {
                 Ok(()) => self.make(false, &mut made)?,
@@ -242,6 +263,7 @@ impl RowBinder {
             return Ok(made);
         }
         self.make(true, &mut made)?;
+        self.release(&mut made)?;
         if let Some(resampler) = &mut self.resampler {
             let mut rows = vec![];
             for row in self.shifter.iter_mut().flat_map(Shifter::finish) {
@@ -305,6 +327,7 @@ impl RowBinder {
         }
         self.join.mark(is_wanted);
         self.beginning.is_over |= used <= 1 && self.shifter.is_none();
+        self.screen = SourceScreen::new(&bound.sources, used.max(1));
         self.bound = Some(bound);
         Ok(())
     }
@@ -329,13 +352,15 @@ impl RowBinder {
         Err(InputError::new(&row.place, format!("found `{found}` as `{title}`, expected a time")))
     }
 
-    fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable) -> Result<BoundRows, InputError> {
-        let mut made = BoundRows::default();
+    fn take(&mut self, topic: &str, time_s: f64, row: &InMemoryTable, made: &mut BoundRows) -> Result<(), InputError> {
         match self.join.push(topic, time_s, row) {
             Pushed::Kept => {}
             Pushed::Late(issue) => made.issues.extend(issue),
             Pushed::SetBack(issue) => {
-                made = self.interrupt()?;
+                let rest = self.interrupt()?;
+                made.rows.extend(rest.rows);
+                made.issues.extend(rest.issues);
+                made.fault = made.fault.take().or(rest.fault);
                 made.issues.push(issue);
                 let binding = &self.file.binding;
                 self.resampler = binding.resample.map(|rate| Resampler::new(rate.0, binding.bridge.0));
@@ -345,9 +370,9 @@ impl RowBinder {
             }
         }
         if self.bound.is_some() {
-            self.make(false, &mut made)?;
+            self.make(false, made)?;
         }
-        Ok(made)
+        Ok(())
     }
 
     /// Makes the rows that are whole.
@@ -372,7 +397,29 @@ impl RowBinder {
             }
             let texts = vec![vec![]; numbers.len()];
             let table = Table { time: vec![stamp], numbers, texts, ..Table::default() };
-            let Read { recording, issues, .. } = bound.apply(table, &self.file)?;
+            let (rows, issues) = match &mut self.screen {
+                Some(screen) => screen.push(table),
+                None => (vec![table], vec![]),
+            };
+            made.issues.extend(issues);
+            self.apply(rows, made)?;
+        }
+        Ok(())
+    }
+
+    /// Takes the rows that wait since one of their samples may be out.
+    fn release(&mut self, made: &mut BoundRows) -> Result<(), InputError> {
+        let Some(screen) = &mut self.screen else { return Ok(()) };
+        let (rows, issues) = screen.finish();
+        made.issues.extend(issues);
+        self.apply(rows, made)
+    }
+
+    /// Makes channels of the columns of rows.
+    fn apply(&mut self, rows: Vec<Table>, made: &mut BoundRows) -> Result<(), InputError> {
+        for row in rows {
+            let Some(bound) = &self.bound else { return Ok(()) };
+            let Read { recording, issues, .. } = bound.apply(row, &self.file)?;
             made.issues.extend(issues);
             self.bound_row(recording, made)?;
         }

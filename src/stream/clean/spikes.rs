@@ -19,6 +19,7 @@ use crate::stream::clean::unknown_columns::UnknownColumn;
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
 use nalgebra::Vector3;
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 /// The most samples in a row that are taken out.
@@ -84,6 +85,9 @@ pub(in crate::stream) enum Kind {
     Bear,
     Speed,
     Spin,
+    /// An angle or a length of one component.
+    Angle,
+    Slide,
 }
 
 impl Kind {
@@ -102,8 +106,8 @@ impl Kind {
 
     const fn limits(self) -> Limits {
         match self {
-            Self::Place => PLACE,
-            Self::Turn => TURN,
+            Self::Place | Self::Slide => PLACE,
+            Self::Turn | Self::Angle => TURN,
             Self::Press => PRESS,
             Self::Bear => BEAR,
             Self::Speed => SPEED,
@@ -150,6 +154,11 @@ impl Kind {
                 let [along, against] =
                     [1.0, -1.0].map(|sign: f64| pairs().map(|(a, b)| (a - sign * b) * (a - sign * b)).sum::<f64>());
                 4.0 * (along.min(against).sqrt() / 2.0).min(1.0).asin()
+            }
+            Self::Angle => {
+                // A whole turn more is the same angle.
+                let apart = (a.value[0] - b.value[0]).rem_euclid(TAU);
+                apart.min(TAU - apart)
             }
             _ => pairs().map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt(),
         }
@@ -216,13 +225,12 @@ impl Jumps {
     /// Of a channel that is looked at.
     pub fn of(channel: &str) -> Option<Self> {
         let channel = LogChannel::parse(channel)?;
-        Kind::of(channel.shape(), channel.dimension(), channel.bodies()).map(|kind| Self {
-            kind,
-            recent: vec![],
-            rows: 0,
-            first: Some(vec![]),
-            settled: false,
-        })
+        Kind::of(channel.shape(), channel.dimension(), channel.bodies()).map(Self::new)
+    }
+
+    /// Of what measures this.
+    pub(in crate::stream) fn new(kind: Kind) -> Self {
+        Self { kind, recent: vec![], rows: 0, first: Some(vec![]), settled: false }
     }
 
     /// Looks at more rows of a channel's components; whether none of them is out.
@@ -384,7 +392,7 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
     // Poses come first: a velocity is compared with what is left of them.
     let (rates, others): (Vec<_>, Vec<_>) = looked_at.partition(|(_, jumps)| jumps.kind.is_rate());
     let mut issues = reject_lengths(recording, &others);
-    for (channel, mut jumps) in others.into_iter().chain(rates) {
+    for (channel, jumps) in others.into_iter().chain(rates) {
         let Some(columns) = LogChannel::parse(&channel).map(|channel| channel.columns()) else { continue };
         let parts: Vec<&[f64]> = columns
             .iter()
@@ -395,19 +403,30 @@ pub fn reject(recording: &mut Recording) -> Vec<Issue> {
         if parts.len() < columns.len() {
             continue;
         }
-        let mut found = jumps.find(&recording.time, &parts);
-        found.extend(jumps.at_the_end());
-        if jumps.kind.is_rate() {
-            found.retain(|out| is_contradicted(recording, &channel, jumps.kind, out));
-        }
-        let Some(worst) = found.iter().reduce(|worst, out| if out.jump > worst.jump { out } else { worst }) else {
-            continue;
-        };
-        let samples: Vec<Sample> = found.iter().flat_map(|out| &out.samples).copied().collect();
-        issues.extend(issue(&channel, jumps.kind, &samples, worst));
-        unmeasure(recording, &columns, samples.iter().map(|sample| sample.row));
+        let Some((rows, issue)) = find_out(recording, &channel, jumps.kind, &parts) else { continue };
+        issues.push(issue);
+        unmeasure(recording, &columns, rows.iter().copied());
     }
     issues
+}
+
+/// The rows of a channel's components that are out, and what is said of them. What a body does besides is in the recording.
+pub(in crate::stream) fn find_out(
+    recording: &Recording,
+    channel: &str,
+    kind: Kind,
+    parts: &[&[f64]],
+) -> Option<(Vec<usize>, Issue)> {
+    let mut jumps = Jumps::new(kind);
+    let mut found = jumps.find(&recording.time, parts);
+    found.extend(jumps.at_the_end());
+    if kind.is_rate() {
+        found.retain(|out| is_contradicted(recording, channel, kind, out));
+    }
+    let worst = found.iter().reduce(|worst, out| if out.jump > worst.jump { out } else { worst })?;
+    let samples: Vec<Sample> = found.iter().flat_map(|out| &out.samples).copied().collect();
+    let issue = issue(channel, kind, &samples, worst)?;
+    Some((samples.iter().map(|sample| sample.row).collect(), issue))
 }
 
 /// Makes rows of some columns unmeasured.
@@ -433,27 +452,35 @@ fn reject_lengths(recording: &mut Recording, channels: &[(String, Jumps)]) -> Ve
         if parts.len() < columns.len() {
             continue;
         }
-        let length = |row: usize| parts.iter().map(|part| part.get(row).map_or(0.0, |it| it * it)).sum::<f64>().sqrt();
-        // One without direction was not measured, which is seen elsewhere.
-        let lengths: Vec<(usize, f64)> = (0..recording.time.len())
-            .map(|row| (row, length(row)))
-            .filter(|(_, length)| *length >= NO_ROTATION)
-            .collect();
-        let mut sorted: Vec<f64> = lengths.iter().map(|(_, length)| *length).collect();
-        sorted.sort_by(f64::total_cmp);
-        let Some(usual) = sorted.get(sorted.len() / 2).copied() else { continue };
-        let out: Vec<(usize, f64)> =
-            lengths.into_iter().filter(|(_, length)| is_other_length(*length, usual)).collect();
-        // Lengths that vary all along are another fault, of which the usual length says enough.
-        let (Some((first, length)), Some((last, _))) = (out.first(), out.last()) else { continue };
-        if out.len() > sorted.len() / 10 {
-            continue;
-        }
-        let span = [first, last].map(|row| recording.time.get(*row).copied().unwrap_or_default());
-        issues.push(of_other_length(channel, out.len(), span, [*length, usual]));
-        unmeasure(recording, &columns, out.iter().map(|(row, _)| *row));
+        let Some((rows, issue)) = find_other_lengths(&recording.time, channel, &parts) else { continue };
+        issues.push(issue);
+        unmeasure(recording, &columns, rows.iter().copied());
     }
     issues
+}
+
+/// The rows of a quaternion that are far longer or shorter than the others, and what is said of them.
+pub(in crate::stream) fn find_other_lengths(
+    time: &[f64],
+    channel: &str,
+    parts: &[&[f64]],
+) -> Option<(Vec<usize>, Issue)> {
+    let length = |row: usize| parts.iter().map(|part| part.get(row).map_or(0.0, |it| it * it)).sum::<f64>().sqrt();
+    // One without direction was not measured, which is seen elsewhere.
+    let lengths: Vec<(usize, f64)> =
+        (0..time.len()).map(|row| (row, length(row))).filter(|(_, length)| *length >= NO_ROTATION).collect();
+    let mut sorted: Vec<f64> = lengths.iter().map(|(_, length)| *length).collect();
+    sorted.sort_by(f64::total_cmp);
+    let usual = sorted.get(sorted.len() / 2).copied()?;
+    let out: Vec<(usize, f64)> = lengths.into_iter().filter(|(_, length)| is_other_length(*length, usual)).collect();
+    let ((first, length), (last, _)) = (out.first()?, out.last()?);
+    // Lengths that vary all along are another fault, of which the usual length says enough.
+    if out.len() > sorted.len() / 10 {
+        return None;
+    }
+    let span = [first, last].map(|row| time.get(*row).copied().unwrap_or_default());
+    let issue = of_other_length(channel, out.len(), span, [*length, usual]);
+    Some((out.iter().map(|(row, _)| *row).collect(), issue))
 }
 
 /// What is said of quaternions of another length: how many, from when to when, the length of the first one, and the usual one.
@@ -532,6 +559,8 @@ pub(in crate::stream) fn issue(channel: &str, kind: Kind, samples: &[Sample], wo
         Kind::Speed => (format!("{} m/s", rounded(worst.jump)), format!("({a}, {b}, {c}) m/s")),
         Kind::Spin => (format!("{} rad/s", rounded(worst.jump)), format!("({a}, {b}, {c}) rad/s")),
         Kind::Turn => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("({a}, {b}, {c}, {d})")),
+        Kind::Angle => (format!("{}°", Shown(worst.jump.to_degrees().round())), format!("{a} rad")),
+        Kind::Slide => (format!("{} mm", Shown((worst.jump * 1e3).round())), format!("{a} m")),
     };
     let at_s = rounded(shown.time);
     let (cannot, are) = match samples.len() {

@@ -6,7 +6,7 @@
 mod admission;
 mod calibration;
 mod derivation;
-mod screen;
+pub(in crate::stream) mod screen;
 
 pub use admission::{Admission, Admitted};
 pub use calibration::Calibration;

@@ -9,12 +9,14 @@ use crate::base::recording::{Column, Recording};
 use crate::base::units::Dimension;
 use crate::stream::clean::dropouts::NO_ROTATION;
 use crate::stream::clean::preprocess::channel_of;
-use crate::stream::clean::spikes::{self, Jumps, LASTS, Out, is_contradicted, is_other_length};
+use crate::stream::clean::spikes::{self, Jumps, Kind, LASTS, Out, is_contradicted, is_other_length};
 use crate::stream::issue::Issue;
 use std::collections::VecDeque;
 
 /// More rows never wait.
 const MOST_ROWS: usize = 2 * LASTS + 1;
+/// How many values a vector has here: as many as a quaternion.
+pub const WIDTH: usize = 4;
 
 /// A row: its stamp, s, and a value for each column, SI.
 type Row = (f64, Vec<f64>);
@@ -32,6 +34,8 @@ pub struct Screen {
     newest_s: f64,
     /// The memory of rows that are no longer needed.
     spare: Vec<Vec<f64>>,
+    /// More rows never wait.
+    most: usize,
 }
 
 /// A channel that is looked at.
@@ -87,8 +91,22 @@ impl Screen {
         }
         // Poses come first: a velocity is compared with what is left of them.
         channels.sort_by_key(|channel| channel.jumps.kind.is_rate());
-        let (held, spare) = (VecDeque::with_capacity(MOST_ROWS + 1), Vec::new());
-        Self { columns: columns.to_vec(), channels, held, first: 0, last: None, newest_s: f64::NEG_INFINITY, spare }
+        Self::with(columns.to_vec(), channels, MOST_ROWS)
+    }
+
+    /// Rows with these vectors of `WIDTH` values each: the name of each, and what it measures. A vector is measured in one of so many rows.
+    pub(in crate::stream) fn of_vectors(vectors: Vec<(String, Kind)>, one_of: usize) -> Self {
+        let channel = |(at, (name, kind)): (usize, (String, Kind))| {
+            let columns = (WIDTH * at..WIDTH * (at + 1)).collect();
+            let lengths = (kind == Kind::Turn).then(Lengths::default);
+            Channel { name, columns, jumps: Jumps::new(kind), lengths }
+        };
+        Self::with(vec![], vectors.into_iter().enumerate().map(channel).collect(), MOST_ROWS.saturating_mul(one_of))
+    }
+
+    fn with(columns: Vec<(String, Dimension)>, channels: Vec<Channel>, most: usize) -> Self {
+        let held = VecDeque::with_capacity(most + 1);
+        Self { columns, channels, held, first: 0, last: None, newest_s: f64::NEG_INFINITY, spare: Vec::new(), most }
     }
 
     /// Takes a row; what is wrong with it or with those before.
@@ -155,7 +173,7 @@ impl Screen {
             channel.jumps.undecided().into_iter().chain(other).min()
         };
         let waits_for = self.channels.iter().filter_map(undecided).min();
-        if self.held.len() < MOST_ROWS && waits_for.is_some_and(|row| row <= self.first) {
+        if self.held.len() < self.most && waits_for.is_some_and(|row| row <= self.first) {
             return None;
         }
         let row = self.held.pop_front()?;

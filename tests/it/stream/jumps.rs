@@ -290,3 +290,124 @@ fn a_jump_is_found_wherever_it_is() {
         }
     }
 }
+
+/// One cell of one column is wrong, in logs of 1 kHz. What is computed of it moves by less than 20 mm, as far as a hand may: only the column itself shows it.
+#[test]
+fn one_wrong_cell_is_taken_out_before_columns_are_combined() {
+    const ROW: usize = 30;
+    const ARM: &str = r#"<robot name="arm"><link name="base"/><link name="hand"/><joint name="wrist" type="continuous"><parent link="base"/><child link="hand"/><axis xyz="0 0 1"/></joint></robot>"#;
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("arm.urdf"), ARM).unwrap();
+    let scene =
+        "scene: {bodies: {cube: {role: object}, ball: {role: object}}, hands: {right: {fingers: [thumb, index]}}}\n";
+    let arm = "robots: {arm: {urdf: arm.urdf, joints: {wrist: j}}}\n";
+    // The wrong cells and by how much, what is bound, the column that is computed, the channel that is reported, and the first of its columns.
+    type Case<'a> = (&'a [&'a str], f64, &'a str, &'a str, &'a str, &'a str);
+    let cases: [Case; 8] = [
+        (&["ax"], 0.03, "cube.position: {mean: [a<xyz>, b<xyz>]}", "cube.position.x", "cube.position", "ax"),
+        (&["bz"], -0.05, "cube.position: {mean: [a<xyz>, b<xyz>, c<xyz>]}", "cube.position.z", "cube.position", "bx"),
+        (
+            &["qw", "qx"],
+            1.0,
+            "cube.rotation: {mean: [q<wxyz>, r<wxyz>, r<wxyz>, r<wxyz>]}",
+            "cube.rotation.w",
+            "cube.rotation",
+            "qw",
+        ),
+        (
+            &["ax"],
+            0.03,
+            "right.gripper.opening: {mean: [ax, bx]}",
+            "right.gripper.opening",
+            "right.gripper.opening",
+            "ax",
+        ),
+        (
+            &["cube_z", "ball_z"],
+            150.0,
+            "right.thumb.force: [ay, by, <object>_z]",
+            "right.thumb.force.z",
+            "right.thumb.force",
+            "ay",
+        ),
+        (
+            &["qw", "qx"],
+            1.0,
+            "right.palm.position: a<xyz>\n  right.palm.rotation: q<wxyz>\n  right.thumb.position: {at: [0 mm, 0 mm, 8 mm], of: right.palm}",
+            "right.thumb.position.z",
+            "right.palm.rotation",
+            "qw",
+        ),
+        (
+            &["j"],
+            2.0,
+            "right.thumb.position: {link: arm.hand, at: [8 mm, 0 mm, 0 mm]}",
+            "right.thumb.position.x",
+            "robots.arm.wrist",
+            "j",
+        ),
+        (
+            &["ax"],
+            0.03,
+            "right.thumb.position: a<xyz>\n  right.index.position: b<xyz>\n  right.gripper.closed: {between: [right.thumb, right.index], below: 20 mm}",
+            "right.gripper.closed",
+            "right.thumb.position",
+            "ax",
+        ),
+    ];
+    let titles = "t,ax,ay,az,bx,by,bz,cx,cy,cz,qw,qx,qy,qz,rw,rx,ry,rz,j,cube_z,ball_z";
+    let plain = [0.1, 0.2, 0.3, 0.11, 0.2, 0.3, 0.12, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0];
+    for (wrong, by, channels, computed, reported, column) in cases {
+        let row = |row: usize| {
+            let cell = |(title, value): (&str, &f64)| {
+                let share = match title {
+                    _ if row != ROW || !wrong.contains(&title) => 0.0,
+                    "ball_z" => -0.5,
+                    "qw" => -1.0,
+                    _ => 1.0,
+                };
+                value + share * by
+            };
+            let cells = titles.split(',').skip(1).zip(&plain).map(cell).map(|value| value.to_string());
+            format!("{},{}\n", row as f64 / 1e3, cells.collect::<Vec<_>>().join(","))
+        };
+        let [log, binding] = ["log.csv", "b.yaml"].map(|name| folder.path().join(name));
+        std::fs::write(&log, format!("{titles}\n{}", (0..60).map(row).collect::<String>())).unwrap();
+        let robot = if channels.contains("link") { arm } else { "" };
+        std::fs::write(&binding, format!("time: t\n{robot}channels:\n  {channels}\n{scene}")).unwrap();
+        let opened = open(&OpenRequest { log, binding: Some(binding), scene: None }).unwrap();
+        let values = &opened.recording.columns[computed].values;
+        let measured: Vec<usize> = (0..60).filter(|row| !values[*row].is_nan()).collect();
+        assert_eq!(measured, (0..60).filter(|row| *row != ROW).collect::<Vec<_>>(), "{channels}: {:?}", opened.issues);
+        let jumps: Vec<&Issue> = opened.issues.iter().filter(|issue| issue.kind == "impossible_jump").collect();
+        assert!(!jumps.is_empty() && jumps.iter().all(|issue| issue.channel == reported), "{channels}: {jumps:?}");
+        assert!(
+            jumps[0].message.starts_with(&format!("`{column}`: 1 sample cannot be")),
+            "{channels}: {}",
+            jumps[0].message
+        );
+    }
+}
+
+/// The shipped capture, of which one marker of a body is wrong in one cell: the labels are those of the whole file.
+#[test]
+fn one_wrong_cell_of_a_marker_changes_no_segment() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("demos");
+    let binding = root.join("bindings/dfki_hand.binding.yaml").display().to_string();
+    let text = std::fs::read_to_string(root.join("dfki_hand/recording_excerpt.tsv")).unwrap();
+    std::fs::write(folder.path().join("log.tsv"), &text).unwrap();
+    let wanted = segments(folder.path(), "log.tsv", &["--binding", &binding]);
+    // The frame, the column, and by how many millimetres: the second one alone made a task of it.
+    for (frame, column, by) in [(300, 17, 140.0), (682, 25, -78.653), (900, 20, 2000.0)] {
+        let line = |line: &str| {
+            let mut cells: Vec<String> = line.split('\t').map(str::to_string).collect();
+            if cells[0] == frame.to_string() {
+                cells[column] = (cells[column].parse::<f64>().unwrap() + by).to_string();
+            }
+            cells.join("\t")
+        };
+        std::fs::write(folder.path().join("log.tsv"), text.lines().map(line).collect::<Vec<_>>().join("\n")).unwrap();
+        assert_eq!(segments(folder.path(), "log.tsv", &["--binding", &binding]), wanted, "frame {frame}");
+    }
+}
