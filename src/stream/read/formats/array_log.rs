@@ -4,53 +4,18 @@
 use super::arrays::Spread;
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::{MAX_COLUMNS, Rows, Sheet, Source, Table, Want, check_size};
 use serde_json::Value;
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// The highest rate that is believed, Hz.
 pub(super) const MAX_RATE_HZ: f64 = 1e5;
 /// Names of arrays that are the stamps of their recording.
 const TIMES: [&str; 4] = ["time", "timestamp", "timestamps", "t"];
-
-/// How much the arrays of a file may become in memory, in bytes: so many times the file, and a little that every file may have.
-pub(super) struct Budget {
-    left: u64,
-    /// For all arrays.
-    pub whole: u64,
-}
-
-impl Budget {
-    /// How many bytes a byte of the file may become: deflate compresses by a factor of 1032 at best.
-    const EXPANSION: u64 = 1100;
-    /// How many bytes every file may become: what is constant compresses better than that.
-    const ALWAYS: u64 = 16 << 20;
-    /// What is said of an array that does not fit.
-    pub const REFUSED: &str = "promises more data than the file can hold";
-
-    /// That of a file of this size.
-    pub fn new(file_size: u64) -> Self {
-        let whole = file_size.saturating_mul(Self::EXPANSION).saturating_add(Self::ALWAYS);
-        Self { left: whole, whole }
-    }
-
-    /// Whether an array fits beside those that were taken before; then it is taken. `size` is that of an element in the file.
-    pub fn take(&mut self, elements: Option<usize>, size: usize, texts: bool) -> bool {
-        // Numbers take 8 bytes; a text has a head beside its bytes.
-        let size = if texts { size.saturating_add(32) } else { size.max(8) };
-        let bytes = elements.and_then(|count| count.checked_mul(size)).and_then(|bytes| u64::try_from(bytes).ok());
-        let left = bytes.and_then(|bytes| self.left.checked_sub(bytes));
-        self.left = left.unwrap_or(self.left);
-        left.is_some()
-    }
-
-    /// Whether so many bytes fit.
-    pub fn has(&self, bytes: Option<usize>) -> bool {
-        bytes.is_some_and(|bytes| bytes as u64 <= self.whole)
-    }
-}
 
 /// The values of an array, row by row.
 pub(super) trait Values {
@@ -65,6 +30,28 @@ pub(super) trait Values {
     /// # Errors
     /// When they cannot be read.
     fn texts(&self) -> Result<Vec<String>, InputError>;
+
+    /// What of them the file lacks.
+    fn missing(&self) -> Option<Missing> {
+        None
+    }
+}
+
+/// Rows of an array that the file lacks.
+pub(super) struct Missing {
+    /// From the first to the last of them.
+    pub rows: Range<usize>,
+    /// What is missing, and what is read in its place.
+    pub message: String,
+}
+
+impl Missing {
+    /// The issue about an array; each row of the file has a stamp, s.
+    fn issue(self, array: String, row_time: &[f64]) -> Issue {
+        let stamp = |row: usize| row_time.get(row).or(row_time.last()).copied().unwrap_or_default();
+        let (start_s, end_s) = (stamp(self.rows.start), stamp(self.rows.end.saturating_sub(1)));
+        Issue { kind: IssueKind::MISSING_CHUNK, start_s, end_s, channel: array, message: self.message }
+    }
 }
 
 /// Columns that are computed of others.
@@ -249,8 +236,8 @@ impl Recording {
         Sheet { name: name.into(), header, rows: Box::new(self) }
     }
 
-    /// The columns of which something is wanted; the others are empty.
-    fn memory(self, wants: &[Want]) -> Result<InMemoryTable, InputError> {
+    /// The columns of which something is wanted; the others are empty. With them, the arrays of which rows are missing.
+    fn memory(self, wants: &[Want]) -> Result<(InMemoryTable, Vec<(String, Missing)>), InputError> {
         let wanted = wants.iter().filter(|want| **want != Want::Nothing).count();
         check_size(&self.place, self.rows, wanted)?;
         // What is said once is held on all rows, which a damaged file may promise.
@@ -259,6 +246,7 @@ impl Recording {
             return Err(InputError::new(self.place, message));
         }
         let mut memory = InMemoryTable::new(&self.place);
+        let mut missing = vec![];
         let mut wants = wants.iter();
         if let Some(time) = self.time {
             wants.next();
@@ -268,6 +256,9 @@ impl Recording {
             let titles = array.titles();
             let wanted = wants.by_ref().take(titles.len()).filter(|want| **want != Want::Nothing).count() > 0;
             let cells = if wanted { array.cells(self.rows)? } else { vec![] };
+            if let (true, Ok(values)) = (wanted, &array.values) {
+                missing.extend(values.missing().map(|missing| (array.name.clone(), missing)));
+            }
             let mut cells = cells.into_iter();
             for title in titles {
                 memory.push_column(title, cells.next().unwrap_or_else(|| Cells::Numbers(vec![])));
@@ -281,14 +272,16 @@ impl Recording {
                 memory.push_column(title, Cells::Numbers(columns.next().unwrap_or_default()));
             }
         }
-        Ok(memory)
+        Ok((memory, missing))
     }
 }
 
 impl Rows for Recording {
     fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
         let place = self.place.clone();
-        let memory = guarded(&place, || self.memory(wants))?;
-        Box::new(memory).read(header, wants, rate_hz)
+        let (memory, missing) = guarded(&place, || self.memory(wants))?;
+        let mut table = Box::new(memory).read(header, wants, rate_hz)?;
+        table.issues.extend(missing.into_iter().map(|(array, missing)| missing.issue(array, &table.row_time)));
+        Ok(table)
     }
 }

@@ -9,8 +9,9 @@ pub mod annotate;
 mod links;
 mod mujoco;
 
-use super::array_log::{self, Array, Budget, Computed, Recording, rate, rows};
+use super::array_log::{self, Array, Computed, Recording, rate, rows};
 use super::arrays::width;
+use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
@@ -126,7 +127,7 @@ impl Container {
         let mut budget = Budget::new(self.file.file_size());
         let arrays: Vec<Array> = found
             .into_iter()
-            .filter_map(|(name, dataset)| array(&place, name, dataset, &mut budget).transpose())
+            .filter_map(|(name, dataset)| array(&place, name, dataset, &mut budget, self.file.file_size()).transpose())
             .collect::<Result<_, _>>()?;
         let rows = rows(&arrays, described.first().and_then(|own| own.samples));
         let model = described.iter().find_map(|attrs| attrs.model.clone());
@@ -218,7 +219,13 @@ impl Described {
 }
 
 /// A data set as an array, if it is of a kind that a log can have.
-fn array(place: &str, name: String, dataset: Dataset, budget: &mut Budget) -> Result<Option<Array>, InputError> {
+fn array(
+    place: &str,
+    name: String,
+    dataset: Dataset,
+    budget: &mut Budget,
+    file_size: u64,
+) -> Result<Option<Array>, InputError> {
     let failed = |error: Error| damaged(place, &error);
     let shape = dataset.shape().map_err(failed)?;
     let shape: Vec<usize> = shape.iter().map(|size| usize::try_from(*size).unwrap_or(usize::MAX)).collect();
@@ -239,8 +246,25 @@ fn array(place: &str, name: String, dataset: Dataset, budget: &mut Budget) -> Re
     if !budget.take(rows.checked_mul(width), size, texts) || !budget.has(chunk) {
         return refused(Budget::REFUSED);
     }
-    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most: budget.whole });
+    let values = Box::new(Values { place: place.into(), name: name.clone(), dataset, most: budget.whole, file_size });
     Array::new(name, *rows, dimensions, texts, values).map(Some)
+}
+
+/// Refuses a data set whose chunks lie outside of the file, or have more bytes than it in all: the library takes the memory for a chunk first.
+fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
+    // What has no index that can be listed cannot be read either.
+    let chunks = if dataset.is_chunked() { dataset.chunks().unwrap_or_default() } else { vec![] };
+    let mut left = file_size;
+    for chunk in chunks {
+        let (size, at) = (chunk.storage_size, chunk.address);
+        let is_inside = at.checked_add(size).is_some_and(|end| end <= file_size);
+        left = left.checked_sub(size).filter(|_| is_inside).ok_or_else(|| {
+            format!(
+                "a chunk is said to have {size} bytes at byte {at}, and the file has {file_size}, other chunks included"
+            )
+        })?;
+    }
+    Ok(())
 }
 
 /// The values of a data set.
@@ -250,15 +274,24 @@ struct Values {
     dataset: Dataset,
     /// How many bytes its texts may have.
     most: u64,
+    file_size: u64,
+}
+
+impl Values {
+    fn check(&self) -> Result<(), InputError> {
+        check_chunks(&self.dataset, self.file_size).map_err(|error| located(&self.place, &self.name, error))
+    }
 }
 
 impl array_log::Values for Values {
     fn numbers(&self, first_row: bool) -> Result<Vec<f64>, InputError> {
+        self.check()?;
         let read = if first_row { self.dataset.read_f64_rows(0, 1) } else { self.dataset.read_f64() };
         read.map_err(|error| located(&self.place, &self.name, error))
     }
 
     fn texts(&self) -> Result<Vec<String>, InputError> {
+        self.check()?;
         let limit = usize::try_from(self.most).unwrap_or(usize::MAX);
         let options = VlenStringReadOptions::default().with_max_payload_bytes(limit);
         let read = self.dataset.dtype().and_then(|kind| match kind {
@@ -291,6 +324,6 @@ fn damaged(place: &str, error: &Error) -> InputError {
 }
 
 /// What keeps a data set from being read.
-fn located(place: &str, name: &str, error: Error) -> InputError {
+fn located(place: &str, name: &str, error: impl std::fmt::Display) -> InputError {
     InputError::new(format!("{place} data set {name}"), format!("cannot be read: {error}"))
 }

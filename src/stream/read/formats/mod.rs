@@ -4,12 +4,14 @@
 mod array_log;
 #[cfg(any(feature = "hdf5", feature = "arrays"))]
 mod arrays;
+#[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
+#[cfg_attr(not(any(feature = "hdf5", feature = "arrays")), allow(dead_code, reason = "Parquet counts no arrays"))]
+mod budget;
 mod csv_dialect;
 pub mod delimited;
 #[cfg(feature = "arrays")]
 mod elements;
 mod folder;
-#[cfg(any(feature = "parquet", feature = "hdf5", feature = "arrays"))]
 #[cfg(feature = "hdf5")]
 pub mod hdf5;
 mod json;

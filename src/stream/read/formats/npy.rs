@@ -1,8 +1,9 @@
 //! NumPy's files: `.npz`, `.npy`, and folders of `.npy`. Each array with a row a sample has columns by its name, as the data sets of HDF5 have; the fields
 //! of structured arrays are arrays of their own. A file with one array calls it `arr_0`, as `numpy.savez` does.
 
-use super::array_log::{self, Array, Budget, MAX_RATE_HZ, Recording, rows};
+use super::array_log::{self, Array, MAX_RATE_HZ, Recording, rows};
 use super::arrays::width;
+use super::budget::Budget;
 use super::elements::Element;
 use crate::base::error::InputError;
 use crate::base::guard::guarded;

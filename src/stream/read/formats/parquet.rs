@@ -8,12 +8,14 @@ mod arrow_metadata;
 pub(super) mod column;
 mod flat;
 pub(super) mod language;
+mod page_head;
 pub(super) mod rewrite;
 mod walk;
 mod write;
 
 pub use write::{add, write_table};
 
+use super::budget::Budget;
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
 use crate::base::{json, yaml};
@@ -29,7 +31,7 @@ use ::parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileRea
 use ::parquet::schema::types::ColumnDescriptor;
 use bytes::Bytes;
 use std::fs::File;
-use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::io::{BufRead as _, BufReader, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 /// The longest list that is spread into columns.
@@ -38,6 +40,8 @@ pub const MAX_LIST: usize = 256;
 const BATCH: usize = 8192;
 /// For how many rows there is room before they are seen: a damaged file may promise more than any machine holds.
 const MAX_RESERVED: usize = 1 << 24;
+/// The length of what a file ends with.
+const END: u64 = 8;
 /// Keys of the metadata.
 const SCENE: &str = "teachtree.scene";
 const EVENTS: &str = "teachtree.events";
@@ -88,7 +92,12 @@ impl ChunkReader for Whole {
     fn get_read(&self, start: u64) -> Result<Self::T, ParquetError> {
         let mut file = self.file.try_clone()?;
         file.seek(SeekFrom::Start(start))?;
-        Ok(NoFurther(BufReader::new(file)))
+        let mut bytes = BufReader::new(file);
+        // What stands at the end of a file is no page.
+        if start + END < self.length {
+            page_head::check(bytes.fill_buf()?, Budget::new(self.length).whole).map_err(ParquetError::General)?;
+        }
+        Ok(NoFurther(bytes))
     }
 
     fn get_bytes(&self, start: u64, length: usize) -> Result<Bytes, ParquetError> {

@@ -18,6 +18,7 @@ const MAX_LINE: u64 = 4 << 20;
 struct Header {
     markers: Vec<String>,
     rate_hz: Option<f64>,
+    frames: Option<usize>,
     /// The row of titles, where there is one.
     titles: Option<Vec<String>>,
 }
@@ -42,6 +43,7 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
                 header.markers = cells.iter().skip(1).filter(|name| !name.is_empty()).map(ToString::to_string).collect()
             }
             "FREQUENCY" => header.rate_hz = cells.get(1).and_then(|cell| number(cell)).filter(|rate| *rate > 0.0),
+            "NO_OF_FRAMES" => header.frames = cells.get(1).and_then(|cell| cell.parse().ok()),
             "Frame" | "Time" => header.titles = Some(cells.iter().map(ToString::to_string).collect()),
             _ => {}
         }
@@ -94,6 +96,9 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
     }
     let mut sheet = InMemoryTable::new(&file);
     let rows = columns.first().map_or(0, Vec::len);
+    let stamps = leading.iter().position(|title| *title == "Time").and_then(|at| columns.get(at));
+    let last_s = stamps.and_then(|stamps| stamps.last()).copied();
+    let end_s = last_s.or(header.rate_hz.map(|rate| rows.saturating_sub(1) as f64 / rate)).unwrap_or_default();
     if !leading.contains(&"Time")
         && let Some(rate) = header.rate_hz
     {
@@ -106,7 +111,13 @@ pub fn source(bytes: impl Read, file: String) -> Result<Source, InputError> {
         sheet.push_column(title, Cells::Numbers(values));
     }
     let mut source = Source::one(&file, sheet.header(), Box::new(sheet));
-    source.issues.extend(cut.map(|message| super::truncated(0.0, message)));
+    let lacks = header.frames.filter(|frames| *frames > rows).map(|frames| {
+        format!("the head says that there are {frames} frames, found {rows}: the file ends before its recording does")
+    });
+    let found: Vec<String> = [cut, lacks].into_iter().flatten().collect();
+    if !found.is_empty() {
+        source.issues.push(super::truncated(end_s, found.join("; ")));
+    }
     Ok(source)
 }
 

@@ -9,8 +9,9 @@ mod codecs;
 mod metadata;
 mod store;
 
-use super::array_log::{self, Array, Budget, Recording, rate, rows};
+use super::array_log::{self, Array, Missing, Recording, rate, rows};
 use super::arrays::width;
+use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
@@ -149,6 +150,9 @@ impl Container {
         if !budget.take(Some(array.rows()), array.element().size, false) {
             return Err(wrong(Budget::REFUSED.into()));
         }
+        if array.missing(&(0..array.rows())).is_some() {
+            return Err(wrong("lacks chunks, which say where episodes end".into()));
+        }
         let values = array.numbers(0..array.rows())?;
         let mut ends: Vec<usize> = Vec::with_capacity(values.len());
         for value in values {
@@ -274,5 +278,9 @@ impl array_log::Values for Values {
 
     fn texts(&self) -> Result<Vec<String>, InputError> {
         self.array.texts(self.rows.clone())
+    }
+
+    fn missing(&self) -> Option<Missing> {
+        self.array.missing(&self.rows)
     }
 }

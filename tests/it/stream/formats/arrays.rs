@@ -182,6 +182,29 @@ fn a_recording_of_robosuite_is_analyzed_as_it_is() {
     assert_eq!(found.len(), wanted.len());
 }
 
+/// The library takes the memory for chunks that lie one behind the other before it sees that they are not all there.
+#[test]
+fn a_chunk_that_is_longer_than_the_file_is_refused_before_it_is_read() {
+    let whole = std::fs::read(file("robomimic.hdf5")).unwrap();
+    // Leaves of the trees of chunks; behind their heads of 24 bytes stands the size of the first chunk.
+    let leaves: Vec<usize> = (0..whole.len() - 28).filter(|at| whole[*at..].starts_with(b"TREE\x01\x00")).collect();
+    assert_eq!(leaves.len(), 9);
+    for size in [1_042_375_863_u32, whole.len() as u32] {
+        let mut bytes = whole.clone();
+        leaves.iter().for_each(|at| bytes[at + 24..at + 28].copy_from_slice(&size.to_le_bytes()));
+        damaged(&bytes);
+        let folder = folder(&[]);
+        let path = folder.path().join("log.hdf5");
+        std::fs::write(&path, bytes).unwrap();
+        let message = bound(
+            &folder.path().join("log.hdf5#demo_0"),
+            "rate: 20 Hz\nchannels: {right.gripper.opening: 'actions[6]'}\n",
+        );
+        let message = message.unwrap_err();
+        assert!(message.contains(&format!("a chunk is said to have {size} bytes at byte")), "{message}");
+    }
+}
+
 /// Reads everything in a damaged file that can be read.
 fn damaged(bytes: &[u8]) {
     let folder = tempfile::tempdir().unwrap();

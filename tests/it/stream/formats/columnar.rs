@@ -60,6 +60,26 @@ fn values_that_were_not_measured_stay_so() {
     assert!(opened.recording.columns["cube.position.z"].values[2].is_nan());
 }
 
+/// The library takes the memory for a page, and for the values of a dictionary, before it sees that they are not there.
+#[test]
+fn a_page_that_promises_more_than_the_file_can_hold_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("log.parquet");
+    formats::write(&log(), &path).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    // A head begins with its type and the length when it is unpacked, each a byte for the field and a number in steps of seven bits.
+    assert!(whole[4..].starts_with(&[0x15]) && whole[6] == 0x15, "{:?}", &whole[4..12]);
+    let number = whole[7..].iter().position(|byte| *byte < 0x80).unwrap() + 1;
+    let huge = [0xfe, 0xff, 0xff, 0xff, 0x0f];
+    let bytes = [&whole[..7], &huge, &whole[7 + number..]].concat();
+    std::fs::write(&path, bytes).unwrap();
+    let used = allocation_counter::measure(|| {
+        let error = open(&OpenRequest { log: path.clone(), ..OpenRequest::default() }).unwrap_err().to_string();
+        assert!(error.contains("a page is said to have 2147483647 bytes when it is unpacked"), "{error}");
+    });
+    assert!(used.bytes_max < 100 << 20, "{} bytes at a time", used.bytes_max);
+}
+
 #[test]
 fn an_episode_of_a_set_with_a_file_each_is_a_log() {
     let set = fixture("lerobot_v21");

@@ -118,6 +118,20 @@ fn qualisys_markers_that_were_lost_are_not_measured() {
 }
 
 #[test]
+fn a_qualisys_file_with_fewer_frames_than_its_head_says_is_cut() {
+    let frames = "1\t0.00\t1\t2\t3\t4\t5\t6\n2\t0.02\t1\t2\t3\t4\t5\t6\n";
+    let titles = "Frame\tTime\ttip X\ttip Y\ttip Z\tpillow X\tpillow Y\tpillow Z\n";
+    let issues = |frames: &str| {
+        let binding = "channels: {right.thumb.position: tip <XYZ>}\n";
+        let (_, issues) = bound_text("capture.tsv", &format!("{CAPTURE}{titles}{frames}"), binding).unwrap();
+        issues.iter().map(|it| format!("{} {} s: {}", it.kind, it.start_s, it.message)).collect::<Vec<_>>().join("\n")
+    };
+    insta::assert_snapshot!(issues(frames), @"truncated 0.02 s: the head says that there are 3 frames, found 2: the file ends before its recording does");
+    insta::assert_snapshot!(issues(&format!("{frames}3\t0.04\t1")), @"truncated 0.02 s: row 7, the last one, is cut short (found 3 fields, expected 8); it is left out; the head says that there are 3 frames, found 2: the file ends before its recording does");
+    assert_eq!(issues(&format!("{frames}3\t0.04\t1\t2\t3\t4\t5\t6\n")), "");
+}
+
+#[test]
 fn qualisys_frames_without_stamps_have_the_rate_of_the_header() {
     let (recording, issues) = bound_text(
         "capture.tsv",
@@ -127,7 +141,7 @@ fn qualisys_frames_without_stamps_have_the_rate_of_the_header() {
     .unwrap();
     assert_eq!(recording.time, [0.0, 0.02]);
     assert_eq!(issues.len(), 1);
-    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, expected 6); it is left out");
+    insta::assert_snapshot!(issues[0].message, @"row 6, the last one, is cut short (found 2 fields, expected 6); it is left out; the head says that there are 3 frames, found 2: the file ends before its recording does");
     let refused = |rows: &str| bound_text("capture.tsv", &format!("{CAPTURE}{rows}"), "").unwrap_err();
     insta::assert_snapshot!(refused("1\t2\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found 2 fields, expected 6");
     insta::assert_snapshot!(refused("1\t2\t3\t4\t5\tfar\n1\t2\t3\t4\t5\t6\n"), @"capture.tsv row 4: found `far`, expected a number");
@@ -388,7 +402,7 @@ fn a_name_that_two_columns_have_is_refused_with_both() {
     let stamps = format!("t,t,x,y,z\n{}", "0,0,1,2,3\n");
     let words = "time: t\nchannels: {right.gripper.opening: t, right.label: x}\n";
     let mean = "time: t\nchannels: {right.gripper.opening: {mean: [t, x]}}\n";
-    let limit = "time: t\nchannels: {right.gripper.closed: z > 6?}\n";
+    let limit = "time: t\nchannels: {right.gripper.closed: z? > 6}\n";
     let capture = "NO_OF_FRAMES\t2\nFREQUENCY\t50\nMARKER_NAMES\ta\ta\n1\t2\t3\t4\t5\t6\n7\t8\t9\t1\t2\t3\n";
     let said = [
         twice(position),
@@ -396,7 +410,7 @@ fn a_name_that_two_columns_have_is_refused_with_both() {
         twice(words),
         twice(mean),
         twice(limit),
-        refused("log.tsv", capture, "channels: {cube.position: a <XYZ> [mm]}\n"),
+        refused("log.tsv", capture, "channels: {cube.position: a <XYZ>}\n"),
     ];
     insta::assert_snapshot!(said.join("\n"), @"
     binding.yaml:2:12: `x` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log

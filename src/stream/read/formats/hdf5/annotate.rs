@@ -4,7 +4,7 @@
 //! The file is packed anew under another name, edited there, compared with the original, and then renamed: at any time the copy is there whole or not at
 //! all. The file itself is only read.
 
-use super::{Container, DEEPEST, damaged, links};
+use super::{Container, DEEPEST, check_chunks, damaged, links, located};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
 use crate::stream::atomic_write::Folder;
@@ -88,6 +88,9 @@ pub fn annotate(path: &Path, copy: &Path, request: &Request) -> Result<(), Input
         let container = Container::open(path)?;
         let paths = Paths::new(&container, request)?;
         links::refuse(path)?;
+        for (name, dataset) in all(&container.file, &place)? {
+            check_chunks(&dataset, container.file.file_size()).map_err(|error| located(&place, &name, error))?;
+        }
         let packed = repack(path, &target, &RepackOptions::new());
         packed.map_err(|error| unwritable(&place, copy, &error))?;
         edit(&target, &paths, request).map_err(|error| unwritable(&place, copy, &error))?;

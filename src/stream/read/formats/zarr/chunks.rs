@@ -1,5 +1,6 @@
 //! An array in chunks: which chunks some rows are in, and their values.
 
+use super::super::array_log::Missing;
 use super::super::elements::Element;
 use super::codecs::Order;
 use super::metadata::Layout;
@@ -132,6 +133,24 @@ impl Chunked {
     /// When a chunk is damaged.
     pub fn texts(&self, rows: Range<usize>) -> Result<Vec<String>, InputError> {
         self.each(&rows, String::new(), Element::text)
+    }
+
+    /// The chunks of some rows that are not there.
+    pub fn missing(&self, rows: &Range<usize>) -> Option<Missing> {
+        let chunks: Vec<Vec<usize>> = places(&self.grid(rows)).collect();
+        let missing: Vec<&Vec<usize>> = chunks.iter().filter(|chunk| !self.store.has(&self.key(chunk))).collect();
+        let (first, last) = (missing.first()?, missing.last()?);
+        let size = self.layout.chunk.first().copied().unwrap_or(1);
+        let row = |chunk: usize| (chunk * size).clamp(rows.start, rows.end) - rows.start;
+        let [first_row, last_row] = [first, last].map(|chunk| chunk.first().copied().unwrap_or(0));
+        let (key, fill) = (self.key(first), self.layout.fill);
+        let read = if fill.is_nan() { "not measured".to_string() } else { format!("the fill value {fill}") };
+        let message = format!(
+            "chunks that are not there: {} of {}, first `{key}`; they read as {read}, which is right only if the writer left them out since every value is that",
+            missing.len(),
+            chunks.len()
+        );
+        Some(Missing { rows: row(first_row)..row(last_row + 1), message })
     }
 
     /// The bytes of a chunk, if it is there.

@@ -94,6 +94,14 @@ impl Store {
         Ok(Some(bytes))
     }
 
+    /// Whether a file is there.
+    pub fn has(&self, key: &str) -> bool {
+        match &self.kind {
+            Kind::Folder(folder) => folder.join(key).is_file(),
+            Kind::Archive(archive, folder) => archive.borrow().index_for_name(&format!("{folder}{key}")).is_some(),
+        }
+    }
+
     /// A description, if it is there.
     ///
     /// # Errors
