@@ -187,6 +187,39 @@ fn topics_are_joined_as_in_the_whole_bag() {
     assert!(tasks >= 3, "only {tasks} tasks were compared");
 }
 
+/// Two drivers on one topic, each with some of the joints, that stamp their messages alike: what they say at an instant is one row.
+#[test]
+fn messages_with_equal_stamps_about_different_things_are_one_row() {
+    let folder = tempfile::tempdir().unwrap();
+    let (log, name) = JOINED[1];
+    let binding = binding(name, folder.path());
+    let plain = messages(log);
+    let split = plain.iter().flat_map(|message| {
+        let fields = message.fields.as_object().unwrap();
+        // The one who stamps alike is recorded later, as of another process.
+        [0, 1].map(|half| {
+            let own = (0..)
+                .zip(fields)
+                .filter(|(at, _)| at % 2 == half)
+                .map(|(_, (key, value))| (key.clone(), value.clone()));
+            let recorded_ns = message.recorded_ns + 1_000 * half as u64;
+            Message { recorded_ns, fields: Value::Object(own.collect()), ..message.clone() }
+        })
+    });
+    let mut split: Vec<Message> = split.collect();
+    split.sort_by_key(|message| message.recorded_ns);
+    let [plain, split] = [("plain.mcap", plain), ("split.mcap", split)].map(|(name, messages)| {
+        let path = folder.path().join(name);
+        bag(&messages, &path);
+        path.display().to_string()
+    });
+    let wanted = analyzed(&plain, &binding);
+    assert_eq!(analyzed(&split, &binding), wanted);
+    let (found, issues) = live(&[&split, "--binding", &binding, "--calibration", &plain]);
+    assert_eq!(found, wanted, "{issues:?}");
+    assert_eq!(issues, live(&[&plain, "--binding", &binding, "--calibration", &plain]).1);
+}
+
 /// One of two markers of a body is wrong in one message: it is taken out before their mean is made, also of a log that is being made.
 #[test]
 fn a_wrong_cell_of_one_marker_is_taken_out_of_topics() {

@@ -11,6 +11,7 @@ use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names::split_unit;
 use crate::stream::read::formats::jsonl::{Line, Lines, push};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::stamps::{Order, StampOrder, set_back};
 use crate::stream::read::table::{Source, number};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,8 +21,6 @@ const MOST_BAD: usize = 1000;
 const MOST_BYTES: usize = 128 << 20;
 /// The most issues that wait for the calibration; further ones are counted.
 const MOST_PENDING: usize = 100;
-/// How many rows in order that all come too late show that the clock was set back.
-const SET_BACK_ROWS: usize = 10;
 /// A longer step is a gap, in which nothing is learned, s.
 const LONGEST_STEP_S: f64 = 1.0;
 
@@ -88,13 +87,11 @@ enum State {
 /// The rows until the calibration.
 struct Beginning {
     rows: InMemoryTable,
-    /// Stamp of the last row, and how long the rows last without gaps, s.
-    last_s: f64,
+    /// The order of the stamps, and how long the rows last without gaps, s.
+    order: StampOrder,
     lasts_s: f64,
     /// Bytes of the lines.
     bytes: usize,
-    /// How many rows in order came too late, one after the other, and the stamp of the last one.
-    late: (usize, f64),
     issues: Vec<Issue>,
     /// How many more issues there were.
     more: usize,
@@ -104,18 +101,12 @@ impl Beginning {
     fn new(name: &str) -> Self {
         Self {
             rows: InMemoryTable::new(name),
-            last_s: f64::NEG_INFINITY,
+            order: StampOrder::default(),
             lasts_s: 0.0,
             bytes: 0,
-            late: (0, f64::INFINITY),
             issues: vec![],
             more: 0,
         }
-    }
-
-    fn issue(&mut self, kind: IssueKind, message: String) {
-        let at = self.at_s();
-        self.report(Issue { kind, start_s: at, end_s: at, channel: String::new(), message });
     }
 
     fn report(&mut self, issue: Issue) {
@@ -128,28 +119,37 @@ impl Beginning {
 
     /// Where the newest row is, s.
     fn at_s(&self) -> f64 {
-        if self.last_s.is_finite() { self.last_s } else { 0.0 }
+        let newest_s = self.order.newest_s();
+        if newest_s.is_finite() { newest_s } else { 0.0 }
     }
 
     /// Keeps a row that comes after the others.
     fn keep(&mut self, row: &InMemoryTable, bytes: usize) -> Result<(), String> {
         let stamp_s = stamp_s(row).ok_or("the row has no stamp, expected a number as `time`")?;
-        if stamp_s <= self.last_s {
-            let rows = if stamp_s > self.late.1 { self.late.0 + 1 } else { 1 };
-            self.late = (rows, stamp_s);
-            if rows < SET_BACK_ROWS {
-                return Err(format!("the row of {stamp_s} s came after the row of {} s", self.last_s));
+        let last_s = self.order.newest_s();
+        match self.order.push(stamp_s) {
+            Order::Later => {}
+            Order::Equal | Order::Earlier => {
+                return Err(format!("the row of {stamp_s} s came after the row of {last_s} s"));
             }
-            let message = format!("the clock was set back from {} s to {stamp_s} s; calibration restarts", self.last_s);
-            self.issue(IssueKind::GAP, message);
-            let (issues, more) = (std::mem::take(&mut self.issues), self.more);
-            *self = Self { issues, more, ..Self::new(&self.rows.place) };
+            Order::SetBack => {
+                let message = set_back(last_s, stamp_s, "calibration restarts");
+                let at_s = last_s;
+                self.report(Issue {
+                    kind: IssueKind::GAP,
+                    start_s: at_s,
+                    end_s: at_s,
+                    channel: String::new(),
+                    message,
+                });
+                let (issues, more, order) = (std::mem::take(&mut self.issues), self.more, self.order);
+                *self = Self { issues, more, order, ..Self::new(&self.rows.place) };
+            }
         }
-        self.late = (0, f64::INFINITY);
-        if stamp_s - self.last_s <= LONGEST_STEP_S {
-            self.lasts_s += stamp_s - self.last_s;
+        let step_s = stamp_s - last_s;
+        if (0.0..=LONGEST_STEP_S).contains(&step_s) {
+            self.lasts_s += step_s;
         }
-        self.last_s = stamp_s;
         self.bytes += bytes;
         self.rows.begin_row().map_err(|error| error.message)?;
         for (name, cells) in row.columns() {
@@ -476,7 +476,8 @@ impl Feed {
             events.extend(live.report(issue.clone()));
         }
         if beginning.more > 0 {
-            let (start_s, message) = (beginning.last_s, format!("{} more lines are left out", beginning.more));
+            let (start_s, message) =
+                (beginning.order.newest_s(), format!("{} more lines are left out", beginning.more));
             let channel = String::new();
             let issue = Issue { kind: IssueKind::UNREADABLE_ROW, start_s, end_s: start_s, channel, message };
             events.extend(live.report(issue));

@@ -1,12 +1,13 @@
 //! Messages of several topics as rows: a row for each stamp that any topic has, as soon as no topic can add to it.
 //!
-//! Stamps of a topic rise. So a row is whole when every topic has sent a later message; a topic is awaited for a limited time. What a topic has sent
-//! once only, such as a transform that never changes, holds all along.
+//! Several may write to a topic, each about other elements: the stamps of each rise. So a row is whole when every writer has sent a later message; one is
+//! awaited for a limited time. What a topic has sent once only, such as a transform that never changes, holds all along.
 
 use crate::base::error::InputError;
 use crate::base::shown::Shown;
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::stamps::{Addition, Order, StampOrder, Writers, is_of_head, set_back};
 use crate::stream::read::table::{MAX_COLUMNS, number, shown};
 use indexmap::{IndexMap, IndexSet};
 use std::collections::VecDeque;
@@ -14,8 +15,6 @@ use std::fmt;
 
 /// How many messages wait for those of other topics.
 const MAX_WAITING: usize = 1 << 14;
-/// How many messages in order that all come too late show that the clock was set back.
-const SET_BACK: usize = 10;
 /// A topic that is farther behind the others, s, has another clock, or theirs was wrong.
 const OTHER_CLOCK_S: f64 = 60.0;
 
@@ -44,20 +43,46 @@ pub struct Join {
 pub struct Topic {
     /// The names of its columns, without that of the topic.
     pub titles: IndexSet<String>,
-    /// Whether anything of it is bound.
-    pub is_used: bool,
-    /// The messages that are not in a row yet: stamp, s, and values by column.
+    /// Which of them are bound; all where that is not known yet.
+    bound: Vec<bool>,
+    /// The messages that are not in a row yet, in the order of their stamps, s, with values by column.
     waiting: VecDeque<(f64, Vec<Value>)>,
-    /// The first message.
+    /// The first message of each writer.
     only: Vec<Value>,
     /// Whether nothing came after it for long, so that it holds all along.
     is_static: bool,
-    /// How many messages have come, and the stamp of the newest, s.
+    writers: Writers<Writer>,
+}
+
+/// One of those who write to a topic.
+#[derive(Clone, Default)]
+struct Writer {
+    /// How many messages have come, the stamp of the newest, s, and that of the one before.
     messages: u64,
     newest_s: Option<f64>,
+    before_s: f64,
+    /// The order of the stamps; those up to the rows that were made are too late as well.
+    order: StampOrder,
+    /// Whether the last message was left out.
+    is_left_out: bool,
     is_silent: bool,
-    /// How many messages in order came too late, one after the other, and the stamp of the last one.
-    late: Option<(usize, f64)>,
+    /// Whether messages lack columns that others of it have: then several may make one row.
+    is_partial: bool,
+}
+
+impl Writer {
+    fn merge(&mut self, other: Self) {
+        self.messages += other.messages;
+        self.before_s = self.before_s.max(other.before_s);
+        self.newest_s = self.newest_s.into_iter().chain(other.newest_s).reduce(f64::max);
+        self.order.raise(other.order.newest_s());
+        self.is_partial = true;
+    }
+
+    /// Up to which stamp nothing can come any more, s, or up to `first_s` where nothing has come.
+    fn whole_s(&self, first_s: f64) -> f64 {
+        if self.is_partial && self.messages > 1 { self.before_s } else { self.newest_s.unwrap_or(first_s) }
+    }
 }
 
 /// What becomes of a message.
@@ -82,11 +107,11 @@ impl Join {
         &self.topics
     }
 
-    /// Marks the topics of which something is bound; the others are not awaited.
-    pub fn mark(&mut self, is_used: impl Fn(usize) -> bool) {
+    /// Marks the columns that are bound, by the number of the topic and their own; the others are not awaited.
+    pub fn mark(&mut self, is_bound: impl Fn(usize, usize) -> bool) {
         for (at, topic) in self.topics.values_mut().enumerate() {
-            topic.is_used = is_used(at);
-            if !topic.is_used {
+            topic.bound = (0..topic.titles.len()).map(|column| is_bound(at, column)).collect();
+            if !topic.is_used() {
                 topic.waiting.clear();
             }
         }
@@ -99,7 +124,7 @@ impl Join {
     pub fn learn(&mut self, name: &str, row: &InMemoryTable) -> Result<bool, InputError> {
         let is_new = !self.topics.contains_key(name);
         if is_new {
-            self.topics.insert(name.to_string(), Topic { is_used: true, ..Topic::default() });
+            self.topics.insert(name.to_string(), Topic::default());
         }
         let Some(topic) = self.topics.get_mut(name) else { return Ok(is_new) };
         let before = topic.titles.len();
@@ -119,25 +144,41 @@ impl Join {
     /// Takes a message whose columns are known.
     pub fn push(&mut self, name: &str, time_s: f64, row: &InMemoryTable) -> Pushed {
         let given_s = self.given_s;
-        let Some(topic) = self.topics.get_mut(name).filter(|topic| topic.is_used) else { return Pushed::Kept };
-        let newest_s = topic.newest_s.unwrap_or(f64::NEG_INFINITY);
+        let Some(topic) = self.topics.get_mut(name).filter(|topic| topic.is_used()) else { return Pushed::Kept };
+        let (values, columns) = (values(&topic.titles, row), topic.columns(row));
+        let writer = topic.writers.of(&columns, Writer::merge);
+        let (messages, newest_s) = (writer.messages, writer.newest_s.unwrap_or(f64::NEG_INFINITY));
+        // Rows without topics are whole.
+        let has_others = |first: &usize| topic.writers.columns_with(*first).count() > columns.len();
+        let is_partial = !name.is_empty() && columns.first().is_some_and(has_others);
+        // What nobody reads may be late.
+        let is_bound = columns.iter().any(|column| topic.bound.get(*column).copied().unwrap_or(true));
+        if time_s > given_s && time_s == newest_s && topic.add(time_s, &values) {
+            topic.writers.of(&columns, Writer::merge).is_partial |= is_partial;
+            return Pushed::Kept;
+        }
+        let writer = topic.writers.of(&columns, Writer::merge);
+        writer.is_partial |= is_partial;
         if time_s <= newest_s || time_s <= given_s {
             // What is sent once only may be sent again to whoever connects anew.
-            if topic.messages == 1 && time_s == newest_s {
+            if messages == 1 && time_s == newest_s || !is_bound {
                 return Pushed::Late(None);
             }
-            return topic.leave_out(name, time_s, newest_s.max(given_s));
+            return writer.leave_out(name, time_s, given_s);
         }
-        (topic.late, topic.is_silent, topic.newest_s) = (None, false, Some(time_s));
-        topic.messages += 1;
-        let values = values(&topic.titles, row);
-        if topic.messages == 1 {
-            topic.only.clone_from(&values);
+        writer.order.push(time_s);
+        (writer.is_left_out, writer.is_silent) = (false, false);
+        (writer.before_s, writer.newest_s) = (newest_s, Some(time_s));
+        writer.messages += 1;
+        if messages == 0 {
+            topic.only.resize(topic.titles.len(), Value::Number(f64::NAN));
+            let said = topic.only.iter_mut().zip(&values).filter(|(_, value)| !value.is_empty());
+            said.for_each(|(only, value)| only.clone_from(value));
         } else {
             topic.is_static = false;
         }
         if !topic.is_static {
-            topic.waiting.push_back((time_s, values));
+            topic.insert(time_s, values);
         }
         self.first_s = Some(self.first_s.map_or(time_s, |first_s| first_s.min(time_s)));
         Pushed::Kept
@@ -164,22 +205,28 @@ impl Join {
         let (Some(newest_s), Some(first_s)) = (self.newest_s(), self.first_s) else { return vec![] };
         let (wait_s, is_alone) = (self.wait_s, self.is_alone());
         let mut issues = vec![];
-        for (name, topic) in &mut self.topics {
-            let own_s = topic.newest_s.unwrap_or(first_s);
-            if !topic.is_used || topic.is_silent || topic.is_static || is_alone || newest_s - own_s <= wait_s {
+        for (name, topic) in self.topics.iter_mut().filter(|(_, topic)| topic.is_used() && !topic.is_static) {
+            let is_behind = |writer: &Writer| newest_s - writer.newest_s.unwrap_or(first_s) > wait_s;
+            if is_alone {
                 continue;
             }
-            if topic.messages == 1 {
-                topic.is_static = true;
-                topic.waiting.clear();
+            if topic.messages() == 1 {
+                if topic.used().all(|writer| is_behind(writer)) {
+                    topic.is_static = true;
+                    topic.waiting.clear();
+                }
                 continue;
             }
-            topic.is_silent = true;
+            let silent = topic.used().filter(|writer| is_behind(writer) && !writer.is_silent);
+            let Some(since_s) = silent.map(|writer| writer.newest_s.unwrap_or(first_s)).reduce(f64::min) else {
+                continue;
+            };
+            topic.writers.all_mut().filter(|writer| is_behind(writer)).for_each(|writer| writer.is_silent = true);
             let message = format!(
                 "no message for {:.1} s, by the stamps of the others; its channels are not measured until the next one",
-                newest_s - own_s
+                newest_s - since_s
             );
-            issues.push(issue(IssueKind::GAP, own_s, newest_s, name, message));
+            issues.push(issue(IssueKind::GAP, since_s, newest_s, name, message));
         }
         issues
     }
@@ -187,8 +234,8 @@ impl Join {
     /// The next row that no topic can add to, or any that is left when the log `ends`: its stamp, s, and the values of each topic.
     pub fn next(&mut self, ends: bool) -> Option<(f64, Vec<Vec<Value>>)> {
         let whole_s = if ends { f64::INFINITY } else { self.whole_s()? };
-        if ends && !self.is_alone() && self.used().any(|topic| topic.messages > 1) {
-            for topic in self.topics.values_mut().filter(|topic| topic.messages == 1) {
+        if ends && !self.is_alone() && self.used().any(|topic| topic.messages() > 1) {
+            for topic in self.topics.values_mut().filter(|topic| topic.messages() == 1) {
                 topic.is_static = true;
                 topic.waiting.clear();
             }
@@ -212,14 +259,19 @@ impl Join {
         let (is_full, is_alone) = (self.waiting() > MAX_WAITING, self.is_alone());
         let mut whole_s = f64::INFINITY;
         for topic in self.used().filter(|topic| !topic.is_static) {
-            let own_s = topic.newest_s.unwrap_or(first_s);
-            if newest_s - own_s > self.wait_s || is_full && topic.waiting.is_empty() {
-                continue;
+            let mut awaited = 0;
+            for writer in topic.used() {
+                let own_s = writer.newest_s.unwrap_or(first_s);
+                if newest_s - own_s > self.wait_s || is_full && topic.waiting.is_empty() {
+                    continue;
+                }
+                awaited += 1;
+                whole_s = whole_s.min(writer.whole_s(first_s));
             }
-            if topic.messages <= 1 && !is_alone {
+            let is_awaited = awaited > 0 || topic.messages() == 0 && newest_s - first_s <= self.wait_s && !is_full;
+            if is_awaited && topic.messages() <= 1 && !is_alone {
                 return None;
             }
-            whole_s = whole_s.min(own_s);
         }
         Some(whole_s)
     }
@@ -229,18 +281,21 @@ impl Join {
         self.given_s = f64::NEG_INFINITY;
         for topic in self.topics.values_mut() {
             topic.waiting.clear();
-            (topic.newest_s, topic.late, topic.is_silent, topic.messages) = (None, None, false, 0);
+            topic
+                .writers
+                .all_mut()
+                .for_each(|writer| *writer = Writer { is_partial: writer.is_partial, ..Writer::default() });
         }
         self.first_s = None;
     }
 
-    /// Whether there is no topic to wait for.
+    /// Whether there is no other writer to wait for.
     fn is_alone(&self) -> bool {
-        self.used().count() <= 1
+        self.used().map(|topic| topic.used().count().max(1)).sum::<usize>() <= 1
     }
 
     fn used(&self) -> impl Iterator<Item = &Topic> {
-        self.topics.values().filter(|topic| topic.is_used)
+        self.topics.values().filter(|topic| topic.is_used())
     }
 
     fn waiting(&self) -> usize {
@@ -248,16 +303,69 @@ impl Join {
     }
 
     fn newest_s(&self) -> Option<f64> {
-        self.used().filter_map(|topic| topic.newest_s).reduce(f64::max)
+        self.used().flat_map(Topic::used).filter_map(|writer| writer.newest_s).reduce(f64::max)
     }
 }
 
 impl Topic {
-    /// Leaves out a message that comes after a later one, of its own or when the rows up to there were made.
-    fn leave_out(&mut self, name: &str, time_s: f64, newest_s: f64) -> Pushed {
-        let (messages, before_s) = self.late.unwrap_or((0, f64::NEG_INFINITY));
-        let messages = if time_s > before_s { messages + 1 } else { 1 };
-        let is_first = self.late.replace((messages, time_s)).is_none();
+    /// Whether anything of it is bound.
+    fn is_used(&self) -> bool {
+        self.bound.len() < self.titles.len() || self.bound.contains(&true) || self.titles.is_empty()
+    }
+
+    /// Those who write what is bound.
+    fn used(&self) -> impl Iterator<Item = &Writer> {
+        self.writers.with(|column| self.bound.get(column).copied().unwrap_or(true))
+    }
+
+    /// How many messages the one who writes most has sent.
+    fn messages(&self) -> u64 {
+        self.used().map(|writer| writer.messages).max().unwrap_or(0)
+    }
+
+    /// The columns that a message has, those of its head left out.
+    fn columns(&self, row: &InMemoryTable) -> Vec<usize> {
+        let of_body = row.columns().keys().filter(|title| !is_of_head(title));
+        of_body.filter_map(|title| self.titles.get_index_of(title)).collect()
+    }
+
+    /// Adds a message to one that waits with the same stamp, if they say different things.
+    fn add(&mut self, time_s: f64, values: &[Value]) -> bool {
+        let Some((_, waiting)) = self.waiting.iter_mut().find(|(stamp, _)| *stamp == time_s) else { return false };
+        let mut whole = waiting.clone();
+        let mut addition = Addition::default();
+        whole.resize(values.len().max(whole.len()), Value::Number(f64::NAN));
+        for ((kept, other), title) in whole.iter_mut().zip(values).zip(&self.titles) {
+            let mut of_column = Addition::default();
+            kept.add(other, &mut of_column);
+            if !is_of_head(title) {
+                addition.join(of_column);
+            }
+        }
+        let is_new = !addition.is_repeat();
+        if is_new {
+            *waiting = whole;
+        }
+        is_new
+    }
+
+    /// Puts a message among those that wait.
+    fn insert(&mut self, time_s: f64, values: Vec<Value>) {
+        if self.add(time_s, &values) {
+            return;
+        }
+        let at = self.waiting.partition_point(|(stamp, _)| *stamp <= time_s);
+        self.waiting.insert(at, (time_s, values));
+    }
+}
+
+impl Writer {
+    /// Leaves out a message that comes after a later one, of its own or when the rows up to `given_s` were made.
+    fn leave_out(&mut self, name: &str, time_s: f64, given_s: f64) -> Pushed {
+        let newest_s = self.newest_s.unwrap_or(f64::NEG_INFINITY).max(given_s);
+        self.order.raise(given_s);
+        let is_set_back = self.order.push(time_s) == Order::SetBack;
+        let is_first = !std::mem::replace(&mut self.is_left_out, true);
         let is_behind = self.newest_s.is_none_or(|own_s| time_s > own_s);
         let was_silent = self.is_silent;
         if is_behind {
@@ -265,15 +373,14 @@ impl Topic {
             (self.newest_s, self.is_silent) = (Some(time_s), false);
             self.messages += 1;
         }
-        let [at, newest] = [time_s, newest_s].map(|time| Shown((time * 1e6).round() / 1e6));
-        let is_set_back = if is_behind { newest_s - time_s > OTHER_CLOCK_S } else { true };
-        if messages >= SET_BACK && is_set_back {
-            let message = format!("the clock was set back from {newest} s to {at} s; everything restarts");
+        if is_set_back && (!is_behind || newest_s - time_s > OTHER_CLOCK_S) {
+            let message = set_back(newest_s, time_s, "everything restarts");
             return Pushed::SetBack(issue(IssueKind::GAP, time_s, newest_s, name, message));
         }
         if !is_first || is_behind && was_silent {
             return Pushed::Late(None);
         }
+        let [at, newest] = [time_s, newest_s].map(|time| Shown((time * 1e6).round() / 1e6));
         let message = if is_behind {
             format!(
                 "the message of {at} s came when the rows up to {newest} s were made; messages are left out until one comes in time (--wait)"
@@ -284,6 +391,26 @@ impl Topic {
             )
         };
         Pushed::Late(Some(issue(IssueKind::DUPLICATE_STAMP, time_s, newest_s, name, message)))
+    }
+}
+
+impl Value {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::Number(number) => number.is_nan(),
+            Self::Text(text) => text.is_empty(),
+        }
+    }
+
+    /// Puts another value where none is.
+    fn add(&mut self, other: &Self, addition: &mut Addition) {
+        match (&mut *self, other) {
+            (Self::Number(kept), Self::Number(other)) => addition.number(kept, *other),
+            (Self::Text(kept), Self::Text(other)) => addition.text(kept, other),
+            // Not measured, or a text in a column of numbers.
+            (kept, other) if kept.is_empty() => kept.clone_from(other),
+            _ => {}
+        }
     }
 }
 

@@ -316,11 +316,13 @@ impl RowBinder {
                 range
             })
             .collect();
-        let is_wanted = |at: usize| {
-            let wants = ranges.get(at).and_then(|range| bound.wants.get(range.clone()));
-            wants.is_some_and(|wants| wants.iter().any(|want| matches!(want, Want::Number(_))))
+        let is_wanted = |at: usize, column: usize| {
+            let want = ranges.get(at).and_then(|range| bound.wants.get(range.start + column));
+            matches!(want, Some(Want::Number(_)))
         };
-        let used = (0..ranges.len()).filter(|at| is_wanted(*at)).count();
+        let used =
+            ranges.iter().enumerate().filter(|(at, range)| (0..range.len()).any(|column| is_wanted(*at, column)));
+        let used = used.count();
         if used > 1 && self.resampler.is_none() {
             let message = format!("the bound columns are of {used} topics with stamps of their own");
             return Err(self.file.error("channels", message).help("say the common rate, such as `resample: 100 Hz`"));

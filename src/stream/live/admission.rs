@@ -10,9 +10,8 @@ use crate::stream::clean::preprocess::channel_of;
 use crate::stream::clean::timebase::{EVEN_WITHIN, GAP_STEPS, ODD_SHARE};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::names;
+use crate::stream::read::stamps::{Order, StampOrder, set_back};
 
-/// How many rows in order that all come too late show that the clock was set back.
-const SET_BACK_ROWS: usize = 10;
 /// The steps of so many frames are compared with that of the calibration.
 const PACED_FRAMES: usize = 1000;
 
@@ -36,12 +35,12 @@ pub struct Admission {
     bounds: Vec<(f64, bool)>,
     /// The frame before.
     last: Option<(f64, Vec<f64>)>,
-    /// Stamp of the row before, also of one that was left out.
-    last_stamp: f64,
+    /// The order of the stamps of all rows, also of those that were left out.
+    order: StampOrder,
     /// The channel that lacked a value in a row that was left out, since the last frame.
     lacking: Option<usize>,
-    /// How many rows in order came too late, one after the other, and the stamp of the last one.
-    late: Option<(usize, f64)>,
+    /// Whether the row before came too late.
+    is_late: bool,
     pace: Pace,
     /// Since when steps are counted, s.
     paced_from_s: f64,
@@ -99,9 +98,9 @@ impl Admission {
             channels,
             bounds: columns.iter().map(|(column, _)| dropouts::bound(column)).collect(),
             last: None,
-            last_stamp: f64::NEG_INFINITY,
+            order: StampOrder::default(),
             lacking: None,
-            late: None,
+            is_late: false,
             pace: Pace::default(),
             paced_from_s: 0.0,
         }
@@ -115,11 +114,9 @@ impl Admission {
     /// Takes a row: its stamp, s, and a value for each column, SI; NaN was not measured.
     pub fn take(&mut self, time_s: f64, values: &[f64]) -> Admitted {
         let mut admitted = Admitted::default();
-        if !time_s.is_finite() || (time_s <= self.last_stamp && self.is_late(time_s, &mut admitted)) {
+        if !time_s.is_finite() || self.is_late(time_s, &mut admitted) {
             return admitted;
         }
-        self.late = None;
-        self.last_stamp = time_s;
         if let Some(column) = self.unmeasured(values) {
             self.left_out(time_s, column, &mut admitted);
             return admitted;
@@ -141,19 +138,16 @@ impl Admission {
 
     /// Whether a row that is not later than the one before is left out. Where many of them follow each other in order, the clock was set back.
     fn is_late(&mut self, time_s: f64, admitted: &mut Admitted) -> bool {
-        let (rows, before_s) = self.late.unwrap_or((0, f64::NEG_INFINITY));
-        let rows = if time_s > before_s { rows + 1 } else { 1 };
-        let is_first = self.late.replace((rows, time_s)).is_none();
-        let last_s = self.last_stamp;
-        if rows >= SET_BACK_ROWS {
-            let message =
-                format!("the clock was set back from {} s to {} s; everything restarts", Shown(last_s), Shown(time_s));
+        let last_s = self.order.newest_s();
+        let order = self.order.push(time_s);
+        let was_late = std::mem::replace(&mut self.is_late, matches!(order, Order::Equal | Order::Earlier));
+        if order == Order::SetBack {
+            let message = set_back(last_s, time_s, "everything restarts");
             admitted.issues.push(issue(IssueKind::GAP, time_s, last_s, "", message));
             admitted.ends = true;
             (self.last, self.lacking) = (None, None);
-            return false;
         }
-        if is_first {
+        if self.is_late && !was_late {
             let message = format!(
                 "a row of {} s came after the row of {} s; rows are left out until a later one comes",
                 Shown(time_s),
@@ -161,7 +155,7 @@ impl Admission {
             );
             admitted.issues.push(issue(IssueKind::DUPLICATE_STAMP, time_s, last_s, "", message));
         }
-        true
+        self.is_late
     }
 
     /// Leaves a row out in which a column was not measured. The stretch ends as soon as the rows that are missing cannot be bridged.

@@ -5,5 +5,6 @@ pub mod csv;
 pub mod formats;
 pub mod labels;
 pub mod sheet;
+pub mod stamps;
 pub mod table;
 pub mod text;

@@ -1,9 +1,11 @@
 //! Rows that are in memory already: named columns in, a table of what is wanted of them out.
 
 use crate::base::error::InputError;
+use crate::stream::issue::Issue;
 use crate::stream::names;
+use crate::stream::read::stamps::{Addition, Stamps, is_of_head};
 use crate::stream::read::table::{
-    MAX_COLUMNS, Rows, Stamps, Table, Want, check_size, column_place, date_time, number, see, shown,
+    MAX_COLUMNS, Rows, Table, Want, check_size, column_place, date_time, number, see, shown,
 };
 use indexmap::IndexMap;
 use std::sync::Arc;
@@ -40,6 +42,21 @@ impl Cells {
             Self::Numbers(values) => Some(values),
             Self::Shared(values) => Some(values.get()),
             Self::Texts(_) => None,
+        }
+    }
+
+    /// Puts the value of a row into another one, where that has none.
+    fn add(&mut self, row: usize, before: usize, addition: &mut Addition) {
+        match self.own() {
+            Self::Numbers(values) => {
+                let Some(value) = values.get(row).copied() else { return };
+                values.get_mut(before).into_iter().for_each(|slot| addition.number(slot, value));
+            }
+            Self::Texts(texts) => {
+                let Some(text) = texts.get(row).cloned() else { return };
+                texts.get_mut(before).into_iter().for_each(|slot| addition.text(slot, &text));
+            }
+            Self::Shared(_) => {}
         }
     }
 
@@ -90,6 +107,8 @@ pub struct InMemoryTable {
     lines: Vec<(usize, u64)>,
     /// The column of the values that come next, since rows mostly repeat the order of the row before.
     next: usize,
+    /// What was wrong with the order of the rows.
+    pub issues: Vec<Issue>,
 }
 
 impl InMemoryTable {
@@ -161,6 +180,12 @@ impl InMemoryTable {
             Cells::Texts(values) => set(values, row, value.to_string(), String::new),
             Cells::Shared(_) => false,
         })
+    }
+
+    /// The columns that the last row has a value in, those of the head of a message left out.
+    pub fn filled(&self) -> Vec<usize> {
+        let is_filled = |(name, cells): (&String, &Cells)| cells.rows() == self.rows && !is_of_head(name);
+        (0..).zip(&self.columns).filter(|(_, column)| is_filled(*column)).map(|(at, _)| at).collect()
     }
 
     /// Adds a whole column; it may be shorter than others. Another one may have its name.
@@ -245,7 +270,7 @@ fn row_number(lines: &[(usize, u64)], row: usize) -> u64 {
 
 impl Rows for InMemoryTable {
     fn read(self: Box<Self>, header: &[String], wants: &[Want], rate_hz: Option<f64>) -> Result<Table, InputError> {
-        let Self { columns, rows, place, lines, .. } = *self;
+        let Self { mut columns, rows, place, lines, issues, .. } = *self;
         let number_of = |row: usize| row_number(&lines, row);
         if rows == 0 {
             return Err(InputError::new(place, "the log has no rows"));
@@ -280,6 +305,8 @@ impl Rows for InMemoryTable {
         };
         let mut stamps = Stamps::default();
         let mut kept = Vec::with_capacity(rows);
+        // Rows with the stamp of the one that was kept before.
+        let mut equal = vec![];
         for row in 0..rows {
             let at = number_of(row);
             let backwards = |message: String| {
@@ -289,12 +316,27 @@ impl Rows for InMemoryTable {
                 }
                 error
             };
-            if stamps.push(stamp(row)?, at).map_err(backwards)? {
-                kept.push(row);
+            match (stamps.push(stamp(row)?).map_err(backwards)?, kept.last().copied()) {
+                (false, Some(before)) => equal.push((row, before)),
+                _ => kept.push(row),
+            }
+        }
+        for (row, before) in equal {
+            let of_columns = columns.iter_mut().zip(wants).filter(|(_, want)| want.is_column());
+            let mut addition = Addition::default();
+            for ((name, cells), _) in of_columns {
+                let mut of_column = Addition::default();
+                cells.add(row, before, &mut of_column);
+                if !is_of_head(name) {
+                    addition.join(of_column);
+                }
+            }
+            if addition.is_repeat() {
+                stamps.repeats(number_of(row));
             }
         }
         let mut table = Table {
-            issues: stamps.issue(&place)?.into_iter().collect(),
+            issues: issues.into_iter().chain(stamps.issue(&place)?).collect(),
             time: stamps.time,
             row_time: stamps.row_time,
             ..Table::default()

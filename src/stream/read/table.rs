@@ -7,8 +7,7 @@
 use crate::base::error::{ErrorKind, InputError};
 use crate::base::recording::Event;
 use crate::base::scene::Scene;
-use crate::base::shown::Shown;
-use crate::stream::issue::{Issue, IssueKind};
+use crate::stream::issue::Issue;
 use crate::stream::names;
 
 /// The most columns that a sheet may have.
@@ -196,7 +195,7 @@ impl Want {
     }
 
     /// Whether it makes a column of a table.
-    fn is_column(self) -> bool {
+    pub(in crate::stream) fn is_column(self) -> bool {
         matches!(self, Self::Number(_) | Self::Optional(_) | Self::Sniff | Self::Text)
     }
 }
@@ -369,75 +368,6 @@ fn held(time: &[f64], own: &[f64], column: &[String]) -> Vec<String> {
         texts.push(last.clone());
     }
     texts
-}
-
-/// How the stamps of a table go on: one by one, each kept or left out.
-#[derive(Default)]
-pub(in crate::stream) struct Stamps {
-    /// The stamps that were kept, s.
-    pub time: Vec<f64>,
-    /// The stamps of all rows, s.
-    pub row_time: Vec<f64>,
-    /// How many rows repeat a stamp, the first of them, and the stamps of the first and the last.
-    repeated: Option<(usize, u64, f64, f64)>,
-    /// How many stamps were kept, and the last of them; the lists may have been taken away since.
-    kept: usize,
-    last: f64,
-}
-
-impl Stamps {
-    /// Takes the stamp of a row; whether the row is kept.
-    ///
-    /// # Errors
-    /// When time runs backwards, what is to be said about it.
-    pub fn push(&mut self, seconds: f64, row: u64) -> Result<bool, String> {
-        if let Some(last) = self.last() {
-            if seconds < last {
-                return Err(format!("time runs backwards: {} s after {} s", Shown(seconds), Shown(last)));
-            }
-            if seconds <= last {
-                self.row_time.push(last);
-                let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, last, last));
-                self.repeated = Some((count + 1, first_row, start, last));
-                return Ok(false);
-            }
-        }
-        self.row_time.push(seconds);
-        self.time.push(seconds);
-        self.kept += 1;
-        self.last = seconds;
-        Ok(true)
-    }
-
-    /// The stamps since the last time, those that were kept and all of them.
-    #[cfg(feature = "parquet")]
-    pub fn take(&mut self) -> (Vec<f64>, Vec<f64>) {
-        (std::mem::take(&mut self.time), std::mem::take(&mut self.row_time))
-    }
-
-    /// The last stamp that was kept, s.
-    pub fn last(&self) -> Option<f64> {
-        (self.kept > 0).then_some(self.last)
-    }
-
-    /// The message about stamps that were repeated.
-    ///
-    /// # Errors
-    /// When all rows of `place` have the same stamp.
-    pub fn issue(&self, place: &str) -> Result<Option<Issue>, InputError> {
-        let Some((count, row, start_s, end_s)) = self.repeated else { return Ok(None) };
-        if self.kept == 1 {
-            let message = format!("all {} rows have the same time stamp", count + 1);
-            return Err(
-                InputError::new(place, message).help("stamps need more digits than the step between rows is long")
-            );
-        }
-        let rows = if count == 1 { "row repeats" } else { "rows repeat" };
-        let message = format!(
-            "{count} {rows} the time stamp of the row before, first in row {row}; the first of equal stamps is kept"
-        );
-        Ok(Some(Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: String::new(), message }))
-    }
 }
 
 /// The place of a column in messages, by its name without unit.

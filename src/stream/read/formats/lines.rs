@@ -8,7 +8,8 @@ mod part;
 use super::csv_dialect::Form;
 use super::truncated;
 use crate::base::error::InputError;
-use crate::stream::read::table::{Blocks, Rows, Stamps, Table, Want, check_rows, check_size, column_place, see};
+use crate::stream::read::stamps::{Addition, Stamps};
+use crate::stream::read::table::{Blocks, Rows, Table, Want, check_rows, check_size, column_place, see};
 use memchr::{memchr_iter, memrchr};
 use part::{Cut, Fault, Part, Plan};
 use std::collections::BTreeMap;
@@ -210,7 +211,7 @@ impl Reading {
                 Some(rate) => (self.rows + row) as f64 / rate,
                 None => stamps.get(row).copied().unwrap_or(f64::NAN),
             };
-            kept.push(self.stamps.push(stamp, at).map_err(|message| {
+            let is_kept = self.stamps.push(stamp).map_err(|message| {
                 let place = format!("{file} row {at}");
                 InputError::new(
                     match timed {
@@ -221,7 +222,13 @@ impl Reading {
                     },
                     message,
                 )
-            })?);
+            })?;
+            if !is_kept
+                && added(row, kept.iter().rposition(|kept| *kept), &mut numbers, &mut texts, table, wants).is_repeat()
+            {
+                self.stamps.repeats(at);
+            }
+            kept.push(is_kept);
         }
         self.rows += rows;
         if kept.contains(&false) {
@@ -278,6 +285,37 @@ impl Blocks for Reading {
         self.read_into(&mut table)?;
         Ok(Some(table))
     }
+}
+
+/// Puts what a row says into the row that has its stamp: the row `before` of the same part, or the last one of the table so far.
+fn added(
+    row: usize,
+    before: Option<usize>,
+    numbers: &mut [Vec<f64>],
+    texts: &mut [Vec<String>],
+    table: &mut Table,
+    wants: &[Want],
+) -> Addition {
+    let mut addition = Addition::default();
+    for (column, whole) in numbers.iter_mut().zip(&mut table.numbers) {
+        let Some(value) = column.get(row).copied() else { continue };
+        let slot = match before {
+            Some(before) => column.get_mut(before),
+            None => whole.last_mut(),
+        };
+        slot.into_iter().for_each(|slot| addition.number(slot, value));
+    }
+    // Of columns that are only looked at, texts are not by row.
+    let columns = texts.iter_mut().zip(&mut table.texts).zip(wants).filter(|(_, want)| **want == Want::Text);
+    for ((column, whole), _) in columns {
+        let Some(value) = column.get(row).cloned() else { continue };
+        let slot = match before {
+            Some(before) => column.get_mut(before),
+            None => whole.last_mut(),
+        };
+        slot.into_iter().for_each(|slot| addition.text(slot, &value));
+    }
+    addition
 }
 
 /// Keeps the values of the rows that are kept.

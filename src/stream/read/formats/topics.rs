@@ -1,13 +1,17 @@
 //! Topics of a bag: messages one by one in, a sheet a topic out.
 //!
 //! The stamp of a message is the one in its header, the time at which it was recorded where it has none: bags are written in batches.
-//! Times count from the earliest stamp of the bag, and the rows of a topic are in the order of their stamps.
+//! Times count from the earliest stamp of the bag, and the rows of a topic are in the order of their stamps. Several may write to a topic, each in its own order; a
+//! clock that was set back, which lays two stretches over each other, refuses the topic.
 
 #[cfg(feature = "mcap")]
 use super::rosmsg::Wire;
 use super::rosmsg::{Definition, Failure};
 use crate::base::error::InputError;
+use crate::base::shown::Shown;
+use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::sheet::{Cells, InMemoryTable};
+use crate::stream::read::stamps::{Order, SET_BACK, StampOrder, Writers};
 use crate::stream::read::table::{BagClock, Sheet, Source};
 use indexmap::IndexMap;
 
@@ -77,7 +81,43 @@ struct Topic {
     stamps: Vec<i64>,
     /// How much later it was recorded, ns, of each row with a stamp in its header.
     delays: Vec<i64>,
+    writers: Writers<Writer>,
     refused: Option<String>,
+}
+
+/// One of those who write to a topic.
+#[derive(Default)]
+struct Writer {
+    order: StampOrder,
+    messages: usize,
+    /// The first of the last messages that came too late, ns.
+    late_from: i64,
+    /// How many messages came too late, two and more in a row, and from when to when, ns.
+    disordered: Option<(usize, i64, i64)>,
+}
+
+impl Writer {
+    fn merge(&mut self, other: Self) {
+        self.order.raise(other.order.newest_s());
+        self.messages += other.messages;
+        self.disordered = self.disordered.or(other.disordered);
+    }
+
+    /// Takes a stamp, ns, which comes so long after the first one of its topic, s; whether the clock was set back.
+    fn push(&mut self, stamp: i64, after_s: f64) -> bool {
+        self.messages += 1;
+        let order = self.order.push(after_s);
+        match self.order.late() {
+            _ if order != Order::Earlier => {}
+            1 => self.late_from = stamp,
+            late => {
+                let new = if late == 2 { 2 } else { 1 };
+                let (count, from, to) = self.disordered.unwrap_or((0, self.late_from, stamp));
+                self.disordered = Some((count + new, from.min(self.late_from), to.max(stamp)));
+            }
+        }
+        order == Order::SetBack
+    }
 }
 
 impl Topics {
@@ -107,6 +147,7 @@ impl Topics {
             rows: InMemoryTable::new(format!("{file} topic {topic}")),
             stamps: vec![],
             delays: vec![],
+            writers: Writers::default(),
             refused: None,
         });
         if topic.refused.is_some() {
@@ -120,7 +161,21 @@ impl Topics {
         match reading.decode(message, &mut topic.rows) {
             Ok(stamp) => {
                 topic.delays.extend(stamp.map(|stamp| recorded.saturating_sub(stamp)));
-                topic.stamps.push(stamp.unwrap_or(recorded));
+                let stamp = stamp.unwrap_or(recorded);
+                topic.stamps.push(stamp);
+                let first = topic.stamps.first().copied().unwrap_or(stamp);
+                let after = |stamp: i64| stamp.saturating_sub(first) as f64 * 1e-9;
+                let after_s = after(stamp);
+                let writer = topic.writers.of(&topic.rows.filled(), Writer::merge);
+                let newest_s = writer.order.newest_s();
+                if writer.push(stamp, after_s) {
+                    let by_s = newest_s - after(writer.late_from);
+                    topic.refused = Some(format!(
+                        "the clock was set back by {} s before message {}: the stretches before and after would lie over each other; cut the bag there, or follow it with `teachtree live`",
+                        Shown((by_s * 1e6).round() / 1e6),
+                        topic.stamps.len() + 1 - SET_BACK
+                    ));
+                }
             }
             Err(Failure::Log(error)) => return Err(error),
             Err(Failure::Message(message)) => {
@@ -141,12 +196,22 @@ impl Topics {
         let mut refused = vec![];
         let mut sheets = vec![];
         for (name, topic) in self.topics {
-            let Topic { mut rows, stamps, delays: of_topic, refused: why } = topic;
+            let Topic { mut rows, mut stamps, delays: of_topic, writers, refused: why } = topic;
             match why {
                 Some(why) => refused.push((name, why)),
                 None => {
                     delays.extend(of_topic);
+                    // What each has said once, such as transforms that never change, is one row.
+                    if writers.all().all(|writer| writer.messages == 1) {
+                        let first = stamps.iter().min().copied().unwrap_or_default();
+                        stamps.fill(first);
+                    }
                     let seconds = |stamp: &i64| stamp.saturating_sub(origin) as f64 * 1e-9;
+                    rows.issues.extend(writers.all().filter_map(|writer| writer.disordered).map(|(count, from, to)| {
+                        let message = format!("{count} messages came after one with a later stamp; they are put in the order of their stamps");
+                        let (start_s, end_s) = (seconds(&from), seconds(&to));
+                        Issue { kind: IssueKind::DUPLICATE_STAMP, start_s, end_s, channel: name.clone(), message }
+                    }));
                     rows.push_first("time [s]", Cells::Numbers(stamps.iter().map(seconds).collect()));
                     rows.sort_by("time [s]");
                     sheets.push(Sheet { name, header: rows.header(), rows: Box::new(rows) });

@@ -2,7 +2,8 @@
 
 use super::{BATCH, Leaf, Opened, damaged, flat::flat, guarded};
 use crate::base::error::InputError;
-use crate::stream::read::table::{Blocks, Stamps, Table, Want};
+use crate::stream::read::stamps::Stamps;
+use crate::stream::read::table::{Blocks, Table, Want};
 use ::parquet::column::reader::ColumnReader;
 use ::parquet::errors::ParquetError;
 use ::parquet::file::reader::FileReader;
@@ -73,7 +74,7 @@ impl Walk {
         }
         for stamp in stamps {
             let wrong = |message: String| InputError::new(&name, message);
-            let kept = stamp.is_finite() && self.stamps.push(stamp, 0).map_err(wrong)?;
+            let kept = stamp.is_finite() && self.stamps.push(stamp).map_err(wrong)?;
             if !kept {
                 return Err(wrong(format!("found a row at {stamp} s, expected stamps that rise")));
             }
