@@ -265,14 +265,18 @@ fn anchor(heading: &str) -> String {
     kept.map(|c| if c == ' ' { '-' } else { c }).collect()
 }
 
-#[test]
-fn links_of_pages_lead_to_files_and_headings() {
+fn pages() -> Vec<PathBuf> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let (folders, mut pages): (Vec<PathBuf>, Vec<PathBuf>) =
         PAGES.iter().map(|name| root.join(name)).partition(|path| path.is_dir());
     pages.extend(folders.iter().flat_map(|folder| with_extension(folder, "md")));
+    pages
+}
+
+#[test]
+fn links_of_pages_lead_to_files_and_headings() {
     let (mut wrong, mut found) = (Vec::new(), 0);
-    for page in pages {
+    for page in pages() {
         let text = std::fs::read_to_string(&page).unwrap();
         for (line, link) in links(&text) {
             found += 1;
@@ -291,4 +295,20 @@ fn links_of_pages_lead_to_files_and_headings() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(found > 100, "only {found} links: the search for them has gone wrong");
+}
+
+/// Programs run neither the evaluator of single frames (feature `internals`) nor rules in 32 bits, so a user cannot measure a figure of them.
+#[test]
+fn pages_give_no_speed_of_code_for_tests() {
+    let words =
+        ["live frame", "live evaluator", "rules, 32 bits", "Rules in 32 bits", "All in 32 bits", "evaluate_in", "f32"];
+    let mut wrong = Vec::new();
+    for page in pages() {
+        let text = std::fs::read_to_string(&page).unwrap();
+        for (line, at) in text.lines().zip(1..) {
+            let named = words.iter().filter(|word| line.contains(**word));
+            wrong.extend(named.map(|word| format!("{}:{at}: `{word}`", page.display())));
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
