@@ -61,7 +61,7 @@ pub struct ChannelSpec {
 pub enum Absent {
     /// The log is refused.
     Refused,
-    /// A constant, in SI, in every component.
+    /// A constant, in SI, in every component; the angle of a rotation, which is 0.
     Constant(f64),
     /// A hysteresis on the norm of another channel, element by element: true above `on` until below `off` (both SI).
     NormAbove {

@@ -4,6 +4,7 @@ use super::Resolver;
 use super::names::Declared;
 use crate::base::channels::{Absent, Axis, ChannelSpec, DERIVED, Shape};
 use crate::base::diagnostic::{Diagnostic, Span};
+use crate::base::units::Dimension;
 use crate::language::codes;
 use crate::language::rules::{ChannelId, Constant};
 use crate::language::syntax::{Channel, Expr, ExprKind, Whose};
@@ -123,6 +124,19 @@ impl Resolver {
             _ if matches!(channel.ty.shape, Shape::Scalar | Shape::Vec3) => {
                 let Constant { value, .. } = self.constant(default, Some(channel.ty.dimension), Scope::NOBODY)?;
                 Some(Absent::Constant(value))
+            }
+            // An angle other than 0 would need an axis.
+            _ if channel.ty.shape == Shape::Rotation => {
+                let angle = self.constant(default, Some(Dimension::ANGLE), Scope::NOBODY)?;
+                if angle.value != 0.0 {
+                    self.report(
+                        Diagnostic::error(codes::NOT_CONSTANT, "this cannot stand for a rotation that a log lacks")
+                            .at(default.span, "an angle without an axis")
+                            .help("write `0 deg`, the rotation of the reference frame"),
+                    );
+                    return None;
+                }
+                Some(Absent::Constant(0.0))
             }
             _ => {
                 self.report(

@@ -31,8 +31,11 @@ pub fn read(
     let found: Vec<Option<Vec<Vec<f64>>>> =
         slots.iter().map(|slot| columns(measured, spec, slot)).collect::<Result<_, _>>()?;
     let any = found.iter().any(Option::is_some);
-    let components = spec.shape.components().len();
-    let constant = |value: f64| vec![vec![value; measured.len()]; components];
+    let constant = |value: f64| -> Vec<Vec<f64>> {
+        // The rotation by no angle is 1, 0, 0, 0.
+        let of = |component: &&str| if *component == "w" { 1.0 } else { value };
+        spec.shape.components().iter().map(|component| vec![of(component); measured.len()]).collect()
+    };
     let instead = match &spec.absent {
         Absent::NormAbove { .. } if any && found.iter().all(Option::is_some) => vec![None; slots.len()],
         Absent::NormAbove { channel, on, off, .. } => {
@@ -65,6 +68,11 @@ pub fn read(
         let message =
             "the log lacks the fingers' positions; no distance and no motion of the hand is known".to_string();
         issues.push(measured.over_all(IssueKind::MISSING_CHANNEL, slot, message));
+    }
+    if spec.shape == Shape::Rotation {
+        let message = "the log lacks it; it counts as the rotation of the reference frame".to_string();
+        let lacking = slots.iter().zip(&found).filter(|(_, found)| found.is_none());
+        issues.extend(lacking.map(|(slot, _)| measured.over_all(IssueKind::MISSING_CHANNEL, slot, message.clone())));
     }
     let placed: Vec<&str> =
         fingers.iter().zip(&found).filter(|(_, found)| found.is_some()).map(|(finger, _)| finger.name()).collect();
