@@ -4,7 +4,7 @@ use super::many::ManyArgs;
 use super::rules::{RuleArgs, read_by};
 use super::source::SourceArgs;
 use super::{Failure, output};
-use crate::analysis::audit::{Facts, Kind, compare, unchecked};
+use crate::analysis::audit::{Facts, Kind, compare, task_counts, unchecked};
 use crate::analysis::json::{Meta, VERSION, printed};
 use crate::base::error::InputError;
 use crate::base::hands::Who;
@@ -84,6 +84,8 @@ enum KindArg {
     CutOff,
     /// A hand let go of an object without having moved it
     FailedGrasp,
+    /// It lacks a task that most have
+    LacksTask,
     /// Its steps are in another order than those of most
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter
@@ -96,6 +98,7 @@ impl KindArg {
             Self::Idle => Kind::Idle,
             Self::CutOff => Kind::CutOff,
             Self::FailedGrasp => Kind::FailedGrasp,
+            Self::LacksTask => Kind::LacksTask,
             Self::OutOfOrder => Kind::OutOfOrder,
             Self::Unlike => Kind::Unlike,
         }
@@ -146,11 +149,17 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     let Some(meta) = meta else { return Failure::some(failures, 0) };
-    let (usual, unchecked) = (compare(&mut all), unchecked(&all));
+    let (usual, unchecked, tasks) = (compare(&mut all), unchecked(&all), task_counts(&all));
     let recordings: Vec<(String, Facts)> = audited.iter().map(|it| it.name.clone()).zip(all).collect();
     let allowed: Vec<Kind> = args.allow.iter().map(|kind| kind.kind()).collect();
-    let audit =
-        Audit { recordings: &recordings, failed: &failed, usual: &usual, unchecked: &unchecked, allowed: &allowed };
+    let audit = Audit {
+        recordings: &recordings,
+        failed: &failed,
+        tasks: &tasks,
+        usual: &usual,
+        unchecked: &unchecked,
+        allowed: &allowed,
+    };
     write(args, &audit, &audited, &meta, &logs)?;
     Failure::some(failures, recordings.len())?;
     let fails = |(_, facts): &(String, Facts)| {
@@ -302,7 +311,7 @@ fn document(audit: &Audit, meta: &Meta) -> Value {
     let params: Map<String, Value> = meta.params.iter().map(|(name, value)| (name.clone(), json!(value))).collect();
     json!({ "schema": SCHEMA, "version": VERSION,
         "rules": { "files": meta.rules, "digest": meta.digest, "params": params },
-        "good": audit.good(), "allowed": allowed, "counts": counts, "usual": audit.usual, "unchecked": audit.unchecked,
+        "good": audit.good(), "allowed": allowed, "counts": counts, "tasks": audit.tasks, "usual": audit.usual, "unchecked": audit.unchecked,
         "recordings": recordings,
         "failed": failed })
 }

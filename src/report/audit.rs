@@ -22,6 +22,8 @@ pub struct Audit<'a> {
     pub recordings: &'a [(String, Facts)],
     /// Those that could not be read, with the reason.
     pub failed: &'a [(String, String)],
+    /// The number of recordings that have each task.
+    pub tasks: &'a BTreeMap<String, usize>,
     /// What is usual in the set, in words.
     pub usual: &'a [String],
     /// Checks that were left out, with the reason, in words.
@@ -47,6 +49,15 @@ impl Audit<'_> {
     /// Number of recordings that are good.
     pub fn good(&self) -> usize {
         self.recordings.iter().filter(|(_, facts)| self.is_good(facts)).count()
+    }
+
+    /// How many recordings have each task, the commonest first; nothing of one recording.
+    fn by_task(&self) -> Option<String> {
+        let all = self.recordings.len();
+        let mut tasks: Vec<(&String, &usize)> = self.tasks.iter().collect();
+        tasks.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+        let words = |(task, count): &(&String, &usize)| format!("{task} in {count} of {all}");
+        (all > 1 && !tasks.is_empty()).then(|| tasks.iter().map(words).collect::<Vec<_>>().join(", "))
     }
 
     fn summary(&self) -> String {
@@ -97,6 +108,9 @@ pub fn text(audit: &Audit, width: usize) -> String {
             }
         }
     }
+    if let Some(tasks) = audit.by_task() {
+        let _ = writeln!(text, "tasks: {tasks}");
+    }
     for sentence in audit.usual {
         let _ = writeln!(text, "usual: {sentence}");
     }
@@ -133,6 +147,9 @@ pub fn page(audit: &Audit, meta: &Meta) -> String {
     let longest = audit.recordings.iter().map(|(_, facts)| facts.duration_s()).fold(0.0, f64::max);
     let mut body =
         format!("<h1>Audit of {} recordings</h1>\n<p>{}.</p>\n", audit.recordings.len(), escape(&audit.summary()));
+    if let Some(tasks) = audit.by_task() {
+        let _ = writeln!(body, "<p>Tasks: {}.</p>", escape(&tasks));
+    }
     for (title, sentences) in [("Usual in this set", audit.usual), ("Not checked", audit.unchecked)] {
         let items: String = sentences.iter().map(|it| format!("<li>{}</li>", escape(it))).collect();
         if !items.is_empty() {

@@ -92,7 +92,7 @@ fn planted_faults_are_found_and_good_recordings_are_not() {
             "begins_late" | "ends_early" => has("cut_off"),
             "nothing" | "pauses" => has("idle"),
             "fails" => has("failed_grasp"),
-            "another" => has("unlike"),
+            "another" => has("lacks_task"),
             // Some simulated operator may lose the box and take it up again.
             _ if recording["tasks"].as_array().unwrap().len() > 1 => has("unlike"),
             _ => {
@@ -120,7 +120,7 @@ fn planted_faults_are_found_and_good_recordings_are_not() {
     assert_eq!(status(&["--fail-on", "cut_off"]), Some(1));
     assert_eq!(status(&["--fail-on", "out_of_order"]), Some(0));
     // With all of them allowed all are good.
-    let all = "idle,cut_off,failed_grasp,out_of_order,unlike";
+    let all = "idle,cut_off,failed_grasp,lacks_task,out_of_order,unlike";
     let allowed = run(folder.path(), &["audit", "set", "--allow", all]);
     assert!(allowed.contains("12 of 12 recordings are good"), "{allowed}");
     // A recording that cannot be read is none of the others' fault.

@@ -80,6 +80,8 @@ mod lsp;
 mod many_logs;
 #[cfg(feature = "hdf5")]
 mod mimicgen;
+#[cfg(all(feature = "world", feature = "cli"))]
+mod plugs;
 #[cfg(feature = "cli")]
 mod primitives;
 mod program;

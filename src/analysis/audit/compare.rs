@@ -1,16 +1,16 @@
 //! What most recordings have in common, and which are different.
 
-use super::{Facts, Finding, Kind, Step};
+use super::{Facts, Finding, Kind, Step, usual_tasks};
 use crate::analysis::Who;
 use crate::analysis::score::statistics::quantile;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The fewest recordings of which most can be spoken of.
 const FEWEST: usize = 5;
-/// The fewest of which more than half may show how recordings of a set begin and end.
-const FEWEST_EDGES: usize = 3;
+/// The fewest of which more than half may show how recordings of a set begin and end, and what is done in them.
+pub(super) const FEWEST_HALVES: usize = 3;
 /// The share that has two steps in one order, from which on the other one is wrong.
-const ORDERED: f64 = 0.8;
+pub(super) const ORDERED: f64 = 0.8;
 /// The share of recordings that a rare sequence has at most, and that the usual one has at least.
 const RARE: f64 = 0.1;
 const USUAL: f64 = 0.5;
@@ -33,7 +33,8 @@ pub fn compare(recordings: &mut [Facts]) -> Vec<String> {
         steps.iter().map(|step| step.name.clone()).collect()
     };
     let sequences: Vec<Vec<String>> = recordings.iter().map(steps).collect();
-    let mut findings = order(&sequences);
+    let mut findings = usual_tasks::lacking(recordings);
+    findings.extend(order(&sequences));
     let (rare, sentence) = rare(&sequences, &findings);
     usual.extend(sentence);
     findings.extend(rare);
@@ -60,7 +61,7 @@ pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
     if count > 0 { vec![sentence] } else { vec![] }
 }
 
-fn unlike(at: usize, kind: Kind, message: String) -> (usize, Finding) {
+pub(super) fn finding(at: usize, kind: Kind, message: String) -> (usize, Finding) {
     (at, Finding { kind, track: None, span_s: None, message })
 }
 
@@ -73,7 +74,7 @@ fn edges(recordings: &mut [Facts]) -> Vec<String> {
         }
     }
     let all = recordings.len();
-    counts.retain(|_, count| all >= FEWEST_EDGES && *count * 2 > all);
+    counts.retain(|_, count| all >= FEWEST_HALVES && *count * 2 > all);
     for facts in recordings.iter_mut() {
         let is_usual = |edge: &super::Edge| counts.contains_key(&(edge.who, edge.is_start, edge.does.clone()));
         let cut = facts.edges.iter().filter(|edge| !is_usual(edge)).map(|edge| edge.finding.clone());
@@ -126,7 +127,7 @@ fn order(sequences: &[Vec<String>]) -> Vec<(usize, Finding)> {
             let more = if wrong.len() > 1 { format!(" (and {} more pairs)", wrong.len() - 1) } else { String::new() };
             let message =
                 format!("{one} before {other}{more}; {otherwise} of {all} recordings have it the other way round");
-            findings.push(unlike(at, Kind::OutOfOrder, message));
+            findings.push(finding(at, Kind::OutOfOrder, message));
         }
     }
     findings
@@ -152,7 +153,7 @@ fn rare(sequences: &[Vec<String>], known: &[(usize, Finding)]) -> (Vec<(usize, F
         **sequence != usual && !is_known(at) && counts.get(sequence.as_slice()).is_some_and(|count| *count <= few)
     });
     let findings =
-        findings.map(|(at, sequence)| unlike(at, Kind::Unlike, format!("{}; {has}", difference(sequence, &usual))));
+        findings.map(|(at, sequence)| finding(at, Kind::Unlike, format!("{}; {has}", difference(sequence, &usual))));
     (findings.collect(), Some(has.clone()))
 }
 
@@ -197,7 +198,7 @@ fn durations(recordings: &[Facts]) -> Vec<(usize, Finding)> {
     }
     let whole: Vec<f64> = recordings.iter().map(Facts::duration_s).collect();
     let mut findings: Vec<(usize, Finding)> =
-        outliers(&whole).into_iter().map(|(at, words)| unlike(at, Kind::Unlike, format!("lasts {words}"))).collect();
+        outliers(&whole).into_iter().map(|(at, words)| finding(at, Kind::Unlike, format!("lasts {words}"))).collect();
     for (name, steps) in values {
         let of: Vec<f64> = steps.iter().map(|(_, step)| step.duration_s).collect();
         for (place, words) in outliers(&of) {

@@ -1,12 +1,14 @@
-//! What is wrong with recordings as demonstrations: those in which nothing happens, that are cut off, in which a grasp failed, whose steps are in another
-//! order than those of most, and that are unlike the others. `analyze` says what is in a recording, an audit which of many to leave out.
+//! What is wrong with recordings as demonstrations: those in which nothing happens, that are cut off, in which a grasp failed, that lack a task that most
+//! have, whose steps are in another order than those of most, and that are unlike the others. `analyze` says what is in a recording, an audit which of many to leave out.
 //!
 //! [`Facts::new`] looks at one recording; [`compare`] at what most of them have in common.
 
 mod compare;
 mod motion;
+mod usual_tasks;
 
 pub use compare::{compare, unchecked};
+pub use usual_tasks::counts as task_counts;
 
 use super::{Analysis, Segment, TaskSpan, Track, UNKNOWN, Who};
 use crate::base::meaning::Meaning;
@@ -24,6 +26,8 @@ pub enum Kind {
     CutOff,
     /// A hand closed around an object and let go of it without having moved it.
     FailedGrasp,
+    /// It lacks a task that most have.
+    LacksTask,
     /// Its steps are in another order than those of most.
     OutOfOrder,
     /// It has other steps than most, or takes much longer or shorter.
@@ -32,7 +36,8 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::Idle, Self::CutOff, Self::FailedGrasp, Self::OutOfOrder, Self::Unlike];
+    pub const ALL: [Self; 6] =
+        [Self::Idle, Self::CutOff, Self::FailedGrasp, Self::LacksTask, Self::OutOfOrder, Self::Unlike];
 
     /// `cut_off`, as in files and options.
     pub const fn name(self) -> &'static str {
@@ -40,6 +45,7 @@ impl Kind {
             Self::Idle => "idle",
             Self::CutOff => "cut_off",
             Self::FailedGrasp => "failed_grasp",
+            Self::LacksTask => "lacks_task",
             Self::OutOfOrder => "out_of_order",
             Self::Unlike => "unlike",
         }
@@ -51,6 +57,7 @@ impl Kind {
             Self::Idle => "idle",
             Self::CutOff => "cut off",
             Self::FailedGrasp => "failed grasp",
+            Self::LacksTask => "without the usual task",
             Self::OutOfOrder => "out of order",
             Self::Unlike => "unlike the others",
         }
@@ -73,6 +80,9 @@ pub struct Finding {
 /// A task or primitive with its object, as recordings are compared by it.
 #[derive(Clone, Debug, PartialEq)]
 struct Step {
+    /// The task or primitive alone.
+    what: String,
+    /// With its object.
     name: String,
     start_s: f64,
     duration_s: f64,
@@ -133,8 +143,9 @@ impl Facts {
             steps.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
             steps
         };
-        let step = |name: &str, suffix: String, start_s: f64, end_s: f64| Step {
-            name: format!("{name}{suffix}"),
+        let step = |what: &str, suffix: String, start_s: f64, end_s: f64| Step {
+            what: what.into(),
+            name: format!("{what}{suffix}"),
             start_s,
             duration_s: end_s - start_s,
         };

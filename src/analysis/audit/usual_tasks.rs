@@ -1,0 +1,93 @@
+//! The tasks that most recordings of a set have, and the recordings that lack one of them. Tasks count by their names, since recordings may handle
+//! different objects.
+
+use super::compare::{FEWEST_HALVES, ORDERED, finding};
+use super::{Facts, Finding, Kind};
+use crate::analysis::UNKNOWN;
+use std::collections::BTreeMap;
+
+/// A task that is usual in a set.
+struct Usual {
+    /// How often a recording has it at least.
+    times: usize,
+    /// The number of recordings that do.
+    recordings: usize,
+}
+
+/// The number of recordings that have each task.
+pub fn counts(recordings: &[Facts]) -> BTreeMap<String, usize> {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for task in recordings.iter().flat_map(|facts| of(facts).into_keys()) {
+        *counts.entry(task.into()).or_default() += 1;
+    }
+    counts
+}
+
+/// How often a recording has each of its tasks.
+fn of(facts: &Facts) -> BTreeMap<&str, usize> {
+    let mut times: BTreeMap<&str, usize> = BTreeMap::new();
+    for step in &facts.tasks {
+        *times.entry(&step.what).or_default() += 1;
+    }
+    times
+}
+
+/// Recordings that lack a usual task, or have it less often than most.
+pub(super) fn lacking(recordings: &[Facts]) -> Vec<(usize, Finding)> {
+    let usual = usual(recordings);
+    let all = recordings.len();
+    let finding_of = |(at, facts): (usize, &Facts)| {
+        let has = of(facts);
+        let times = |task: &str| has.get(task).copied().unwrap_or_default();
+        let lacks: Vec<(&str, &Usual)> = usual
+            .iter()
+            .filter(|(task, usual)| times(task) < usual.times)
+            .map(|(task, usual)| (*task, usual))
+            .collect();
+        if lacks.is_empty() {
+            return None;
+        }
+        let words = |(task, usual): &(&str, &Usual)| {
+            let most = format!("which {} of {all} recordings have", usual.recordings);
+            match usual.times {
+                1 => format!("lacks {task}, {most}"),
+                wanted => format!("has {task} {}, {most} {}", often(times(task)), often(wanted)),
+            }
+        };
+        let others: Vec<&str> = has.keys().copied().filter(|task| !usual.contains_key(task)).collect();
+        let instead = if others.is_empty() { String::new() } else { format!("; has {} instead", others.join(", ")) };
+        let message = format!("{}{instead}", lacks.iter().map(words).collect::<Vec<_>>().join("; "));
+        Some(finding(at, Kind::LacksTask, message))
+    };
+    recordings.iter().enumerate().filter_map(finding_of).collect()
+}
+
+fn often(times: usize) -> String {
+    match times {
+        0 => "never".into(),
+        1 => "once".into(),
+        2 => "twice".into(),
+        times => format!("{times} times"),
+    }
+}
+
+/// The tasks that more than half of the recordings have, each as often as nearly all of them do, or else once.
+fn usual(recordings: &[Facts]) -> BTreeMap<&str, Usual> {
+    let all = recordings.len();
+    if all < FEWEST_HALVES {
+        return BTreeMap::new();
+    }
+    let mut by_task: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (task, times) in recordings.iter().flat_map(of) {
+        by_task.entry(task).or_default().push(times);
+    }
+    let usual = |times: Vec<usize>| {
+        let having = |wanted: usize| times.iter().filter(|times| **times >= wanted).count();
+        let exactly = |wanted: usize| times.iter().filter(|times| **times == wanted).count();
+        let repeated = times.iter().copied().filter(|it| *it > 1 && exactly(*it) as f64 >= ORDERED * all as f64).max();
+        let least = repeated.unwrap_or(1);
+        (having(1) * 2 > all).then(|| Usual { times: least, recordings: having(least) })
+    };
+    let named = by_task.into_iter().filter(|(task, _)| *task != UNKNOWN);
+    named.filter_map(|(task, times)| Some((task, usual(times)?))).collect()
+}

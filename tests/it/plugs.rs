@@ -1,0 +1,183 @@
+//! Insertions by a gripper on a wrist force sensor, made from a script: a plug is taken from a table and put into a socket, or jams on its rim.
+//! The log has the tool point, the opening, the force on what is held, and the position of the plug, at 100 Hz.
+
+use crate::program::{all_said, said, teachtree_in};
+use Outcome::{Inserted, Jammed, Placed};
+use serde_json::Value;
+use std::fmt::Write as _;
+use std::path::Path;
+
+/// What becomes of an insertion.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Outcome {
+    Inserted,
+    Jammed,
+    /// It is put down on the rim without force.
+    Placed,
+}
+
+/// How a force sensor differs from the truth: its sign, its bias and the amplitude of its noise, N.
+#[derive(Clone, Copy)]
+pub struct Sensor {
+    sign: f64,
+    bias: f64,
+    noise: f64,
+}
+
+/// A good one.
+pub const GOOD: Sensor = Sensor { sign: 1.0, bias: 0.0, noise: 0.05 };
+
+/// The binding and the scene. The plug has a clearance of 1.5 mm in its hole, so that it touches no wall of it.
+pub const BINDING: &str = "
+hand_file: hand_gripper_wrist.rules
+time: time
+channels:
+  right.thumb.position: tcp_<xyz>
+  right.palm.force: f<xyz>
+  right.gripper.opening: opening
+  right.gripper.closed: opening < 45 mm
+  plug.position: plug_<xyz>
+scene:
+  bodies:
+    plug: {role: object, mass: 95 g, plug: [0 mm, 0 mm, -30 mm], parts: [{box: [25 mm, 25 mm, 60 mm]}]}
+    table: {role: support, position: [100 mm, 0 mm, -10 mm], parts: [{box: [1 m, 1 m, 20 mm]}]}
+    socket:
+      role: socket
+      position: [200 mm, 0 mm, 20 mm]
+      sockets: {hole: {rim: [0 mm, 0 mm, 20 mm], axis: [0, 0, 1], radius: 5 mm, depth: 40 mm}}
+      parts:
+        - {box: [20 mm, 68 mm, 40 mm], at: [24 mm, 0 mm, 0 mm]}
+        - {box: [20 mm, 68 mm, 40 mm], at: [-24 mm, 0 mm, 0 mm]}
+        - {box: [28 mm, 20 mm, 40 mm], at: [0 mm, 24 mm, 0 mm]}
+        - {box: [28 mm, 20 mm, 40 mm], at: [0 mm, -24 mm, 0 mm]}
+  hands: {right: {fingers: [thumb, palm]}}
+";
+
+/// A phase of an attempt: how long it takes, where the tool point is at its end, mm, the opening at its end, mm, and the upward force on the plug, N.
+struct Phase(f64, [f64; 3], f64, f64);
+
+/// The weight of the plug, N.
+const WEIGHT: f64 = 0.93;
+
+fn phases(outcome: Outcome, pace: f64) -> Vec<Phase> {
+    let (open, shut) = (70.0, 25.0);
+    let beside = if outcome == Inserted { 0.0 } else { 7.0 };
+    let over = 200.0 + beside;
+    let mut phases = vec![
+        Phase(1.0, [-100.0, -150.0, 250.0], open, 0.0),
+        Phase(1.2 * pace, [0.0, 0.0, 200.0], open, 0.0),
+        Phase(1.2 * pace, [0.0, 0.0, 40.0], open, 0.0),
+        Phase(0.5, [0.0, 0.0, 40.0], shut, 0.0),
+        Phase(0.3, [0.0, 0.0, 40.0], shut, 0.0),
+        Phase(1.2 * pace, [0.0, 0.0, 190.0], shut, WEIGHT),
+        Phase(1.6 * pace, [over, 0.0, 190.0], shut, WEIGHT),
+        Phase(1.0 * pace, [over, 0.0, 81.0], shut, WEIGHT),
+    ];
+    let end = match outcome {
+        Inserted => {
+            phases.push(Phase(1.75 * pace, [over, 0.0, 46.0], shut, WEIGHT - 7.7));
+            46.0
+        }
+        Jammed | Placed => {
+            phases.push(Phase(2.0 * pace, [over, 0.0, 80.0], shut, if outcome == Jammed { -20.0 } else { 0.0 }));
+            80.0
+        }
+    };
+    phases.extend([
+        Phase(0.4, [over, 0.0, end], shut, 0.0),
+        Phase(0.5, [over, 0.0, end], open, 0.0),
+        Phase(1.2 * pace, [over, 0.0, end + 170.0], open, 0.0),
+        Phase(1.2 * pace, [-100.0, -150.0, 250.0], open, 0.0),
+        Phase(1.0, [-100.0, -150.0, 250.0], open, 0.0),
+    ]);
+    phases
+}
+
+/// An attempt as a sensor sees it.
+pub fn log(outcome: Outcome, seed: u32, sensor: Sensor) -> String {
+    let mut text = String::from(
+        "time [s],tcp_x [mm],tcp_y [mm],tcp_z [mm],opening [mm],fx [N],fy [N],fz [N],plug_x [mm],plug_y [mm],plug_z [mm]\n",
+    );
+    let mut state = u64::from(seed) + 1;
+    // Even between -1 and 1.
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 40) as f64 / f64::from(1_u32 << 23) - 1.0
+    };
+    let pace = 1.0 + 0.04 * f64::from(seed % 5);
+    let (mut tcp, mut opening, mut plug) = ([-100.0, -150.0, 250.0], 70.0, [0.0, 0.0, 30.0]);
+    let mut row = 0_u32;
+    for Phase(seconds, to, opens, force) in phases(outcome, pace) {
+        let (from, from_opening) = (tcp, opening);
+        let rows = (seconds * 100.0).round() as u32;
+        for at in 1..=rows {
+            let part = f64::from(at) / f64::from(rows);
+            let eased = part * part * (3.0 - 2.0 * part);
+            let before = tcp;
+            tcp = [0, 1, 2].map(|axis| from[axis] + (to[axis] - from[axis]) * eased);
+            opening = from_opening + (opens - from_opening) * part;
+            if opening < 25.5 {
+                plug = [0, 1, 2].map(|axis| plug[axis] + tcp[axis] - before[axis]);
+            }
+            let [fx, fy] = [sensor.noise * noise(), sensor.noise * noise()];
+            let fz = sensor.sign * force + sensor.bias + sensor.noise * noise();
+            let [x, y, z] = tcp;
+            let [px, py, pz] = plug.map(|value| value + 0.05 * noise());
+            let _ = writeln!(
+                text,
+                "{:.2},{x:.3},{y:.3},{z:.3},{opening:.3},{fx:.4},{fy:.4},{fz:.4},{px:.3},{py:.3},{pz:.3}",
+                f64::from(row) / 100.0
+            );
+            row += 1;
+        }
+    }
+    text
+}
+
+/// A folder with the binding and recordings of these outcomes, `set/00.csv`, …
+fn set(outcomes: &[Outcome]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("set")).unwrap();
+    std::fs::write(folder.path().join("b.yaml"), BINDING).unwrap();
+    for (outcome, seed) in outcomes.iter().zip(0_u32..) {
+        std::fs::write(folder.path().join(format!("set/{seed:02}.csv")), log(*outcome, seed, GOOD)).unwrap();
+    }
+    folder
+}
+
+fn run(folder: &Path, args: &[&str]) -> String {
+    let output = teachtree_in(folder, args);
+    assert!(output.status.success(), "{args:?}: {}", all_said(&output));
+    said(&output)
+}
+
+fn parsed(text: &str) -> Value {
+    serde_json::from_str(text).unwrap()
+}
+
+/// The recordings that lack a usual task, and how many are good.
+fn lacking(folder: &Path) -> (Vec<String>, i64) {
+    let document = parsed(&run(folder, &["audit", "set", "--each", "--binding", "b.yaml", "--format", "json"]));
+    let lacks = |it: &&Value| it["findings"].as_array().unwrap().iter().any(|it| it["kind"] == "lacks_task");
+    let lacking = document["recordings"].as_array().unwrap().iter().filter(lacks);
+    (lacking.map(|it| it["log"].as_str().unwrap().to_string()).collect(), document["good"].as_i64().unwrap())
+}
+
+#[test]
+fn an_audit_reports_insertions_that_jammed_however_many() {
+    let three = [Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted, Jammed, Inserted, Inserted];
+    let folder = set(&three);
+    assert_eq!(lacking(folder.path()), (["set/01.csv", "set/04.csv", "set/07.csv"].map(String::from).to_vec(), 7));
+    let text = run(folder.path(), &["audit", "set", "--each", "--binding", "b.yaml"]);
+    assert!(text.contains("tasks: peg_in_hole in 7 of 10, pick_and_place in 3 of 10"), "{text}");
+    assert!(text.contains("lacks peg_in_hole, which 7 of 10 recordings have; has pick_and_place instead"), "{text}");
+    assert!(text.contains("7 of 10 recordings are good, 3 without the usual task"), "{text}");
+    let status = |fail_on| {
+        let args = ["audit", "set", "--each", "--binding", "b.yaml", "--fail-on", fail_on];
+        teachtree_in(folder.path(), &args).status.code()
+    };
+    assert_eq!((status("lacks_task"), status("unlike")), (Some(1), Some(0)));
+    // Few recordings say so too; of two tasks that are equally frequent none is the usual one.
+    assert_eq!(lacking(set(&[Inserted, Jammed, Inserted]).path()), (vec!["set/01.csv".into()], 2));
+    assert_eq!(lacking(set(&[Inserted, Jammed, Inserted, Jammed]).path()), (vec![], 4));
+}
