@@ -155,6 +155,45 @@ fn parsed(text: &str) -> Value {
     serde_json::from_str(text).unwrap()
 }
 
+/// What the analysis of a log with this binding says of forces.
+fn of_forces(log: &str, binding: &str) -> Vec<String> {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("log.csv"), log).unwrap();
+    std::fs::write(folder.path().join("b.yaml"), binding).unwrap();
+    let analysis = parsed(&run(folder.path(), &["analyze", "log.csv", "--binding", "b.yaml", "--format", "json"]));
+    let issues = analysis["issues"].as_array().unwrap().iter();
+    let of_kind = issues.filter(|issue| issue["kind"] == "implausible_force");
+    of_kind.map(|issue| issue["message"].as_str().unwrap().to_string()).collect()
+}
+
+/// A hand that pushes a plug into a socket with clearance, or onto its rim, does not carry it in the air.
+#[test]
+fn insertions_do_not_count_as_carries() {
+    let walls = BINDING.lines().filter(|line| !line.contains("24 mm")).map(|line| format!("{line}\n"));
+    let without_walls = walls.collect::<String>().replace("      parts:\n", "");
+    for binding in [BINDING, &without_walls] {
+        for outcome in [Inserted, Jammed] {
+            assert_eq!(of_forces(&log(outcome, 1, GOOD), binding), [""; 0]);
+        }
+        let turned = of_forces(&log(Inserted, 1, Sensor { sign: -1.0, ..GOOD }), binding);
+        assert!(turned.len() == 1 && turned[0].contains(": turn the sign, the force is"), "{turned:?}");
+    }
+}
+
+/// The bias of a sensor shows while the hand holds nothing.
+#[test]
+fn an_untared_sensor_is_tared_before_its_sign_is_turned() {
+    let noisy = Sensor { noise: 0.5, ..GOOD };
+    assert_eq!(of_forces(&log(Placed, 1, noisy), BINDING), [""; 0]);
+    let turned = of_forces(&log(Placed, 1, Sensor { sign: -1.0, ..noisy }), BINDING);
+    assert!(turned.len() == 1 && turned[0].contains(": turn the sign, the force is"), "{turned:?}");
+    let untared = of_forces(&log(Placed, 1, Sensor { bias: -1.5, ..noisy }), BINDING);
+    assert!(
+        untared.len() == 1 && untared[0].contains(" N downwards while the hand holds nothing: `tare`"),
+        "{untared:?}"
+    );
+}
+
 /// The recordings that lack a usual task, and how many are good.
 fn lacking(folder: &Path) -> (Vec<String>, i64) {
     let document = parsed(&run(folder, &["audit", "set", "--each", "--binding", "b.yaml", "--format", "json"]));

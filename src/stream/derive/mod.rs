@@ -190,9 +190,9 @@ pub fn derived_frames(
         }
     }
     let contacts = contacts::contacts(measured, &motions, &tracks, &objects, &mut findings.touches);
-    if asked && channels.iter().any(|channel| channel.name.starts_with("contacts.")) {
+    let judges_contacts = asked && channels.iter().any(|channel| channel.name.starts_with("contacts."));
+    if judges_contacts {
         findings.carried = contacts::never_carried(measured, &objects, &contacts);
-        plausible::wrong_signs(measured, &contacts, &tracks, &objects, &mut findings.findings);
     }
     let partners: BTreeSet<usize> = contacts.keys().map(|(_, partner)| *partner).collect();
     let partners: Vec<usize> = partners.into_iter().collect();
@@ -200,6 +200,9 @@ pub fn derived_frames(
         hand.contacts = partners.iter().filter_map(|body| body_name(measured, *body)).collect();
     }
     let derivation = Derivation::new(measured, &motions, &objects, &partners, &tracks, contacts);
+    if judges_contacts {
+        plausible::wrong_signs(&derivation, &objects, &mut findings.findings);
+    }
 
     let mut issues = vec![];
     let mut frames = Frames {

@@ -2,10 +2,11 @@
 //!
 //! Nothing is changed; each finding names the channel and what may be wrong with it (docs/logs.md).
 
-use super::contacts::{Contact, Contacts};
+use super::contacts::Contact;
 use super::hands::HandTrack;
 use super::motion::{Motion, every, vector};
 use super::raw::Array;
+use super::targets::Derivation;
 use crate::base::geometry::{Solid, face_normal, surface_distance};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::{Body, Role};
@@ -42,9 +43,16 @@ pub struct Found {
 #[derive(Default)]
 pub struct Findings {
     far: BTreeMap<(Side, usize), Found>,
-    hands: BTreeMap<Side, Found>,
+    hands: BTreeMap<Side, Carrier>,
     contacts: BTreeMap<(usize, usize), Found>,
     pushes: BTreeMap<(Side, Finger), Push>,
+}
+
+/// The force upward of a hand while it carries something, and while it holds nothing, N.
+#[derive(Default)]
+struct Carrier {
+    carries: Found,
+    empty: Found,
 }
 
 /// What a finger does to the surface that it touches: how much it pulls, N, and of which force.
@@ -150,13 +158,8 @@ pub fn told_far(measured: &CleanLog, hand: &HandLayout, findings: &Findings) -> 
 }
 
 /// Finds hands that pull down what they carry, and supports that pull down what rests on them.
-pub fn wrong_signs(
-    measured: &CleanLog,
-    contacts: &Contacts,
-    tracks: &[HandTrack],
-    objects: &[usize],
-    findings: &mut Findings,
-) {
+pub fn wrong_signs(derivation: &Derivation, objects: &[usize], findings: &mut Findings) {
+    let (measured, tracks, contacts) = (derivation.measured, derivation.tracks, &derivation.contacts);
     let gravity = Vector3::from(measured.scene.gravity.map(|part| part.0));
     let Some(up) = (-gravity).try_normalize(1e-6) else { return };
     let touched = |frame: usize, object: usize| {
@@ -166,7 +169,8 @@ pub fn wrong_signs(
     for track in tracks {
         let forces: Vec<[&[f64]; 3]> =
             Finger::ALL.iter().filter_map(|finger| measured.vec3(&format!("{}.{finger}.force", track.side))).collect();
-        let found = findings.hands.entry(track.side).or_default();
+        let upward = |frame: usize| forces.iter().map(|force| vector(force, frame)).sum::<Vector3<f64>>().dot(&up);
+        let found = &mut findings.hands.entry(track.side).or_default().carries;
         for (frames, target) in &track.runs {
             let Some(object) = *target else { continue };
             let of_object: Vec<&Contact> =
@@ -177,11 +181,16 @@ pub fn wrong_signs(
             for frame in frames.start.max(core.start)..frames.end.min(core.end) {
                 let alone = || tracks.iter().filter(|it| it.target.get(frame) == Some(target)).count() == 1;
                 let in_air = || of_object.iter().all(|it| it.force(frame).norm() < touch_force::ON_N);
-                if touched(frame, object) && alone() && in_air() {
-                    let force: Vector3<f64> = forces.iter().map(|force| vector(force, frame)).sum();
-                    found.add(measured, frame, force.dot(&up));
+                // An object in a socket with clearance touches nothing, although the hand pushes it in.
+                if touched(frame, object) && alone() && in_air() && !derivation.is_at_socket(object, frame) {
+                    found.add(measured, frame, upward(frame));
                 }
             }
+        }
+        let empty = Empty::new(measured, derivation.motions, track.side, objects);
+        let found = &mut findings.hands.entry(track.side).or_default().empty;
+        for frame in sampled(measured).into_iter().filter(|frame| empty.is_so(*frame)) {
+            found.add(measured, frame, upward(frame));
         }
     }
     let supports =
@@ -200,13 +209,56 @@ pub fn wrong_signs(
     }
 }
 
-/// Finds how each finger of a hand pushes on what it touches, or pulls.
-pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
-    let (step, side) = (every(measured), track.side);
-    let frames: Vec<usize> = match &measured.window {
+/// When a hand surely holds nothing: its gripper is open, and its fingertips are far from every object, as far as the log has either.
+struct Empty<'a> {
+    closed: Option<&'a [f64]>,
+    tips: Vec<[&'a [f64]; 3]>,
+    objects: Vec<(&'a Body, &'a Motion<'a>)>,
+}
+
+impl<'a> Empty<'a> {
+    fn new(measured: &'a CleanLog<'a>, motions: &'a [Motion<'a>], side: Side, objects: &[usize]) -> Self {
+        let tips = Finger::ALL.iter().filter(|finger| **finger != Finger::Palm);
+        let body = |object: &usize| Some((measured.scene.bodies.get_index(*object)?.1, motions.get(*object)?));
+        let bodies: Vec<(&Body, &Motion)> = objects.iter().filter_map(body).collect();
+        let holds_always = bodies.iter().any(|(body, _)| body.fixed_to == Some(side));
+        let tips = tips.filter_map(|finger| measured.vec3(&format!("{side}.{finger}.position")));
+        Self {
+            closed: measured.scalar(&format!("{side}.gripper.closed")).filter(|_| !holds_always),
+            tips: if holds_always { vec![] } else { tips.collect() },
+            objects: bodies,
+        }
+    }
+
+    fn is_so(&self, frame: usize) -> bool {
+        let open = self.closed.map(|closed| closed.get(frame).is_some_and(|closed| *closed < 0.5));
+        let is_far = |tip: &[&[f64]; 3]| {
+            let tip = Point3::from(vector(tip, frame));
+            let distance = |(body, motion): &(&Body, &Motion)| {
+                surface_distance(body, &motion.pose(frame).inverse_transform_point(&tip))
+            };
+            self.objects.iter().all(|object| distance(object) > NEAR)
+        };
+        let far = (!self.tips.is_empty()).then(|| self.tips.iter().all(is_far));
+        match (open, far) {
+            (None, None) => false,
+            (open, far) => open.unwrap_or(true) && far.unwrap_or(true),
+        }
+    }
+}
+
+/// The frames that are enough for a mean, the same ones in windows of a log.
+fn sampled(measured: &CleanLog) -> Vec<usize> {
+    let step = every(measured);
+    match &measured.window {
         Some(window) => window.core.clone().step_by(step).collect(),
         None => measured.stretches.iter().flat_map(|stretch| stretch.clone().step_by(step)).collect(),
-    };
+    }
+}
+
+/// Finds how each finger of a hand pushes on what it touches, or pulls.
+pub fn pushes(measured: &CleanLog, motions: &[Motion], fingers: &[Finger], track: &HandTrack, findings: &mut Findings) {
+    let (frames, side) = (sampled(measured), track.side);
     for finger in fingers.iter().filter(|finger| **finger != Finger::Palm) {
         let channel = |quantity: &str| measured.vec3(&format!("{side}.{finger}.{quantity}"));
         let (Some(tip), Some(force)) = (channel("position"), channel("force")) else { continue };
@@ -260,14 +312,27 @@ fn told_pulls(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
 pub fn told_signs(measured: &CleanLog, findings: &Findings) -> Vec<Issue> {
     let name = |body: usize| measured.scene.bodies.get_index(body).map_or("", |(name, _)| name.as_str());
     let mut issues = vec![];
-    for (side, found) in &findings.hands {
-        if let Some(mean) = found.mean(measured).filter(|mean| *mean < -PULLS) {
-            let message = format!(
-                "the fingers pull down with {} N what they carry: turn the sign, the force is the fingertip's on the object, z upwards",
-                tenths(-mean)
-            );
-            issues.push(found.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.fingers.force"), message));
-        }
+    for (side, Carrier { carries, empty }) in &findings.hands {
+        let Some(mean) = carries.mean(measured).filter(|mean| *mean < -PULLS) else { continue };
+        let lasts = empty.frames as f64 * every(measured) as f64 / measured.rate_hz >= LASTS;
+        let at_rest = empty.sum / (empty.frames as f64).max(1.0);
+        let pulls = format!("the fingers pull down with {} N what they carry", tenths(-mean));
+        let message = if !lasts {
+            format!(
+                "{pulls}: `tare` the force in a binding if it is not zero at rest; otherwise turn its sign, it is the fingertip's on the object, z \
+                 upwards"
+            )
+        } else if at_rest.abs() > PULLS {
+            let way = if at_rest < 0.0 { "downwards" } else { "upwards" };
+            format!(
+                "{pulls}, and the force reads {} N {way} while the hand holds nothing: `tare` it in a binding first; turn its sign only if the \
+                 fingers still pull down then",
+                tenths(at_rest.abs())
+            )
+        } else {
+            format!("{pulls}: turn the sign, the force is the fingertip's on the object, z upwards")
+        };
+        issues.push(carries.issue(IssueKind::IMPLAUSIBLE_FORCE, format!("{side}.fingers.force"), message));
     }
     for ((object, other), found) in &findings.contacts {
         if let Some(mean) = found.mean(measured).filter(|mean| *mean < -touch_force::ON_N) {

@@ -21,7 +21,7 @@ pub(super) const CARRIES: f64 = std::f64::consts::FRAC_1_SQRT_2;
 /// Everything that derived channels are computed from.
 pub struct Derivation<'a> {
     pub(super) measured: &'a CleanLog<'a>,
-    motions: &'a [Motion<'a>],
+    pub(super) motions: &'a [Motion<'a>],
     objects: &'a [usize],
     pub(super) partners: &'a [usize],
     pub(super) tracks: &'a [HandTrack],
@@ -151,6 +151,14 @@ impl<'a> Derivation<'a> {
     /// The socket that something is in.
     pub(super) fn socket(&self, frame: usize, plugged: Option<&Plugged>) -> Option<&Socket<'_>> {
         self.sockets.get(plugged?.socket.get(frame).copied().flatten()?)
+    }
+
+    /// Whether a body is in a socket or searches for one, or another body is in a socket of it: it is pushed there, not carried alone.
+    pub(super) fn is_at_socket(&self, body: usize, frame: usize) -> bool {
+        let plugged = self.plugged.get(&body);
+        self.socket(frame, plugged).is_some()
+            || plugged.and_then(|it| it.over.get(frame)).is_some_and(|over| *over > 0.5)
+            || self.plugged.values().any(|it| self.socket(frame, Some(it)).is_some_and(|socket| socket.body == body))
     }
 
     /// Angular velocity about the axis of the socket it is in, relative to that socket, else about the normal of the contact that carries it,
