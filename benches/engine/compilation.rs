@@ -129,7 +129,7 @@ fn compiled(main: &Path) -> Plan {
 fn layout() -> Layout {
     let fingers = vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
     let contacts = (1..=6).map(|at| format!("body {at}")).collect::<Vec<_>>();
-    let hand = |side| HandLayout { side, fingers: fingers.clone(), contacts: contacts.clone() };
+    let hand = |side| HandLayout { side, fingers: fingers.clone(), contacts: contacts.clone(), knows_distance: false };
     Layout { rate_hz: 1000.0, hands: Side::BOTH.map(hand).to_vec() }
 }
 

@@ -99,6 +99,7 @@ where
             side: Side::Right,
             fingers: vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little],
             contacts: vec![],
+            knows_distance: false,
         }],
     };
     let len = columns[0].len();

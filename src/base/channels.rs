@@ -126,6 +126,9 @@ const fn global(name: &'static str, shape: Shape, dimension: Dimension, doc: &'s
     Derived { name, per_hand: false, axis: None, shape, dimension, doc, is_averaged: false }
 }
 
+/// Whether distances show how near a hand is to its target. The engine knows it before the first frame, and leaves out what nothing asks for then.
+pub const DISTANCE_KNOWN: &str = "distance_known";
+
 /// Every derived channel. `stream` computes exactly these; the language knows their types from here.
 pub const DERIVED: &[Derived] = &[
     hand(
@@ -219,6 +222,12 @@ pub const DERIVED: &[Derived] = &[
         Shape::Bool,
         Dimension::NONE,
         "the other body is touched by the other hand, or plugged into the target",
+    ),
+    hand(
+        DISTANCE_KNOWN,
+        Shape::Bool,
+        Dimension::NONE,
+        "the log has the positions of this hand's fingertips and of all objects, and no object is fixed to the hand; the same on all frames",
     ),
     hand("load", Shape::Scalar, Dimension::FORCE, "norm of the sum of this hand's finger forces on its target"),
     hand(

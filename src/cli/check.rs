@@ -9,6 +9,7 @@ use crate::base::error::InputError;
 use crate::base::hands::{Finger, Side};
 use crate::base::yaml::is_yaml;
 use crate::engine::compiled::instantiate::instantiate;
+use crate::engine::compiled::plan::Cost;
 use crate::engine::width::Width;
 use crate::graph::lower;
 use crate::language::{self, Loaded, Request, Rules, codes};
@@ -233,10 +234,11 @@ fn annotation(found: &Diagnostic, sources: &Sources) -> String {
 }
 
 /// The log for which the cost is said.
-fn usual_layout(sides: &[Side]) -> Layout {
+fn usual_layout(sides: &[Side], knows_distance: bool) -> Layout {
     let fingers = vec![Finger::Thumb, Finger::Index, Finger::Middle, Finger::Ring, Finger::Little];
     let contacts = (1..=6).map(|at| format!("body {at}")).collect::<Vec<_>>();
-    let hand = |side: &Side| HandLayout { side: *side, fingers: fingers.clone(), contacts: contacts.clone() };
+    let hand =
+        |side: &Side| HandLayout { side: *side, fingers: fingers.clone(), contacts: contacts.clone(), knows_distance };
     Layout { rate_hz: 1000.0, hands: sides.iter().map(hand).collect() }
 }
 
@@ -266,11 +268,15 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
     );
     let settle =
         rules.trees.iter().filter_map(|tree| tree.settle.as_ref()).map(|settle| settle.value).fold(0.0, f64::max);
+    let cost_of = |sides: &[Side], knows_distance: bool| -> Result<Cost, Failure> {
+        Ok(instantiate(&graph, &usual_layout(sides, knows_distance), Width::Wide)?.cost())
+    };
+    // At 1 kHz.
+    let milliseconds = |cost: &Cost| f64::from(cost.look_ahead_frames);
     let _ = writeln!(out, "at 1 kHz with five fingers a hand and six bodies to touch:");
     for (name, sides) in [("one hand", &[Side::Right][..]), ("two hands", &Side::BOTH[..])] {
-        let layout = usual_layout(sides);
-        let cost = instantiate(&graph, &layout, Width::Wide)?.cost();
-        let look_ahead = f64::from(cost.look_ahead_frames) / layout.rate_hz * 1e3;
+        let cost = cost_of(sides, true)?;
+        let look_ahead = milliseconds(&cost);
         let _ = writeln!(
             out,
             "  {name:<10} {:>4} numbers, {:>4} conditions, {:>3} stateful nodes a frame; at most {:>3} tests; {:>6} bytes of state; look-ahead {look_ahead:.0} ms, settling {:.0} ms",
@@ -280,6 +286,13 @@ fn cost(rules: &Rules) -> Result<String, Failure> {
             cost.tests,
             cost.state_bytes,
             settle * 1e3,
+        );
+    }
+    let without_distance = milliseconds(&cost_of(&[Side::Right], false)?);
+    if without_distance > milliseconds(&cost_of(&[Side::Right], true)?) {
+        let _ = writeln!(
+            out,
+            "  where a log lacks positions of fingertips or objects: look-ahead {without_distance:.0} ms"
         );
     }
     let averaging = averaging_lag(&analysis::channels(rules), 1000.0);

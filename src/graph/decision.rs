@@ -61,25 +61,33 @@ impl<Condition> Decision<Condition> {
             Target::Leaf(_) => 0,
         }
     }
+
+    /// Which tests some frame may come to, where the results of some are known.
+    pub fn reached(&self, known: impl Fn(usize) -> Option<bool>) -> Vec<bool> {
+        let mut reached = vec![false; self.tests.len()];
+        let mark = |target: Target, reached: &mut [bool]| {
+            if let Target::Test(at) = target {
+                reached[at as usize] = true;
+            }
+        };
+        mark(self.root, &mut reached);
+        for (at, test) in self.tests.iter().enumerate().rev() {
+            match known(at) {
+                _ if !reached[at] => {}
+                Some(true) => mark(test.yes, &mut reached),
+                Some(false) => mark(test.no, &mut reached),
+                None => [test.yes, test.no].into_iter().for_each(|target| mark(target, &mut reached)),
+            }
+        }
+        reached
+    }
 }
 
 impl Decision {
     /// Drops the tests that nothing leads to any more and closes the ranks.
     #[must_use]
     pub(super) fn pruned(self) -> Self {
-        let mut used = vec![false; self.tests.len()];
-        let mark = |target: Target, used: &mut Vec<bool>| {
-            if let Target::Test(at) = target {
-                used[at as usize] = true;
-            }
-        };
-        mark(self.root, &mut used);
-        for at in (0..self.tests.len()).rev() {
-            if used[at] {
-                mark(self.tests[at].yes, &mut used);
-                mark(self.tests[at].no, &mut used);
-            }
-        }
+        let used = self.reached(|_| None);
         let mut place = vec![0_u32; self.tests.len()];
         let mut tests = Vec::new();
         let moved = |target: Target, place: &[u32]| match target {

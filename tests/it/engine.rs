@@ -173,7 +173,7 @@ fn thresholds_take_no_columns() {
     );
     let loaded = load_text("thresholds.rules", &rules);
     let rules = loaded.rules.unwrap_or_else(|| panic!("{:?}", loaded.diagnostics));
-    let hand = HandLayout { side: Side::Right, fingers: vec![], contacts: vec![] };
+    let hand = HandLayout { side: Side::Right, fingers: vec![], contacts: vec![], knows_distance: false };
     let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
     let graph = lower(&rules);
     let mut evaluator = None;

@@ -76,7 +76,8 @@ fn open_for_a_hand(graph: &Graph) -> Result<Plan, String> {
 }
 
 fn open_at(graph: &Graph, rate_hz: f64) -> Result<Plan, String> {
-    let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let hand =
+        HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new(), knows_distance: false };
     let layout = Layout { rate_hz, hands: vec![hand] };
     instantiate(graph, &layout, Width::Wide).map_err(|error| error.to_string())
 }

@@ -1,11 +1,14 @@
 //! Insertions by a gripper on a wrist force sensor, made from a script: a plug is taken from a table and put into a socket, or jams on its rim.
 //! The log has the tool point, the opening, the force on what is held, and the position of the plug, at 100 Hz.
 
+use crate::live_log::Rows;
 use crate::program::{all_said, said, teachtree_in};
 use Outcome::{Inserted, Jammed, Placed};
 use serde_json::Value;
 use std::fmt::Write as _;
 use std::path::Path;
+use teachtree::stream::{OpenRequest, open};
+use teachtree::{Calibration, Live, Rules};
 
 /// What becomes of an insertion.
 #[derive(Clone, Copy, PartialEq)]
@@ -219,4 +222,80 @@ fn an_audit_reports_insertions_that_jammed_however_many() {
     // Few recordings say so too; of two tasks that are equally frequent none is the usual one.
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted]).path()), (vec!["set/01.csv".into()], 2));
     assert_eq!(lacking(set(&[Inserted, Jammed, Inserted, Jammed]).path()), (vec![], 4));
+}
+
+/// The binding with a hand file, with or without the position of the plug.
+fn bound(hand_file: &str, has_pose: bool) -> String {
+    let binding = BINDING.replace("hand_gripper_wrist.rules", hand_file);
+    if has_pose { binding } else { binding.replace("  plug.position: plug_<xyz>\n", "") }
+}
+
+/// When the tool point is for the first time within 50 mm of the ball about the plug, s.
+fn comes_near(log: &str) -> f64 {
+    let radius = (12.5_f64.powi(2) * 2.0 + 30.0_f64.powi(2)).sqrt();
+    let near = |line: &&str| {
+        let cells: Vec<f64> = line.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let distance: f64 = (0..3).map(|axis| (cells[1 + axis] - cells[8 + axis]).powi(2)).sum();
+        distance.sqrt() - radius < 50.0
+    };
+    log.lines().skip(1).find(near).unwrap().split(',').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn a_gripper_approaches_what_it_comes_near_where_distances_are_known() {
+    let log = log(Inserted, 2, GOOD);
+    for hand_file in ["hand_gripper.rules", "hand_gripper_wrist.rules"] {
+        let found = |has_pose: bool| {
+            let folder = tempfile::tempdir().unwrap();
+            std::fs::write(folder.path().join("log.csv"), &log).unwrap();
+            std::fs::write(folder.path().join("b.yaml"), bound(hand_file, has_pose)).unwrap();
+            let args = ["analyze", "log.csv", "--binding", "b.yaml", "--format", "json"];
+            let track = parsed(&run(folder.path(), &args))["tracks"][0].clone();
+            let segments = track["relabeled"].as_array().unwrap();
+            let start = |primitive: &str| {
+                let of = segments.iter().find(|it| it["primitive"] == primitive);
+                of.map(|it| it["start_s"].as_f64().unwrap())
+            };
+            (start("Move"), start("Approach"), start("Grasp").unwrap(), track["tasks"][0].clone())
+        };
+        let (moves, approaches, _, task) = found(true);
+        let whole = task["task"] == "peg_in_hole" && task.get("open").is_none();
+        assert!(moves == Some(0.0) && whole, "{moves:?} {task}");
+        assert!((approaches.unwrap() - comes_near(&log)).abs() <= 0.02, "{approaches:?}");
+        let (_, approaches, grasps, _) = found(false);
+        assert!((grasps - approaches.unwrap() - 4.0_f64.min(grasps)).abs() <= 0.02, "{approaches:?} {grasps}");
+    }
+}
+
+#[test]
+fn a_live_log_with_distances_waits_for_no_contact() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    std::fs::write(path("log.csv"), log(Inserted, 2, GOOD)).unwrap();
+    for hand_file in ["hand_gripper.rules", "hand_gripper_wrist.rules"] {
+        let lag = |has_pose: bool| {
+            std::fs::write(path("b.yaml"), bound(hand_file, has_pose)).unwrap();
+            let request = OpenRequest { log: path("log.csv"), binding: Some(path("b.yaml")), scene: None };
+            let rows = Rows::of(&open(&request).unwrap().recording);
+            let rules = Rules::options().file("contact.rules").hand_file(hand_file).load().unwrap();
+            let calibration = Calibration::of_whole(&rows.log(), &rules).unwrap();
+            let mut live = Live::new(&rules, &rows.titles, &rows.scene, &calibration).unwrap();
+            let mut late: f64 = 0.0;
+            let mut names = vec![];
+            for row in &rows.rows {
+                for event in live.push(row).unwrap() {
+                    if let Some(segment) = event.segment().filter(|_| !event.is_final()) {
+                        late = late.max(row[0] - segment.end_s());
+                    }
+                    names.extend(event.label().and_then(|(_, name, _)| Some(name?.to_string())));
+                }
+            }
+            (live.lag_s().unwrap(), late, names)
+        };
+        let (lag_s, late_s, names) = lag(true);
+        assert!(lag_s < 0.8 && late_s < 1.0, "{lag_s} {late_s}");
+        let at = |name: &str| names.iter().position(|it| it == name);
+        assert!(at("Approach").is_some() && at("Approach") < at("Grasp"), "{names:?}");
+        assert!(lag(false).0 > 4.0);
+    }
 }

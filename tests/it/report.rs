@@ -50,6 +50,7 @@ fn measured(stretches: &[Range<usize>]) -> Frames {
         side,
         fingers: vec![Finger::Thumb, Finger::Index, Finger::Middle],
         contacts: vec!["base".into(), "wall".into()],
+        knows_distance: false,
     };
     let rules = Rules { channels: vec![touch_channel()], ..chapter() };
     let mut frames = Frames {

@@ -86,7 +86,7 @@ fn frames(phases: &[(usize, Atoms)], channels: &[ChannelSpec]) -> Frames {
         .collect();
     let fingers = vec![Finger::Thumb, Finger::Index, Finger::Middle];
     let contacts = vec!["base".to_string(), "wall".to_string()];
-    let hand = HandLayout { side: Side::Right, fingers: fingers.clone(), contacts };
+    let hand = HandLayout { side: Side::Right, fingers: fingers.clone(), contacts, knows_distance: false };
     let layout = Layout { rate_hz: 1000.0, hands: vec![hand] };
     let mut way = 0.0;
     let ways: Vec<f64> = atoms

@@ -10,7 +10,7 @@ mod summaries;
 use super::plan::{
     BitId, Condition, LeafBefore, Number, NumberId, Plan, StatefulId, StatefulNode, Step, TreeInstance, position,
 };
-use crate::base::channels::{Axis, Shape};
+use crate::base::channels::{Axis, DISTANCE_KNOWN, Shape};
 use crate::base::error::InputError;
 use crate::base::hands::Side;
 use crate::engine::semantics::{absent, internal, samples, slots};
@@ -43,9 +43,14 @@ pub fn instantiate(graph: &Graph, layout: &Layout, width: Width) -> Result<Plan,
     let tests = trees.iter().flat_map(|(tree, side)| tree.decision.tests.iter().map(|test| (test.condition, *side)));
     instantiation.make_all(tests.collect())?;
     for (at, (tree, side)) in trees.into_iter().enumerate() {
-        let mut tests = Vec::with_capacity(tree.decision.tests.len());
-        for test in &tree.decision.tests {
-            let condition = instantiation.value(test.condition, side)?.single()?;
+        let asked = &tree.decision.tests;
+        let conditions: Vec<Item> =
+            asked.iter().map(|test| instantiation.value(test.condition, side)?.single()).collect::<Result<_, _>>()?;
+        let reached = tree.decision.reached(|test| instantiation.known(conditions[test]));
+        let mut tests = Vec::with_capacity(asked.len());
+        for ((test, condition), reached) in asked.iter().zip(conditions).zip(reached) {
+            // No frame reaches the other tests, so the run does not wait for their conditions.
+            let condition = if reached { condition } else { instantiation.truth(false) };
             let condition = instantiation.stateful_of(condition)?;
             tests.push(Test { condition, yes: test.yes, no: test.no });
         }
@@ -409,6 +414,11 @@ impl<'a> Instantiation<'a> {
         let slots = slots(&self.plan.layout, axis, side);
         if !self.present(side) {
             return if axis.is_some() { Slots(Vec::new()) } else { self.nothing(shape) };
+        }
+        if spec.name == DISTANCE_KNOWN {
+            let hand = side.and_then(|side| self.plan.layout.hand(side));
+            let known = hand.is_some_and(|hand| hand.knows_distance);
+            return Slots(vec![vec![self.truth(known)]]);
         }
         let mut out = Vec::with_capacity(slots);
         for slot in (0..slots).filter_map(|slot| u32::try_from(slot).ok()) {

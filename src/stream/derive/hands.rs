@@ -7,6 +7,7 @@ use super::motion::{Motion, Moved, vector};
 use super::raw::Array;
 use crate::base::geometry::Solid;
 use crate::base::hands::{Finger, Side};
+use crate::base::scene::Body;
 use crate::stream::clean::preprocess::{CleanLog, State};
 use nalgebra::{Point3, Vector3};
 use std::ops::Range;
@@ -46,6 +47,18 @@ pub fn fingers(measured: &CleanLog, side: Side) -> Vec<Finger> {
     let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(|finger| felt(*finger) || seen(*finger)).collect();
     // Of a gripper of which only the opening is known, both jaws.
     if fingers.is_empty() { vec![Finger::Thumb, Finger::Index] } else { fingers }
+}
+
+/// Whether the distance of a hand from its target is known all along: what a hand holds all the time is its target wherever it goes.
+pub fn knows_distance(measured: &CleanLog, side: Side) -> bool {
+    let tips = Finger::ALL.into_iter().filter(|finger| *finger != Finger::Palm);
+    let mut placed = tips.filter(|finger| measured.vec3(&format!("{side}.{finger}.position")).is_some());
+    let bodies = super::objects(measured.scene).into_iter().filter_map(|body| measured.scene.bodies.get_index(body));
+    let objects: Vec<(&String, &Body)> = bodies.collect();
+    let is_known = |(name, body): &(&String, &Body)| {
+        body.fixed_to != Some(side) && measured.vec3(&format!("{name}.position")).is_some()
+    };
+    placed.next().is_some() && !objects.is_empty() && objects.iter().all(is_known)
 }
 
 /// Follows a hand through the log; `touches` is the channel `fingers.contact` of this hand.

@@ -159,7 +159,12 @@ pub fn derived_frames(
     }
     let mut hands: Vec<HandLayout> = sides(measured.scene, measured.channels().into_iter())
         .into_iter()
-        .map(|side| HandLayout { side, fingers: hands::fingers(measured, side), contacts: vec![] })
+        .map(|side| HandLayout {
+            side,
+            fingers: hands::fingers(measured, side),
+            contacts: vec![],
+            knows_distance: hands::knows_distance(measured, side),
+        })
         .collect();
 
     // Targets need the very `fingers.contact` that the rules see, and have a default of their own when no rule reads it.

@@ -1,13 +1,13 @@
 //! The derived channels, one function each, from the tracks of the hands and the motion of the bodies.
 
 use super::contacts::{Contact, Contacts};
-use super::hands::HandTrack;
+use super::hands::{HandTrack, knows_distance};
 use super::motion::{Motion, slope, smoothed};
 use super::partner::Partner;
 use super::raw::Slots;
 use super::sockets::{Plugged, Socket, logged, plugged, sockets};
 use super::source::Source;
-use crate::base::channels::{PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
+use crate::base::channels::{DISTANCE_KNOWN, PARTNER, TARGET_INSIDE, TARGET_TOUCHED};
 use crate::base::hands::{Finger, Side};
 use crate::base::scene::Body;
 use crate::stream::clean::preprocess::{CleanLog, State};
@@ -121,6 +121,7 @@ impl<'a> Derivation<'a> {
             TARGET_INSIDE => {
                 vec![vec![self.partners_of(track, |partner| flag(partner.is_some_and(|partner| partner.inside)))]]
             }
+            DISTANCE_KNOWN => vec![vec![vec![flag(knows_distance(self.measured, track.side)); track.target.len()]]],
             "load" => {
                 let [x, y, z] = self.forces(track);
                 vec![vec![x.iter().zip(&y).zip(&z).map(|((x, y), z)| Vector3::new(*x, *y, *z).norm()).collect()]]

@@ -222,7 +222,7 @@ pub fn frames(stretches: &[Range<usize>]) -> Frames {
         layout: Layout {
             rate_hz: RATE_HZ,
             hands: Side::BOTH
-                .map(|side| HandLayout { side, fingers: Vec::new(), contacts: Vec::new() })
+                .map(|side| HandLayout { side, fingers: Vec::new(), contacts: Vec::new(), knows_distance: false })
                 .into_iter()
                 .collect(),
         },

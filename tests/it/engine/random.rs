@@ -1,7 +1,7 @@
 //! Random checked rule sets and random logs for them.
 
 use std::collections::BTreeMap;
-use teachtree::base::channels::{Absent, Axis, ChannelSpec, Shape};
+use teachtree::base::channels::{Absent, Axis, ChannelSpec, DISTANCE_KNOWN, Shape};
 use teachtree::base::diagnostic::Span;
 use teachtree::base::hands::{Finger, FingerPick, Side};
 use teachtree::base::units::Dimension;
@@ -98,6 +98,7 @@ fn channels() -> Vec<ChannelSpec> {
         spec("contacts.handled", true, Some(Axis::Contacts), Shape::Bool),
         spec("load", true, None, Shape::Scalar),
         spec("target.over_socket", true, None, Shape::Bool),
+        spec(DISTANCE_KNOWN, true, None, Shape::Bool),
         spec("closing", false, None, Shape::Scalar),
         spec("targets.contact", false, None, Shape::Bool),
     ]
@@ -111,7 +112,8 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
     for side in Side::BOTH.into_iter().filter(|side| which == 2 || side.index() == which) {
         let fingers = Finger::ALL.into_iter().filter(|_| random.chance(50)).collect();
         let contacts = (0..random.below(3)).map(|at| format!("body{at}")).collect();
-        layout.hands.push(HandLayout { side, fingers, contacts });
+        let knows_distance = random.chance(50);
+        layout.hands.push(HandLayout { side, fingers, contacts, knows_distance });
     }
     let mut columns = BTreeMap::new();
     for (spec, channel) in channels.iter().zip(0..) {
@@ -130,7 +132,11 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
                 (0..slots).flat_map(|slot| (0..spec.shape.components().len()).map(move |c| (slot, c)))
             {
                 let key = ColumnKey { channel, side, slot: slot as u32, component: component as u32 };
-                let values = column(random, spec.shape, len);
+                let known = side.and_then(|side| layout.hand(side)).is_some_and(|hand| hand.knows_distance);
+                let values = match spec.name.as_str() {
+                    DISTANCE_KNOWN => vec![f64::from(u8::from(known)); len],
+                    _ => column(random, spec.shape, len),
+                };
                 // The reference sees the same numbers, whatever the width in which they are kept.
                 let narrow = || values.iter().map(|value| *value as f32).collect::<Vec<f32>>().into();
                 columns.insert(key, if random.chance(50) { narrow() } else { values.into() });
@@ -477,6 +483,7 @@ impl Maker {
                         let comparison = if self.random.chance(50) { Comparison::Equal } else { Comparison::NotEqual };
                         expr(ExprKind::Compare(comparison, Box::new(a), Box::new(b)), Shape::Bool, None)
                     }
+                    5 if self.random.chance(30) => self.channel(DISTANCE_KNOWN, hand),
                     5 => self.channel("target.over_socket", hand),
                     6 if !self.rules.latches.is_empty() => {
                         let at = self.random.below(self.rules.latches.len());

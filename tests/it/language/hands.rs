@@ -115,7 +115,12 @@ fn values_may_be_called_like_the_hands() {
 /// A log of the hands with their loads, in N.
 fn log(rules: &Rules, loads: &[(Side, Vec<f64>)]) -> Frames {
     let len = loads[0].1.len();
-    let hand = |(side, _): &(Side, _)| HandLayout { side: *side, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let hand = |(side, _): &(Side, _)| HandLayout {
+        side: *side,
+        fingers: vec![Finger::Thumb],
+        contacts: Vec::new(),
+        knows_distance: false,
+    };
     let channel = rules.channels.iter().position(|channel| channel.name == "load").unwrap() as u32;
     let column = |(side, load): &(Side, Vec<f64>)| {
         let key = ColumnKey { channel, side: Some(*side), slot: 0, component: 0 };

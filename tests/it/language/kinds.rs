@@ -97,7 +97,8 @@ fn log(rules: &Rules, speeds: &[f64]) -> Frames {
     let values: Vec<f64> = speeds.iter().flat_map(|speed| [*speed; 5]).collect();
     let len = values.len();
     let key = ColumnKey { channel: 0, side: Some(Side::Right), slot: 0, component: 0 };
-    let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let hand =
+        HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new(), knows_distance: false };
     assert_eq!(rules.channels[0].name, "speed");
     Frames {
         layout: Layout { rate_hz: 100.0, hands: vec![hand] },

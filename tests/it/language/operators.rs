@@ -44,7 +44,12 @@ fn example(rules: &Rules) -> (&Expr, &Expr) {
 
 /// A log of two hands at 100 Hz, whose columns `value` makes.
 fn log(rules: &Rules, len: usize, mut value: impl FnMut(Shape) -> Vec<f64>) -> Frames {
-    let hand = |side| HandLayout { side, fingers: Finger::ALL.to_vec(), contacts: vec!["table".into(), "wall".into()] };
+    let hand = |side| HandLayout {
+        side,
+        fingers: Finger::ALL.to_vec(),
+        contacts: vec!["table".into(), "wall".into()],
+        knows_distance: false,
+    };
     let layout = Layout { rate_hz: 100.0, hands: Side::BOTH.map(hand).to_vec() };
     let mut columns = BTreeMap::new();
     for (spec, channel) in rules.channels.iter().zip(0..) {

@@ -26,7 +26,8 @@ fn on_frames(value: &str, x: &[f64], targets: &[f64]) -> Vec<f64> {
     let loaded = load(value);
     let printed = report(&loaded);
     let rules = loaded.rules.unwrap_or_else(|| panic!("{printed}"));
-    let hand = HandLayout { side: Side::Right, fingers: Finger::ALL.to_vec(), contacts: Vec::new() };
+    let hand =
+        HandLayout { side: Side::Right, fingers: Finger::ALL.to_vec(), contacts: Vec::new(), knows_distance: false };
     let layout = Layout { rate_hz: RATE_HZ, hands: vec![hand] };
     let mut columns = BTreeMap::new();
     for (spec, channel) in rules.channels.iter().zip(0..) {

@@ -82,7 +82,8 @@ fn a_latch_that_looks_ahead_dates_a_rest_back_to_its_beginning() {
         let key = ColumnKey { channel: 0, side: Some(Side::Right), slot: 0, component };
         (key, Column::from(if component == 0 { speed.clone() } else { vec![0.0; len] }))
     };
-    let hand = HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new() };
+    let hand =
+        HandLayout { side: Side::Right, fingers: vec![Finger::Thumb], contacts: Vec::new(), knows_distance: false };
     let frames = Frames {
         layout: Layout { rate_hz: 1000.0, hands: vec![hand] },
         channels: rules.channels.clone(),

@@ -163,7 +163,7 @@ impl Replay<'_> {
             trees: vec![tree],
             ..Rules::default()
         };
-        let side = |side| HandLayout { side, fingers: Vec::new(), contacts: Vec::new() };
+        let side = |side| HandLayout { side, fingers: Vec::new(), contacts: Vec::new(), knows_distance: false };
         let hands = if scope == TreeScope::BothHands {
             vec![side(Side::Left), side(Side::Right)]
         } else {

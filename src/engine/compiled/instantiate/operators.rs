@@ -154,6 +154,9 @@ impl Instantiation<'_> {
     }
 
     pub(super) fn not(&mut self, item: Item) -> Result<Item, InputError> {
+        if let Some(known) = self.known(item) {
+            return Ok(self.truth(!known));
+        }
         Ok(match item {
             Item::Bit(bit) => {
                 let delay = self.bit_delay(bit);
@@ -166,8 +169,33 @@ impl Instantiation<'_> {
         })
     }
 
+    /// A condition that is the same on every frame, if this is one.
+    pub(super) fn known(&self, item: Item) -> Option<bool> {
+        match item {
+            Item::Bit(bit) => match self.plan.conditions[bit.index()].0 {
+                Condition::Constant(known) => Some(known),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    pub(super) fn truth(&mut self, value: bool) -> Item {
+        Item::Bit(self.bit(Condition::Constant(value), 0))
+    }
+
+    /// The conditions that decide whether all hold (any, if `neutral` is false); `None` where a constant decides. Constants are left out, so that a run
+    /// does not wait for a condition that has no effect.
+    fn undecided(&self, items: &[Item], neutral: bool) -> Option<Vec<Item>> {
+        let decides = |item: &Item| self.known(*item) == Some(!neutral);
+        let is_open = |item: &&Item| self.known(**item).is_none();
+        (!items.iter().any(decides)).then(|| items.iter().filter(is_open).copied().collect())
+    }
+
     pub(super) fn all(&mut self, items: &[Item]) -> Result<Item, InputError> {
-        Ok(match only_bits(items) {
+        let Some(items) = self.undecided(items, true) else { return Ok(self.truth(false)) };
+        Ok(match only_bits(&items) {
+            _ if items.is_empty() => self.truth(true),
             Some(bits) => {
                 let (bits, delay) = self.bits_together(&bits);
                 Item::Bit(self.bit(Condition::And(bits), delay))
@@ -180,7 +208,9 @@ impl Instantiation<'_> {
     }
 
     pub(super) fn any(&mut self, items: &[Item]) -> Result<Item, InputError> {
-        Ok(match only_bits(items) {
+        let Some(items) = self.undecided(items, false) else { return Ok(self.truth(true)) };
+        Ok(match only_bits(&items) {
+            _ if items.is_empty() => self.truth(false),
             Some(bits) => {
                 let (bits, delay) = self.bits_together(&bits);
                 Item::Bit(self.bit(Condition::Or(bits), delay))
