@@ -3,6 +3,7 @@
 mod bodies;
 mod by_hand;
 mod demonstration;
+mod insertion;
 mod scaling;
 mod scripts;
 mod support;

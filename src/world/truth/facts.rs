@@ -2,7 +2,7 @@
 //! displacements over a quarter of a second, which is longer than a period of tremor.
 
 use super::moment::Moment;
-use super::series::{debounce, runs};
+use super::series::{debounce, means, runs, strokes};
 use crate::base::hands::Finger;
 use crate::base::scene::{Role, Scene};
 use crate::world::sockets::{Place, places};
@@ -22,6 +22,10 @@ const STAYS_NEAR_M: f64 = 0.070;
 const NEARER_BY_M: f64 = 0.010;
 /// An object is in a socket when its plug point is this far below the rim, m.
 const INSIDE_M: f64 = 0.001;
+/// It goes into a socket or comes out when its depth, without tremor, changes by this before it changes back by as much, m, however long that takes. The motion has
+/// begun when it is this far from where it rested, m; less deep than a stroke it comes from outside, or leaves.
+const STROKE_M: f64 = 0.002;
+const RESTS_WITHIN_M: f64 = 0.0005;
 /// It searches for the socket when the plug point is within this of the hole, m, and from this far below to this far above the rim.
 const SEARCH_BESIDE_M: f64 = 0.020;
 const SEARCH_BELOW_M: f64 = 0.005;
@@ -65,6 +69,8 @@ pub(super) struct Facts {
     /// It is in a socket; in a thread.
     pub(super) inside: bool,
     pub(super) threaded: bool,
+    /// How deep its plug point is in the socket, m.
+    depth: Option<f64>,
     /// It goes into the socket, or comes out.
     pub(super) sinking: bool,
     pub(super) rising: bool,
@@ -104,6 +110,7 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
         debounce(&mut series, *bridge, *blip);
         facts.iter_mut().zip(series).for_each(|(facts, value)| *of(facts) = value);
     }
+    enter_and_leave(&mut facts);
     for Leading { moves, when, way, least } in LEADING {
         let series: Vec<bool> = facts.iter_mut().map(|facts| when(facts) && *moves(facts)).collect();
         for run in runs(&series).into_iter().filter(|run| series[run.start]) {
@@ -113,6 +120,32 @@ pub(super) fn facts(scene: &Scene, hand: usize, moments: &[Moment]) -> Vec<Facts
         }
     }
     facts
+}
+
+/// What goes into a socket or comes out of it by its depth alone: a slow motion does so too. What is too short for that goes by its speed, and what is in a thread
+/// by its turn.
+fn enter_and_leave(facts: &mut [Facts]) {
+    let socket = |facts: &Facts| (facts.inside && !facts.threaded).then_some(facts.target);
+    let sockets: Vec<Option<usize>> = facts.iter().map(socket).collect();
+    for run in runs(&sockets).into_iter().filter(|run| sockets[run.start].is_some()) {
+        let mut last = facts[run.start].depth.unwrap_or(INSIDE_M);
+        let depths: Vec<f64> = facts[run.clone()]
+            .iter()
+            .map(|facts| {
+                last = facts.depth.unwrap_or(last);
+                last
+            })
+            .collect();
+        let depths = means(&depths, AROUND);
+        for (stroke, sinks) in strokes(&depths, STROKE_M) {
+            let from = depths[stroke.start];
+            let rests = |at: &usize| from > STROKE_M && (depths[*at] - from).abs() < RESTS_WITHIN_M;
+            let begins = stroke.clone().rev().find(rests).unwrap_or(stroke.start);
+            for facts in &mut facts[run.start + begins..run.start + stroke.end] {
+                (facts.sinking, facts.rising) = (sinks, !sinks);
+            }
+        }
+    }
 }
 
 /// A motion that must lead somewhere to be one: whoever takes hold of an object or lets it go bumps it.
@@ -243,7 +276,7 @@ impl View<'_> {
                 let height = |moment: &Moment| place.plug(target, &moment.bodies).map_or(0.0, |plug| plug.height);
                 let rate = (height(after) - height(before)) / seconds;
                 axis = plug.axis;
-                facts.inside = true;
+                (facts.inside, facts.depth) = (true, Some(-plug.height));
                 facts.threaded = place.socket.pitch.is_some();
                 facts.mated = handled(place.body);
                 (facts.sinking, facts.rising) = (rate < -MOVES, rate > MOVES);

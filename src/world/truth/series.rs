@@ -26,3 +26,46 @@ pub(super) fn debounce(series: &mut [bool], bridge: usize, blip: usize) {
         }
     }
 }
+
+/// The mean of a series over so many values before and after each, as far as there are any.
+pub(super) fn means(series: &[f64], around: usize) -> Vec<f64> {
+    let mut sums = vec![0.0];
+    let mut sum = 0.0;
+    sums.extend(series.iter().map(|value| {
+        sum += value;
+        sum
+    }));
+    let mean = |at: usize| {
+        let (from, to) = (at.saturating_sub(around), (at + around + 1).min(series.len()));
+        (sums[to] - sums[from]) / (to - from) as f64
+    };
+    (0..series.len()).map(mean).collect()
+}
+
+/// The strokes of a series: stretches from one extreme to the next, where the way back from each is `least` or more; with whether the values grow.
+pub(super) fn strokes(values: &[f64], least: f64) -> Vec<(Range<usize>, bool)> {
+    let mut strokes = Vec::new();
+    // The lowest and the highest value since the last extreme; which of them is the extreme that the present stroke comes from.
+    let (mut low, mut high, mut grows) = (0, 0, None);
+    for (at, &value) in values.iter().enumerate() {
+        if value < values[low] {
+            low = at;
+        }
+        if value > values[high] {
+            high = at;
+        }
+        if grows != Some(true) && value - values[low] >= least {
+            if grows == Some(false) {
+                strokes.push((high..low, false));
+            }
+            (high, grows) = (at, Some(true));
+        } else if grows != Some(false) && values[high] - value >= least {
+            if grows == Some(true) {
+                strokes.push((low..high, true));
+            }
+            (low, grows) = (at, Some(false));
+        }
+    }
+    strokes.extend(grows.map(|grows| if grows { (low..high, true) } else { (high..low, false) }));
+    strokes
+}
