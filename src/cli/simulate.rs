@@ -15,7 +15,7 @@ use crate::robot::Robot;
 use crate::robot::planning::goal::goals;
 use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
-use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
+use crate::robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
 use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
 use crate::robot::simulation::warnings::warnings;
 use crate::robot::simulation::{Outcome, Performance, simulate};
@@ -32,7 +32,9 @@ use std::path::{Path, PathBuf};
   teachtree simulate commands.json --robot both_hands --scene paper_box -o robot.csv
   teachtree simulate commands.json --robot both_hands --scene paper_box --rules my.rules -o robot.csv
 
-Exit status: 0 every object is where the demonstration left it, and with `--rules` every task is recognized; 1 otherwise; 2 bad input.")]
+  teachtree simulate commands.json --robot both_hands --scene paper_box --fail-on not_done,forces -o robot.csv
+
+Exit status: 0 every object is where the demonstration left it, no link went deeper into something than 3 mm, and with `--rules` every task is recognized; 1 otherwise, or what --fail-on names; 2 bad input.")]
 pub struct Args {
     /// The commands that `teachtree retarget` wrote
     #[arg(value_name = "COMMANDS")]
@@ -61,9 +63,38 @@ pub struct Args {
     /// Where to write a page of what the robot did, to be played: pictures, forces, joints, manipulability
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
+    /// Findings with which the exit status is 1
+    #[arg(long, value_enum, value_name = "KIND,…", value_delimiter = ',', default_values_t = [FailOn::NotDone, FailOn::Collisions, FailOn::NotRecognized])]
+    fail_on: Vec<FailOn>,
     /// What to print
     #[arg(long, value_enum, default_value_t = Format::Text)]
     format: Format,
+}
+
+/// What may be wrong with what the robot did.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum FailOn {
+    /// An object is not where the demonstration left it
+    NotDone,
+    /// A link went deeper into something than 3 mm
+    Collisions,
+    /// `--rules` do not find a task in the robot's recording
+    NotRecognized,
+    /// Forces are outside their profile
+    Forces,
+}
+
+impl FailOn {
+    /// Whether tasks have it.
+    fn is_found(self, outcomes: &[Outcome], recognized: Option<&[Option<bool>]>) -> bool {
+        match self {
+            Self::NotDone => outcomes.iter().any(|outcome| !outcome.done),
+            Self::Collisions => outcomes.iter().any(Outcome::collides),
+            Self::NotRecognized => recognized.is_some_and(|all| all.contains(&Some(false))),
+            Self::Forces => outcomes.iter().any(|outcome| !outcome.forces.kept()),
+        }
+    }
 }
 
 /// Forms of what came of the tasks.
@@ -85,7 +116,7 @@ const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
-/// Runs `simulate`; the answer is no when an object is not where the operator left it.
+/// Runs `simulate`; the answer is no when something is found that counts.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;
@@ -166,19 +197,18 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     }
     let again = (!rules.rules.is_empty()).then(|| analyzed(&args.out, &rules)).transpose()?;
     let recognized = again.as_ref().map(|again| recognized(&commands, again));
-    let is_recognized = recognized.as_ref().is_none_or(|all| !all.contains(&Some(false)));
-    let done = is_recognized && outcomes.iter().all(|outcome| outcome.done);
+    let fails = args.fail_on.iter().any(|kind| kind.is_found(&outcomes, recognized.as_deref()));
     if args.format == Format::Json {
         let (nearest, recognized) = (nearest.as_ref(), recognized.as_deref());
         output::print_json(&report::robot::json(&commands, &outcomes, recognized, nearest, &collisions, duration))?;
-        return if done { Ok(()) } else { Err(Failure::No) };
+        return if fails { Err(Failure::No) } else { Ok(()) };
     }
     if let (Some(again), Some(recognized)) = (&again, &recognized) {
         output::print(&format_recognized(&commands, recognized, again))?;
     }
     output::print(&format_clearance(nearest.as_ref(), &collisions))?;
     output::print(&format!("{}: {} frames, {duration:.1} s\n", args.out.display(), recording.time.len()))?;
-    if done { Ok(()) } else { Err(Failure::No) }
+    if fails { Err(Failure::No) } else { Ok(()) }
 }
 
 /// What rules find in the recording of the robot.
@@ -283,8 +313,7 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
     let both = outcomes.iter().any(|outcome| outcome.side != outcomes[0].side);
     for outcome in outcomes {
         let hand = if both { format!("{} ", outcome.side) } else { String::new() };
-        let verdict = if outcome.done { "done    " } else { "not done" };
-        let _ = write!(text, "{verdict} {hand}{}: `{}` ", outcome.task, outcome.object);
+        let _ = write!(text, "{:8} {hand}{}: `{}` ", outcome.verdict().name(), outcome.task, outcome.object);
         let _ = match outcome.fell_s {
             Some(fell_s) => writeln!(text, "fell off after {fell_s:.1} s"),
             None => writeln!(
@@ -297,6 +326,13 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
         };
         for cause in &outcome.causes {
             let _ = writeln!(text, "         {cause}");
+        }
+        if outcome.collides() {
+            let (deep, accepted) = (outcome.collision_m * 1e3, ACCEPTED_M * 1e3);
+            let _ = writeln!(
+                text,
+                "         links went into something by up to {deep:.1} mm, {accepted:.0} mm are accepted"
+            );
         }
         let _ = writeln!(
             text,

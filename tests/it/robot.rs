@@ -2,6 +2,7 @@
 
 mod causes;
 mod clock;
+mod collisions;
 mod falls;
 mod files;
 mod goals;

@@ -10,7 +10,7 @@ use crate::cli::{Failure, browser, on_interrupt, output};
 use crate::command;
 use crate::report;
 use crate::robot::simulation::warnings::warnings;
-use crate::robot::simulation::{Performance, simulate};
+use crate::robot::simulation::{Performance, Verdict, simulate};
 use crate::robot::{self, Robot};
 use crate::serve::Server;
 use crate::session::{Log, RulesOptions};
@@ -181,7 +181,7 @@ fn perform(
     let Performance { recording, outcomes, nearest, collisions, trace } = performed;
     Ok(Performed {
         text: format_outcomes(&outcomes) + &format_clearance(nearest.as_ref(), &collisions),
-        done: outcomes.iter().all(|outcome| outcome.done),
+        done: outcomes.iter().all(|outcome| outcome.verdict() == Verdict::Done),
         page: report::robot::page(&commands, &trace, &outcomes, &warnings(nearest.as_ref(), &collisions)),
         recording,
     })

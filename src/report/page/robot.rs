@@ -114,7 +114,7 @@ impl<'t> Frames<'t> {
             let number = run.first().map_or(0, |first| first.task);
             let Some(outcome) = outcomes.get(number) else { continue };
             let (start, end) = span(run);
-            let mut said = vec![if outcome.done { "done".to_string() } else { "not done".to_string() }];
+            let mut said = vec![outcome.verdict().name().to_string()];
             said.extend(outcome.causes.iter().map(ToString::to_string));
             tasks.push(json!({
                 "task": outcome.task, "subject": outcome.object, "start": start, "end": end, "open": [false, false],

@@ -54,6 +54,8 @@ fn outcome(outcome: &Outcome, recognized: Option<bool>) -> Value {
         "track": outcome.side.name(),
         "object": outcome.object,
         "done": outcome.done,
+        "verdict": outcome.verdict().name(),
+        "collision_m": exact(outcome.collision_m),
         "recognized": recognized,
         "off_m": exact(outcome.off),
         "turned_rad": exact(outcome.turned),

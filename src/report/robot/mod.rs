@@ -55,7 +55,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
     let framed = framing(trace, &shown);
     for (number, (task, outcome)) in commands.tasks.iter().zip(outcomes).enumerate() {
         let moments: Vec<&Moment> = trace.moments.iter().filter(|moment| moment.task == number).collect();
-        let verdict = if outcome.done { "done" } else { "not done" };
+        let verdict = outcome.verdict().name();
         let (off, turned) = (decimals(outcome.off * 1e3, 1), decimals(outcome.turned.to_degrees(), 1));
         let ended = outcome.fell_s.map_or_else(
             || format!("{off} mm and {turned}° from where the demonstration left it"),

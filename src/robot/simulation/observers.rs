@@ -40,7 +40,7 @@ impl Observers {
             recorder: Recorder::new(scene, seen),
             judge: Judge::new(tasks.len()),
             forces: ForceTolerance::new(tasks),
-            clearance: ArmClearance::new(scene, &limbs),
+            clearance: ArmClearance::new(scene, &limbs, tasks.len()),
             tracer: Tracer::new(limbs, scene),
             causes: Causes::new(tasks.len()),
         }

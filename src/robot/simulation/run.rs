@@ -223,6 +223,7 @@ impl<'t> Simulation<'t> {
                 searched: hand.searched(number),
                 fell_s: self.observers.drops.fell_s(body),
                 forces: self.observers.forces.judge(number),
+                collision_m: self.observers.clearance.depth_m(number),
                 causes: self.observers.causes.of(number),
             };
             let end = schedule.demonstrated_end(self.tasks, &task.object);

@@ -9,7 +9,7 @@ use teachtree::base::hands::Side;
 use teachtree::command::{Commands, MappedGrasp, Precedence, Task};
 use teachtree::robot::planning::late_start::begun_late;
 use teachtree::robot::planning::trajectory::trajectory;
-use teachtree::robot::simulation::simulate;
+use teachtree::robot::simulation::{Verdict, simulate};
 use teachtree::robot::{CollisionShape, MAX_DOFS, Robot};
 use teachtree::world;
 
@@ -207,6 +207,10 @@ fn hands_that_push_together_begin_as_planned_and_stay_out_of_the_wall() {
     let depth_m = done.nearest.unwrap().depth_m();
     assert_eq!(crossing.tasks, [0, 1]);
     assert!((crossing.depth_m - depth_m).abs() < 0.005, "{crossing:?}, in the simulation {depth_m} m");
+    for outcome in &done.outcomes[..2] {
+        assert!(outcome.collision_m >= depth_m, "{outcome:?}, in the simulation {depth_m} m");
+        assert_eq!(outcome.verdict(), Verdict::DoneWithCollisions);
+    }
 }
 
 /// For how long the left arm moves while the right one stands, and how long all of it takes, s.

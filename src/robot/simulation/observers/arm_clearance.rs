@@ -5,9 +5,14 @@ use crate::description::shape::{CollisionShape, SHORT_M, solids};
 use crate::robot::control::executor::Executor;
 use crate::robot::kinematics::limb_gap::{PlacedShape, limb_gap, placed};
 use crate::robot::kinematics::surroundings::{ArmLinks, own_meetings};
+use crate::robot::simulation::hand_agent::HandAgent;
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::simulation::trace::Limb;
 use crate::world::STEP_S;
+
+/// What a simulated link may be deep in something, m: deeper, and the robot was not done without a collision. Less may be shapes that are larger than the links
+/// that they stand for.
+pub const ACCEPTED_M: f64 = 0.003;
 
 /// Where two arms with their hands came nearest to each other.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,6 +71,9 @@ const LOOKED_AT: usize = 10;
 pub(in crate::robot::simulation) struct ArmClearance {
     pub(in crate::robot::simulation) nearest: Option<MinDistance>,
     pub(in crate::robot::simulation) collisions: Vec<Collision>,
+    /// How deep links were in something at most while each task was done, and how near the two arms came then, m.
+    deepest: Vec<f64>,
+    gaps: Vec<f64>,
     /// The shapes of the bodies of the scene with their names, frames of the bodies.
     bodies: Vec<(String, Vec<CollisionShape>)>,
     /// The links of the arms, in the order of the hands.
@@ -73,14 +81,21 @@ pub(in crate::robot::simulation) struct ArmClearance {
 }
 
 impl ArmClearance {
-    pub(super) fn new(scene: &Scene, limbs: &[Limb]) -> Self {
+    pub(super) fn new(scene: &Scene, limbs: &[Limb], tasks: usize) -> Self {
         let bodies = scene.bodies.iter().map(|(name, body)| (name.clone(), solids(body))).collect();
         let links = |limb: &Limb| {
             let hand = limb.robot.hands.get(&limb.side)?;
             let tips: Vec<_> = hand.fingers.iter().map(|finger| (finger.tip_link, finger.tip_in_link)).collect();
             Some(ArmLinks::with_hand(&limb.robot.tree, hand.palm, &tips))
         };
-        Self { nearest: None, collisions: Vec::new(), bodies, arms: limbs.iter().filter_map(links).collect() }
+        let (deepest, gaps) = (vec![0.0; tasks], vec![f64::INFINITY; tasks]);
+        let arms = limbs.iter().filter_map(links).collect();
+        Self { nearest: None, collisions: Vec::new(), deepest, gaps, bodies, arms }
+    }
+
+    /// Returns how deep links were in something at most while a task was done, m: in the scene, in their own arm, in the other arm.
+    pub(in crate::robot::simulation) fn depth_m(&self, task: usize) -> f64 {
+        self.deepest[task].max(depth(self.gaps[task]))
     }
 
     /// What an arm goes through now, other than the body that its hand is at work with.
@@ -119,8 +134,15 @@ impl Observer for ArmClearance {
         if !step.in_group.is_multiple_of(LOOKED_AT) {
             return;
         }
+        let doing = |hand: &HandAgent<'_>| hand.doing.map(|doing| doing.task);
+        let all: Vec<usize> = step.hands.iter().filter_map(doing).collect();
         for arm in 0..self.arms.len() {
             for met in self.meetings(arm, step) {
+                // What moves into an arm that does nothing does so in the tasks of the others.
+                let own = doing(&step.hands[arm]);
+                for task in own.as_ref().map_or(all.as_slice(), std::slice::from_ref) {
+                    self.deepest[*task] = self.deepest[*task].max(met.depth_m);
+                }
                 match self.collisions.iter_mut().find(|known| known.is_same(&met)) {
                     Some(known) => {
                         known.depth_m = known.depth_m.max(met.depth_m);
@@ -133,7 +155,14 @@ impl Observer for ArmClearance {
         let [one, other] = step.hands else { return };
         let (one, other) = (&one.executor, &other.executor);
         let so_far = self.nearest.as_ref().map_or(f64::INFINITY, |nearest| nearest.gap);
-        if let Some(found) = limb_gap(&shapes(one), &shapes(other), so_far) {
+        let below = all.iter().map(|task| self.gaps[*task]).fold(so_far, f64::max);
+        if let Some(found) = limb_gap(&shapes(one), &shapes(other), below) {
+            for task in all {
+                self.gaps[task] = self.gaps[task].min(found.gap);
+            }
+            if found.gap >= so_far {
+                return;
+            }
             let name = |limb: &Executor, link: usize| limb.robot().tree.links[link].name.clone();
             let links = [name(one, found.links[0]), name(other, found.links[1])];
             self.nearest = Some(MinDistance { gap: found.gap, time_s: step.time_s(), links });

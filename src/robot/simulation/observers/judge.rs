@@ -1,5 +1,6 @@
 //! The judge: how far each task ended from where the demonstration left its object, and how well palm and fingertips followed.
 
+use super::arm_clearance::ACCEPTED_M;
 use super::force_tolerance::Forces;
 use crate::base::hands::Side;
 use crate::base::scene::Scene;
@@ -47,10 +48,50 @@ pub struct Outcome {
     pub searched: Option<Searched>,
     /// When the object fell off for good, s of the recording: it is far below everything then, and nothing more is done with it.
     pub fell_s: Option<f64>,
+    /// How deep links were in something at most while it was done, m.
+    pub collision_m: f64,
     /// Whether the object is where the operator left it.
     pub done: bool,
     /// What kept it from there, in order of time; empty when it is there.
     pub causes: Vec<Cause>,
+}
+
+/// What is said of a task in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The object is where the operator left it.
+    Done,
+    /// It is, and links went deeper into something than is accepted: a real robot would have been stopped.
+    DoneWithCollisions,
+    /// It is elsewhere.
+    NotDone,
+}
+
+impl Verdict {
+    /// The word, as it is written.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::DoneWithCollisions => "done with collisions",
+            Self::NotDone => "not done",
+        }
+    }
+}
+
+impl Outcome {
+    /// Returns what came of it in a word.
+    pub fn verdict(&self) -> Verdict {
+        match (self.done, self.collides()) {
+            (false, _) => Verdict::NotDone,
+            (true, true) => Verdict::DoneWithCollisions,
+            (true, false) => Verdict::Done,
+        }
+    }
+
+    /// Whether links were deeper in something than is accepted.
+    pub fn collides(&self) -> bool {
+        self.collision_m > ACCEPTED_M
+    }
 }
 
 /// What is gathered of each task while it is performed.
@@ -74,6 +115,7 @@ pub(in crate::robot::simulation) struct Findings {
     pub(in crate::robot::simulation) searched: Option<Searched>,
     pub(in crate::robot::simulation) fell_s: Option<f64>,
     pub(in crate::robot::simulation) forces: Forces,
+    pub(in crate::robot::simulation) collision_m: f64,
     pub(in crate::robot::simulation) causes: Vec<Cause>,
 }
 
@@ -117,6 +159,7 @@ impl Judge {
             forces: found.forces,
             searched: found.searched,
             fell_s: found.fell_s,
+            collision_m: found.collision_m,
             done,
             causes: if done { Vec::new() } else { found.causes },
         }
