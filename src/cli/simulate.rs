@@ -16,7 +16,7 @@ use crate::robot::planning::goal::goals;
 use crate::robot::planning::posture::Posture;
 use crate::robot::planning::trajectory::{JointTrajectory, Slowed, trajectory};
 use crate::robot::simulation::arm_clearance::{ACCEPTED_M, Collision, MinDistance};
-use crate::robot::simulation::force_tolerance::{Forces, MOSTLY};
+use crate::robot::simulation::force_tolerance::{Forces, MOSTLY, MeanForce, SegmentForces};
 use crate::robot::simulation::warnings::warnings;
 use crate::robot::simulation::{Outcome, Performance, simulate};
 use crate::session::{Analysis, Log};
@@ -336,11 +336,21 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
         }
         let _ = writeln!(
             text,
-            "         palm within {:.1} mm of its way, forces {:.2} N off on average, {:.2} N at most",
+            "         palm within {:.1} mm of its way, forces {:.2} N off the commanded ones on average, {:.2} N at most",
             outcome.palm_error * 1e3,
-            outcome.force_error,
+            outcome.forces.error,
             outcome.largest_force
         );
+        if let Some((demonstrated, commanded, exerted)) = outcome.forces.means() {
+            let demonstrated = demonstrated.map_or_else(String::new, |mean| format!("{mean:.2} N demonstrated, "));
+            let _ = writeln!(
+                text,
+                "         fingertips on average: {demonstrated}{commanded:.2} N commanded, {exerted:.2} N exerted"
+            );
+        }
+        for change in outcome.forces.grip_changes() {
+            let _ = writeln!(text, "         {change}");
+        }
         if let Some(searched) = &outcome.searched {
             let _ = writeln!(text, "         {searched}");
         }
@@ -388,8 +398,13 @@ fn told_forces(forces: &Forces) -> String {
     for (what, share) in [("fingers press", forces.fingers), ("their total is", forces.total)] {
         if share < MOSTLY {
             let (share, mostly) = (share * 100.0, MOSTLY * 100.0);
-            faults.push(format!("{what} as asked for {share:.0} % of the time, expected {mostly:.0} %"));
+            faults.push(format!("{what} as commanded for {share:.0} % of the time, expected {mostly:.0} %"));
         }
+    }
+    if let Some((SegmentForces { primitive, .. }, MeanForce { finger, commanded, exerted, .. })) = forces.off() {
+        faults.push(format!(
+            "the {finger} exerts {exerted:.2} N in {primitive} on average, commanded are {commanded:.2} N"
+        ));
     }
     if faults.is_empty() {
         String::new()

@@ -183,6 +183,9 @@ pub struct Tip {
     pub position: Vec<[f64; 3]>,
     /// Desired force on the object, frame of the object, N; one a sample, zero without contact.
     pub force: Vec<[f64; 3]>,
+    /// The force on the object as it was recorded, frame of the object, N; one a sample, zero without contact. None where forces were not measured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub demonstrated_force: Vec<[f64; 3]>,
 }
 
 /// What smoothing did to a segment.

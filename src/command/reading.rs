@@ -184,8 +184,12 @@ impl Segment {
         for tip in &self.tips {
             same(format!("positions of {}", tip.finger), tip.position.len())?;
             same(format!("forces of {}", tip.finger), tip.force.len())?;
+            if !tip.demonstrated_force.is_empty() {
+                same(format!("demonstrated forces of {}", tip.finger), tip.demonstrated_force.len())?;
+            }
             let places = tip.position.iter().map(|place| within(place, BESIDE_M));
-            for checked in places.chain(tip.force.iter().map(|force| finite(force))) {
+            let forces = tip.force.iter().chain(&tip.demonstrated_force).map(|force| finite(force));
+            for checked in places.chain(forces) {
                 checked.map_err(|message| format!("has a sample of {} that {message}", tip.finger))?;
             }
         }

@@ -74,6 +74,8 @@ pub(super) struct FingerSeries {
     /// Force on the object, frame of the object, N; and as it is to be, before smoothing.
     pub(super) force: Vec<Vector3<f64>>,
     pub(super) wanted_force: Vec<Vector3<f64>>,
+    /// The force on the object as it was recorded, the same frame; empty where it was not measured.
+    recorded_force: Vec<Vector3<f64>>,
     pub(super) touches: Vec<bool>,
 }
 
@@ -98,6 +100,7 @@ impl Series {
             let tip = |part| LogChannel::Finger(side, finger, part);
             let Some(tips) = positions_at(recording, &tip(FingerPart::Position), &times) else { continue };
             let forces = vectors(recording, &tip(FingerPart::Force), &rows);
+            let is_measured = forces.is_some();
             let forces = forces.unwrap_or_else(|| vec![Vector3::zeros(); rows.len()]);
             let at_rows = |rows: &[usize]| Some(touching(recording, (side, finger), name, rows, touch));
             // Between two rows a finger touches where it does at both.
@@ -112,6 +115,7 @@ impl Series {
                 finger,
                 tip: tips.iter().enumerate().map(local).collect(),
                 wanted_force: force.clone(),
+                recorded_force: if is_measured { force.clone() } else { Vec::new() },
                 force,
                 tip_in_world: tips,
                 touches,
@@ -289,8 +293,10 @@ impl Series {
                 quality.contact_deviation = quality.contact_deviation.max(deviation(&raw, &position));
                 self.forces(finger, at, &normal, &mut force, &mut quality);
             }
+            let recorded = at.iter().filter_map(|&at| finger.recorded_force.get(at));
             tips.push(Tip {
                 finger: finger.finger,
+                demonstrated_force: recorded.map(|force| rounded(*force)).collect(),
                 position: position.into_iter().map(|it| rounded(it.into())).collect(),
                 force: force.into_iter().map(|it| rounded(it.into())).collect(),
             });

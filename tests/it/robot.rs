@@ -5,6 +5,7 @@ mod clock;
 mod collisions;
 mod falls;
 mod files;
+mod forces;
 mod goals;
 mod grasping;
 mod gripper;

@@ -7,7 +7,7 @@ use crate::base::scene::Role;
 use crate::command::Commands;
 use crate::report::palette::{self, TASKS};
 use crate::robot::simulation::Outcome;
-use crate::robot::simulation::trace::{Limb, Moment, Trace};
+use crate::robot::simulation::trace::{FingerForce, Limb, Moment, Trace};
 use crate::robot::simulation::warnings::Warning;
 use crate::robot::{CollisionShape, Link, Mesh};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
@@ -116,6 +116,7 @@ impl<'t> Frames<'t> {
             let (start, end) = span(run);
             let mut said = vec![outcome.verdict().name().to_string()];
             said.extend(outcome.causes.iter().map(ToString::to_string));
+            said.extend(outcome.forces.grip_changes().iter().map(ToString::to_string));
             tasks.push(json!({
                 "task": outcome.task, "subject": outcome.object, "start": start, "end": end, "open": [false, false],
                 "remarks": said.join("; "), "confidence": null,
@@ -248,7 +249,7 @@ impl<'t> Frames<'t> {
         body.map_or(force, |pose| pose * force)
     }
 
-    /// Forces as they are commanded and exerted, and joints.
+    /// Forces as they were demonstrated, are commanded and exerted, and joints.
     fn signals(&self) -> Vec<Value> {
         let mut signals = Vec::new();
         let mut signal = |group: usize, limb: &Limb, title: &str, unit: &str, curves: BTreeMap<String, Vec<f64>>| {
@@ -263,14 +264,18 @@ impl<'t> Frames<'t> {
         for (place, limb) in self.trace.limbs.iter().enumerate() {
             let Some(model) = limb.robot.hands.get(&limb.side) else { continue };
             for (at, finger) in model.fingers.iter().enumerate() {
-                let of = |which: fn(&crate::robot::simulation::trace::FingerForce) -> f64| -> Vec<f64> {
+                let of = |which: fn(&FingerForce) -> f64| -> Vec<f64> {
                     let value = |it: &Moment| it.forces.get(at).map_or(f64::NAN, which);
                     self.at_work(place).map(|moment| moment.map_or(f64::NAN, value)).collect()
                 };
-                let curves = BTreeMap::from([
+                let demonstrated = of(|force| force.demonstrated.map_or(f64::NAN, |force| force.norm()));
+                let mut curves = BTreeMap::from([
                     ("exerted".to_string(), of(|force| force.exerted.norm())),
-                    ("commanded".to_string(), of(|force| force.wanted.norm())),
+                    ("commanded".to_string(), of(|force| force.commanded.norm())),
                 ]);
+                if demonstrated.iter().any(|value| !value.is_nan()) {
+                    curves.insert("demonstrated".into(), demonstrated);
+                }
                 signal(0, limb, &format!("force of the {}", finger.finger), "N", curves);
             }
             let joints = |dofs: &[usize]| -> BTreeMap<String, Vec<f64>> {

@@ -7,6 +7,7 @@ use crate::robot::control::behavior::Searched;
 use crate::robot::simulation::Outcome;
 use crate::robot::simulation::arm_clearance::{Collision, MinDistance};
 use crate::robot::simulation::cause::{Cause, Why};
+use crate::robot::simulation::force_tolerance::{MeanForce, SegmentForces};
 use serde_json::{Value, json};
 
 /// Writes the document; `duration_s` is that of the robot's recording, and `recognized` says for each outcome whether rules find its task there.
@@ -64,10 +65,25 @@ fn outcome(outcome: &Outcome, recognized: Option<bool>) -> Value {
         "fell_s": outcome.fell_s.map(exact),
         "hole": hole,
         "palm_error_m": exact(outcome.palm_error),
-        "force_error_n": exact(outcome.force_error),
+        "force_error_n": exact(outcome.forces.error),
         "largest_force_n": exact(outcome.largest_force),
         "forces_kept": outcome.forces.kept(),
+        "segments": outcome.forces.segments.iter().map(segment).collect::<Vec<_>>(),
         "causes": outcome.causes.iter().map(cause).collect::<Vec<_>>(),
+    })
+}
+
+fn segment(segment: &SegmentForces) -> Value {
+    let finger = |MeanForce { finger, demonstrated, commanded, exerted }: &MeanForce| {
+        json!({ "finger": finger.name(), "demonstrated_n": demonstrated.map(exact), "commanded_n": exact(*commanded),
+            "exerted_n": exact(*exerted) })
+    };
+    json!({
+        "segment": segment.segment,
+        "primitive": segment.primitive,
+        "duration_s": exact(segment.lasts_s),
+        "grip_raised": exact(segment.raised()),
+        "fingers": segment.fingers.iter().map(finger).collect::<Vec<_>>(),
     })
 }
 

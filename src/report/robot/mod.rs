@@ -13,13 +13,13 @@ use crate::base::hands::Finger;
 use crate::command::Commands;
 use crate::robot::Kind;
 use crate::robot::simulation::Outcome;
-use crate::robot::simulation::trace::{Moment, Trace};
+use crate::robot::simulation::trace::{FingerForce, Moment, Trace};
 use crate::robot::simulation::warnings::Warning;
 use framing::{Framing, framing};
 pub use json::json;
 use nalgebra::Vector3;
 use picture::picture;
-use plot::{Line, Plot};
+use plot::{Line, Plot, Stroke};
 
 /// Names of the components of a vector.
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -44,7 +44,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
     }
     html.push_str(
         "<p>Each picture shows the middle of a primitive, all from one place; its arrows are the forces of the fingertips on the object. \
-         In the plots, forces are those on the object, in its frame: dashed as commanded, solid as exerted.</p>\n",
+         In the plots, forces are those on the object, in its frame: dotted as demonstrated, dashed as commanded, solid as exerted.</p>\n",
     );
     // The tasks of two hands may run at the same time.
     let shown: Vec<&Moment> = (0..commands.tasks.len())
@@ -63,19 +63,21 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
         );
         html.push_str(&format!(
             "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{ended}; palm within {} mm of its way, \
-             forces {} N off on average, {} N at most, {} their profile.{}</p>\n",
+             forces {} N off the commanded ones on average, {} N at most, {} their profile.{}</p>\n",
             if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
             escape(&task.task),
             escape(&task.object),
             decimals(outcome.palm_error * 1e3, 1),
-            decimals(outcome.force_error, 2),
+            decimals(outcome.forces.error, 2),
             decimals(outcome.largest_force, 2),
             if outcome.forces.kept() { "within" } else { "outside" },
             outcome.searched.map_or_else(String::new, |searched| format!(" The {searched}.")),
         ));
-        if !outcome.causes.is_empty() {
-            let causes = outcome.causes.iter().map(|cause| format!("<li>{}</li>\n", escape(&cause.to_string())));
-            html.push_str(&format!("<ul class=\"causes\">\n{}</ul>\n", causes.collect::<String>()));
+        let changes = outcome.forces.grip_changes();
+        let remarks = outcome.causes.iter().map(ToString::to_string).chain(changes.iter().map(ToString::to_string));
+        let remarks: String = remarks.map(|remark| format!("<li>{}</li>\n", escape(&remark))).collect();
+        if !remarks.is_empty() {
+            html.push_str(&format!("<ul class=\"causes\">\n{remarks}</ul>\n"));
         }
         html.push_str(&pictures(trace, &moments, &task.object, framed));
         html.push_str(&scrolled("Forces, joints and torques"));
@@ -113,18 +115,16 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     let pressing = |finger: &Finger| {
         moments
             .iter()
-            .any(|moment| moment.forces.iter().any(|force| force.finger == *finger && force.wanted.norm() > 0.0))
+            .any(|moment| moment.forces.iter().any(|force| force.finger == *finger && force.commanded.norm() > 0.0))
     };
     // The thumb as in the paper; where it takes no part, the first finger that does.
     let shown = fingers.iter().find(|finger| **finger == Finger::Thumb && pressing(finger));
     if let Some(shown) = shown.or_else(|| fingers.iter().find(|finger| pressing(finger))) {
-        let of = |moment: &Moment| {
-            moment.forces.iter().find(|force| force.finger == *shown).map_or_else(zeros, |it| [it.wanted, it.exerted])
-        };
+        let of = |moment: &Moment| moment.forces.iter().find(|force| force.finger == *shown).map_or_else(zeros, three);
         plots.extend(forces(&format!("force of the {shown}"), moments, of));
     }
     let total =
-        |moment: &Moment| moment.forces.iter().fold(zeros(), |[a, b], force| [a + force.wanted, b + force.exerted]);
+        |moment: &Moment| moment.forces.iter().map(three).fold(zeros(), |[a, b, c], [d, e, f]| [a + d, b + e, c + f]);
     plots.extend(forces("total force on the object", moments, total));
 
     let place = moments.first().map_or(0, |moment| moment.limb);
@@ -136,7 +136,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
             let value = |moment: &&Moment| q(moment).get(*dof).copied().unwrap_or(f64::NAN);
             let name =
                 limb.robot.tree.dofs.get(*dof).map_or("", |dof| dof.name.rsplit('/').next().unwrap_or(&dof.name));
-            Line { name: name.into(), color: place, dashed: false, values: moments.iter().map(value).collect() }
+            Line { name: name.into(), color: place, stroke: Stroke::Solid, values: moments.iter().map(value).collect() }
         };
         dofs.iter().enumerate().map(line).collect()
     };
@@ -159,7 +159,7 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     if hand.jaws.is_some() {
         let opening = |moment: &&Moment| hand.opening(&q(moment)).unwrap_or(f64::NAN) * 1e3;
         let values = moments.iter().map(opening).collect();
-        let line = Line { name: "opening".into(), color: 0, dashed: false, values };
+        let line = Line { name: "opening".into(), color: 0, stroke: Stroke::Solid, values };
         plots.push(Plot { title: "opening of the jaws, mm".into(), lines: vec![line], shortest: 1.0 });
         return plots;
     }
@@ -171,32 +171,37 @@ fn plots(trace: &Trace, moments: &[&Moment]) -> Vec<Plot> {
     let measures = hand.fingers.iter().enumerate().map(|(place, finger)| {
         let measure = |moment: &&Moment| finger.measure(&finger.angles(&q(moment)));
         let values = moments.iter().map(measure).collect();
-        Line { name: finger.finger.name().into(), color: place, dashed: false, values }
+        Line { name: finger.finger.name().into(), color: place, stroke: Stroke::Solid, values }
     });
     let title = "manipulability of each finger with its freedom from joint limits".into();
     plots.push(Plot { title, lines: measures.collect(), shortest: 0.05 });
     plots
 }
 
-fn zeros() -> [Vector3<f64>; 2] {
-    [Vector3::zeros(); 2]
+fn zeros() -> [Vector3<f64>; 3] {
+    [Vector3::zeros(); 3]
 }
 
-/// A plot of a force, desired and achieved, for each component.
-fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64>; 2]) -> Vec<Plot> {
-    let both: Vec<[Vector3<f64>; 2]> = moments.iter().map(|moment| of(moment)).collect();
+/// A force as demonstrated, commanded and exerted; without numbers where the first was not measured.
+fn three(force: &FingerForce) -> [Vector3<f64>; 3] {
+    [force.demonstrated.unwrap_or_else(|| Vector3::repeat(f64::NAN)), force.commanded, force.exerted]
+}
+
+/// The lines of a plot of forces: their names, places among the colors, and how they are drawn.
+const FORCES: [(&str, usize, Stroke); 3] =
+    [("demonstrated", 2, Stroke::Dotted), ("commanded", 1, Stroke::Dashed), ("exerted", 0, Stroke::Solid)];
+
+/// A plot of a force, demonstrated, commanded and exerted, for each component.
+fn forces(title: &str, moments: &[&Moment], of: impl Fn(&Moment) -> [Vector3<f64>; 3]) -> Vec<Plot> {
+    let all: Vec<[Vector3<f64>; 3]> = moments.iter().map(|moment| of(moment)).collect();
     let plot = |(axis, name): (usize, &str)| {
-        let line = |which: usize, name: &str| Line {
-            name: name.into(),
-            color: 1 - which,
-            dashed: which == 0,
-            values: both.iter().map(|pair| pair[which][axis]).collect(),
+        let line = |(which, (name, color, stroke)): (usize, (&str, usize, Stroke))| {
+            let values: Vec<f64> = all.iter().map(|three| three[which][axis]).collect();
+            values.iter().any(|value| !value.is_nan()).then(|| Line { name: name.into(), color, stroke, values })
         };
-        Plot {
-            title: format!("{title}, {name}, N"),
-            lines: vec![line(1, "exerted"), line(0, "commanded")],
-            shortest: 0.2,
-        }
+        // What is exerted is drawn first, and below.
+        let lines = FORCES.into_iter().enumerate().rev().filter_map(line).collect();
+        Plot { title: format!("{title}, {name}, N"), lines, shortest: 0.2 }
     };
     AXES.into_iter().enumerate().map(plot).collect()
 }

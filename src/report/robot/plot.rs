@@ -18,10 +18,29 @@ pub(super) struct Line {
     pub name: String,
     /// Which of the colours.
     pub color: usize,
-    /// Drawn with dashes.
-    pub dashed: bool,
+    /// How it is drawn.
+    pub stroke: Stroke,
     /// A value a moment.
     pub values: Vec<f64>,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Stroke {
+    Solid,
+    Dashed,
+    Dotted,
+}
+
+impl Stroke {
+    /// The class of the page's style.
+    const fn class(self) -> &'static str {
+        match self {
+            Self::Solid => "",
+            Self::Dashed => " dashed",
+            Self::Dotted => " dotted",
+        }
+    }
 }
 
 /// A plot.
@@ -61,9 +80,8 @@ impl Plot {
         let mut legend = String::new();
         let mut curves = String::new();
         for (place, line) in self.lines.iter().enumerate() {
-            let dashed = if line.dashed { " dashed" } else { "" };
             let path = curve(&line.values, std::slice::from_ref(&(0..line.values.len())), x, &axis);
-            let class = format!("line c{}{dashed}", line.color % COLORS);
+            let class = format!("line c{}{}", line.color % COLORS, line.stroke.class());
             curves.push_str(&format!(r#"<path class="{class}" d="{path}"/>"#));
             curves.push_str(&axis.beyond(&line.values, x));
             let from = WIDTH - 12.0 - NAME * (self.lines.len() - place) as f64;

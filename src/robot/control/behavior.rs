@@ -50,10 +50,26 @@ pub(crate) trait Behavior {
     /// Corrects the target of a step of `dt_s`, s, by what is sensed, and returns whether the plan goes on.
     fn apply(&mut self, sensed: &Sensed<'_>, target: &mut Target, dt_s: f64) -> Progress;
 
+    /// Returns what it makes of the strength of the grip now, if that is its concern and the hand holds.
+    fn grip(&self) -> Option<Grip> {
+        None
+    }
+
     /// Returns the result of a search in a task, if it searched.
     fn searched(&self, _task: usize) -> Option<Searched> {
         None
     }
+}
+
+/// The sum of the forces of the fingertips that hold, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Grip {
+    /// As it was asked for.
+    pub(crate) asked: f64,
+    /// As far as the hand may press.
+    pub(crate) within_limits: f64,
+    /// As the slip reflex has raised it.
+    pub(crate) raised: f64,
 }
 
 /// What came of a search.

@@ -81,7 +81,7 @@ impl Jaws {
 }
 
 impl Taken {
-    /// The jaw's tip through a segment: the middle of the fingers' tips, and what they press with together.
+    /// The jaw's tip through a segment: the middle of the fingers' tips, and what they press with together; as demonstrated where that was measured of all.
     fn tip(&self, segment: &Segment) -> Tip {
         let tips: Vec<&Tip> = segment.tips.iter().filter(|tip| self.fingers.contains(&tip.finger)).collect();
         let normal = Vector3::from(self.contact.normal);
@@ -91,7 +91,12 @@ impl Taken {
             (position.into(), into_cone(force, &normal).0.into())
         };
         let (position, force) = (0..segment.object.len()).map(at).unzip();
-        Tip { finger: self.jaw, position, force }
+        let demonstrated = |index: usize| -> Option<[f64; 3]> {
+            let forces = tips.iter().map(|tip| tip.demonstrated_force.get(index).map(|force| Vector3::from(*force)));
+            Some(forces.sum::<Option<Vector3<f64>>>()?.into())
+        };
+        let demonstrated = (0..segment.object.len()).map(demonstrated).collect::<Option<_>>();
+        Tip { finger: self.jaw, position, force, demonstrated_force: demonstrated.unwrap_or_default() }
     }
 }
 

@@ -5,10 +5,13 @@
 //! wherever the palm is. When the object is found elsewhere than it was demonstrated, everything is done relative to it, until the first
 //! carrying segment has brought it onto the demonstrated way.
 
+mod forces;
 mod lift;
 pub(super) mod segments;
 
-use self::segments::{SHORTEST_S, fade_time, falls, force_at, is_brought, is_carried_later, is_near, transfer_time};
+pub use self::forces::PlannedForce;
+
+use self::segments::{SHORTEST_S, fade_time, falls, is_brought, is_carried_later, is_near, transfer_time};
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
@@ -499,13 +502,7 @@ impl<'a> Plan<'a> {
         }
         let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
         let local = local.clamp(0.0, phase.duration);
-        let mut share = local / phase.duration;
-        if phase.role == Role::Hold && segment.does == Meaning::Insert {
-            // From rest to rest.
-            share -= (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
-        }
-        // A closing before a push stands at the beginning of what is pushed.
-        let waits = phase.role == Role::Close && segment.does != Meaning::Close;
+        let share = phase.share(local);
         let falls = phase.role == Role::Leave && falls(segment);
         let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
@@ -542,14 +539,7 @@ impl<'a> Plan<'a> {
         }
         let palm = object * Translation3::from(offset) * grip.object_from_palm;
         let tips = grip.tips.iter().map(|(finger, closed, open)| {
-            let wanted = match phase.role {
-                Role::Close if waits => force_at(segment, *finger, 0.0),
-                Role::Close => force_at(segment, *finger, 1.0),
-                Role::Hold if segments::has_closed(&self.phases, segment) => force_at(segment, *finger, 1.0),
-                Role::Hold | Role::Steady => force_at(segment, *finger, at),
-                Role::Leave => self.last_force(phase, *finger),
-                Role::Free | Role::Over => Vector3::zeros(),
-            };
+            let wanted = self.commanded_force(phase, at, *finger);
             (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
         });
         let pushes = grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
@@ -567,13 +557,6 @@ impl<'a> Plan<'a> {
     fn leads_to_touch(&self, phase: &Phase<'_>) -> bool {
         let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
         next.is_some_and(|next| next.segment.touching)
-    }
-
-    /// The force at the end of what comes before a release.
-    fn last_force(&self, phase: &Phase<'_>, finger: Finger) -> Vector3<f64> {
-        let holds = |other: &&Phase| other.start < phase.start && !matches!(other.role, Role::Free | Role::Over);
-        let before = self.phases.iter().rfind(holds);
-        before.map_or_else(Vector3::zeros, |before| force_at(before.segment, finger, 1.0))
     }
 }
 

@@ -6,12 +6,12 @@ use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::base::scene::Scene;
 use crate::command::Task;
-use crate::robot::control::behavior::{Behavior, Progress, Searched, Sensed, holds};
+use crate::robot::control::behavior::{Behavior, Grip, Progress, Searched, Sensed, holds};
 use crate::robot::control::behaviors::behaviors;
 use crate::robot::control::executor::Executor;
 use crate::robot::model::robot::Robot;
 use crate::robot::planning::hand_planner::{HandPlanner, Place};
-use crate::robot::planning::plan::{Plan, Target};
+use crate::robot::planning::plan::{Plan, PlannedForce, Target};
 use crate::robot::planning::schedule::HandPlans;
 use crate::world::{MovedHand, Mover, Observation, Pushed, STEP_S};
 use nalgebra::{Isometry3, Vector3};
@@ -20,8 +20,10 @@ use nalgebra::{Isometry3, Vector3};
 pub(super) struct HandAgent<'t> {
     pub(super) planner: HandPlanner,
     pub(super) executor: Executor,
-    /// What it is to do now.
+    /// What it is to do now, as its behaviors have corrected it.
     pub(super) target: Target,
+    /// The forces that its plan has now, before any correction.
+    pub(super) planned: Vec<PlannedForce>,
     /// The part of a task that it does now; `None` when it does nothing.
     pub(super) doing: Option<Doing<'t>>,
     behaviors: Vec<Box<dyn Behavior>>,
@@ -40,6 +42,8 @@ pub(super) struct Doing<'t> {
     pub(super) primitive: &'t str,
     /// What the hand does.
     pub(super) does: Meaning,
+    /// The index of the segment, while the forces of its plan are those of the commands.
+    pub(super) holds_in: Option<usize>,
     /// Whether the object is lost, so that nothing is done about it.
     pub(super) lost: bool,
     /// From where the hole of the task was demonstrated to where it is seen.
@@ -60,7 +64,7 @@ impl<'t> HandAgent<'t> {
     ) -> Result<Self, InputError> {
         let (planner, mut starts, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
         let executor = Executor::new(limb.clone(), planner.hand.clone(), starts.swap_remove(0), scene.gravity());
-        Ok(Self { planner, executor, target, doing: None, behaviors: Vec::new(), place })
+        Ok(Self { planner, executor, target, planned: Vec::new(), doing: None, behaviors: Vec::new(), place })
     }
 
     /// Returns its plans of a group of tasks, as slow as its arm needs it, and begins with new behaviors.
@@ -97,6 +101,7 @@ impl<'t> HandAgent<'t> {
         let Some((number, plan, own_s)) = now else { return };
         let (task, body) = (&tasks[number], bodies[number]);
         self.target = plan.at(own_s);
+        self.planned = plan.forces(own_s, &self.target);
         // The hole is where its body is, which need not be where the operator's was; what is not known of it is felt.
         let hole_off = task.into.as_ref().and_then(|into| Some(see(&into.body)? * from_seven(&into.pose).inverse()));
         let lost = lost(body);
@@ -104,7 +109,8 @@ impl<'t> HandAgent<'t> {
             self.target.blend_toward(&off, plan.leans(own_s));
         }
         let (primitive, does) = plan.primitive(own_s);
-        self.doing = Some(Doing { task: number, body, primitive, does, lost, hole_off });
+        let holds_in = plan.commands_forces(own_s);
+        self.doing = Some(Doing { task: number, body, primitive, does, holds_in, lost, hole_off });
     }
 
     /// Returns what it does with an object that is there.
@@ -151,6 +157,11 @@ impl<'t> HandAgent<'t> {
         let forces: Vec<Vector3<f64>> =
             tips.iter().map(|tip| tip.touches.iter().map(|touch| touch.force).sum()).collect();
         self.executor.set_target(&self.target, &forces);
+    }
+
+    /// Returns what its behaviors make of the strength of its grip now; `None` where it does not hold.
+    pub(super) fn grip(&self) -> Option<Grip> {
+        self.behaviors.iter().find_map(|behavior| behavior.grip())
     }
 
     /// Returns the result of a search in a task.

@@ -63,8 +63,10 @@ pub struct Moment {
 pub struct FingerForce {
     /// Which.
     pub finger: Finger,
-    /// As commanded.
-    pub wanted: Vector3<f64>,
+    /// As it was demonstrated; `None` where that was not measured.
+    pub demonstrated: Option<Vector3<f64>>,
+    /// As in the commands, without what the hand adds when it feels the object slip.
+    pub commanded: Vector3<f64>,
     /// As it is.
     pub exerted: Vector3<f64>,
 }

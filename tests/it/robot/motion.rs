@@ -196,6 +196,7 @@ hands: {right: {fingers: [thumb, index, middle], tip_radius: 10 mm}}",
                     finger: *finger,
                     position: vec![*point; n],
                     force: vec![[0.0, -squeeze * point[1].signum(), weight * lifted]; n],
+                    demonstrated_force: Vec::new(),
                 })
                 .collect(),
             ..Segment::default()

@@ -3,7 +3,7 @@
 
 use crate::base::hands::Finger;
 use crate::command::FRICTION;
-use crate::robot::control::behavior::{Behavior, Progress, Sensed, holds};
+use crate::robot::control::behavior::{Behavior, Grip, Progress, Sensed, holds};
 use crate::robot::model::hand::HandModel;
 use crate::robot::planning::plan::Target;
 use crate::world::TipState;
@@ -41,13 +41,15 @@ pub(crate) struct GripForce {
     limits: Vec<(Finger, f64)>,
     /// As a share of the commanded forces.
     more: f64,
+    /// What it made of the grip in the last step.
+    grip: Option<Grip>,
 }
 
 impl GripForce {
     /// The grip force of a hand that has felt no slip yet.
     pub(super) fn new(hand: &HandModel) -> Self {
         let limits = hand.fingers.iter().map(|finger| (finger.finger, finger.force)).collect();
-        Self { gains: Gains::default(), limits, more: 0.0 }
+        Self { gains: Gains::default(), limits, more: 0.0, grip: None }
     }
 }
 
@@ -59,12 +61,15 @@ impl Behavior for GripForce {
         let limit =
             |finger: Finger| self.limits.iter().find(|(other, _)| *other == finger).map_or(f64::INFINITY, |it| it.1);
         let may = |finger: Finger| gains.share * limit(finger);
-        let asked = target.tips.iter().map(|(finger, _, force)| force.norm() / may(*finger)).fold(0.0, f64::max);
-        target.tips.iter_mut().for_each(|(.., force)| *force /= asked.max(1.0));
+        let sum = |target: &Target| target.tips.iter().map(|(.., force)| force.norm()).sum::<f64>();
+        let asked = sum(target);
+        let most = target.tips.iter().map(|(finger, _, force)| force.norm() / may(*finger)).fold(0.0, f64::max);
+        target.tips.iter_mut().for_each(|(.., force)| *force /= most.max(1.0));
         if !holds(target) {
-            self.more = 0.0;
+            (self.more, self.grip) = (0.0, None);
             return Progress::GoesOn;
         }
+        let within_limits = sum(target);
         let pressed: Vec<(Finger, Vector3<f64>, bool)> =
             sensed.tips.iter().filter_map(|tip| felt(tip, sensed.body, &gains)).collect();
         let slips = pressed.iter().any(|(.., slips)| *slips);
@@ -80,7 +85,12 @@ impl Behavior for GripForce {
                 *force += inward * (force.dot(inward).max(0.0) * more);
             }
         }
+        self.grip = Some(Grip { asked, within_limits, raised: sum(target) });
         Progress::GoesOn
+    }
+
+    fn grip(&self) -> Option<Grip> {
+        self.grip
     }
 }
 

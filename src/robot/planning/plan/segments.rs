@@ -1,12 +1,11 @@
 //! What a plan asks about the segments of a task.
 
 use super::{LEAVING_S, OPENING_S, Phase, Role};
-use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::command::Segment;
-use crate::robot::planning::interpolation::{between, pose_at};
-use nalgebra::{Isometry3, Vector3};
+use crate::robot::planning::interpolation::pose_at;
+use nalgebra::Isometry3;
 
 /// Nothing takes less, s.
 pub(super) const SHORTEST_S: f64 = 0.05;
@@ -82,14 +81,6 @@ fn held(segments: &[Segment]) -> impl Iterator<Item = &Segment> {
 pub(super) fn is_carried_later(segments: &[Segment]) -> bool {
     let carried = |segment: &Segment| segment.does == Meaning::Carry;
     segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
-}
-
-/// The commanded force of a finger, object frame.
-pub(super) fn force_at(segment: &Segment, finger: Finger, share: f64) -> Vector3<f64> {
-    let Some(tip) = segment.tips.iter().find(|tip| tip.finger == finger) else { return Vector3::zeros() };
-    let Some((index, t)) = between(&tip.force, share) else { return Vector3::zeros() };
-    let at = |index: usize| Vector3::from(tip.force[index.min(tip.force.len() - 1)]);
-    at(index).lerp(&at(index + 1), t)
 }
 
 /// How long a palm takes over a way and a turn, s.

@@ -15,8 +15,6 @@ use nalgebra::{Isometry3, Vector3};
 pub const WITHIN_M: f64 = 0.005;
 /// The same of its turn, rad.
 pub const WITHIN_RAD: f64 = 3.0 * std::f64::consts::PI / 180.0;
-/// Forces that are commanded above this are compared with what is exerted, N.
-const COMPARED_N: f64 = 0.05;
 
 /// What came of a task.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,9 +38,7 @@ pub struct Outcome {
     pub palm_error: f64,
     /// The largest force of a fingertip, N.
     pub largest_force: f64,
-    /// The mean over time and fingers of how far the fingertip forces are from the commanded ones while held, N.
-    pub force_error: f64,
-    /// How contact forces were beside their profile.
+    /// How contact forces were beside those of the commands.
     pub forces: Forces,
     /// What came of feeling for a hole that was not where it was expected; `None` where that was not needed.
     pub searched: Option<Searched>,
@@ -104,9 +100,6 @@ pub(in crate::robot::simulation) struct Judge {
 struct Tally {
     palm_error: f64,
     largest_force: f64,
-    /// The sum of the errors of fingertip forces, N, and how many there were.
-    force_error: f64,
-    compared: f64,
 }
 
 /// What of a task other observers found.
@@ -155,7 +148,6 @@ impl Judge {
             speed: seen.bodies[body].velocity.norm(),
             palm_error: tally.palm_error,
             largest_force: tally.largest_force,
-            force_error: tally.force_error / f64::max(tally.compared, 1.0),
             forces: found.forces,
             searched: found.searched,
             fell_s: found.fell_s,
@@ -184,13 +176,7 @@ impl Observer for Judge {
             let off = (hand.executor.palm().translation.vector - target.palm.translation.vector).norm();
             tally.palm_error = tally.palm_error.max(off);
             for tip in &felt.tips {
-                let force = tip.force_on(doing.body);
-                tally.largest_force = tally.largest_force.max(force.norm());
-                let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
-                if let Some((.., wanted)) = wanted.filter(|(.., wanted)| wanted.norm() > COMPARED_N) {
-                    tally.force_error += (force - wanted).norm();
-                    tally.compared += 1.0;
-                }
+                tally.largest_force = tally.largest_force.max(tip.force_on(doing.body).norm());
             }
         }
     }

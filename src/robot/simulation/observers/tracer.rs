@@ -1,7 +1,7 @@
 //! The tracer: makes the trace of a simulation.
 
 use crate::base::scene::Scene;
-use crate::robot::planning::plan::Target;
+use crate::robot::planning::plan::PlannedForce;
 use crate::robot::simulation::hand_agent::HandAgent;
 use crate::robot::simulation::observer::{Observer, Step};
 use crate::robot::simulation::trace::{FingerForce, Limb, Moment, Stance, Trace};
@@ -39,7 +39,7 @@ impl Observer for Tracer {
                 does: doing.does,
                 stances: step.hands.iter().map(stance).collect(),
                 bodies: step.seen.bodies.iter().map(|body| body.pose).collect(),
-                forces: forces(&hand.target, &felt.tips, doing.body, &step.seen.bodies[doing.body]),
+                forces: forces(&hand.planned, &felt.tips, doing.body, &step.seen.bodies[doing.body]),
             });
         }
     }
@@ -50,13 +50,15 @@ fn stance(hand: &HandAgent<'_>) -> Stance {
     Stance { q: motion.q.iter().copied().collect(), root: motion.root }
 }
 
-/// Commanded and exerted forces on a task's object, in its frame.
-fn forces(target: &Target, tips: &[TipState], body: usize, object: &BodyState) -> Vec<FingerForce> {
+/// Demonstrated, commanded and exerted forces on a task's object, in its frame.
+fn forces(planned: &[PlannedForce], tips: &[TipState], body: usize, object: &BodyState) -> Vec<FingerForce> {
     let forces = tips.iter().map(|tip| {
-        let wanted = target.tips.iter().find(|(finger, ..)| *finger == tip.finger);
-        let wanted = wanted.map_or_else(Vector3::zeros, |(.., force)| *force);
-        let [wanted, exerted] = [wanted, tip.force_on(body)].map(|force| object.pose.inverse_transform_vector(&force));
-        FingerForce { finger: tip.finger, wanted, exerted }
+        let exerted = object.pose.inverse_transform_vector(&tip.force_on(body));
+        let nothing =
+            PlannedForce { finger: tip.finger, commanded: Vector3::zeros(), demonstrated: Some(Vector3::zeros()) };
+        let planned = planned.iter().copied().find(|planned| planned.finger == tip.finger).unwrap_or(nothing);
+        let PlannedForce { finger, commanded, demonstrated } = planned;
+        FingerForce { finger, demonstrated, commanded, exerted }
     });
     forces.collect()
 }

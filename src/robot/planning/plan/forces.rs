@@ -1,0 +1,95 @@
+//! The forces of a plan: those of its commands, and those that the operator exerted.
+
+use super::segments::has_closed;
+use super::{Phase, Plan, Role, Target};
+use crate::base::hands::Finger;
+use crate::base::meaning::Meaning;
+use crate::command::Segment;
+use crate::robot::planning::interpolation::between;
+use nalgebra::Vector3;
+
+/// The force of a fingertip on the object at a time of a plan, frame of the object, N.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlannedForce {
+    /// Which.
+    pub finger: Finger,
+    /// As commanded; while a hand closes and lets go, what its plan has of that.
+    pub commanded: Vector3<f64>,
+    /// As it was demonstrated; `None` where that was not measured.
+    pub demonstrated: Option<Vector3<f64>>,
+}
+
+impl Phase<'_> {
+    /// How much of it is gone after a time, s, 0 to 1.
+    pub(super) fn share(&self, local: f64) -> f64 {
+        let share = local / self.duration;
+        if self.role == Role::Hold && self.segment.does == Meaning::Insert {
+            // From rest to rest.
+            return share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
+        }
+        share
+    }
+
+    /// Whether it is a closing before a push, which stands at the beginning of what is pushed.
+    fn waits(&self) -> bool {
+        self.role == Role::Close && self.segment.does != Meaning::Close
+    }
+}
+
+impl Plan<'_> {
+    /// Returns the index of the segment at a time, s, if its forces are those of the commands at each instant then: the hand has closed, and does not let go.
+    pub(in crate::robot) fn commands_forces(&self, time: f64) -> Option<usize> {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let holds = matches!(phase.role, Role::Hold | Role::Steady) && phase.segment.does != Meaning::Close;
+        let number = || self.task.segments.iter().position(|segment| std::ptr::eq(segment, phase.segment));
+        (local >= 0.0 && holds).then(number)?
+    }
+
+    /// Returns the forces of the fingertips that take part, at a time, s, of which `target` is the target.
+    pub(in crate::robot) fn forces(&self, time: f64, target: &Target) -> Vec<PlannedForce> {
+        let local = time - self.transfer;
+        let phase = &self.phases[self.index_at(local)];
+        let share = phase.share((local - phase.start).clamp(0.0, phase.duration));
+        let share = if phase.waits() || phase.role == Role::Steady { 0.0 } else { share };
+        let touches = local >= 0.0 && !matches!(phase.role, Role::Free | Role::Over);
+        let demonstrated = |finger: Finger| {
+            if touches { force_at(phase.segment, finger, share, true) } else { Some(Vector3::zeros()) }
+        };
+        let forces = target.tips.iter().map(|(finger, _, force)| PlannedForce {
+            finger: *finger,
+            commanded: target.object.inverse_transform_vector(force),
+            demonstrated: demonstrated(*finger),
+        });
+        forces.collect()
+    }
+
+    /// The force of a finger that the commands have at a share of a phase, frame of the object; what is brought along after a hand has closed is pressed as hard as at
+    /// the end of that.
+    pub(super) fn commanded_force(&self, phase: &Phase<'_>, at: f64, finger: Finger) -> Vector3<f64> {
+        let (segment, share) = match phase.role {
+            Role::Close if phase.waits() => (phase.segment, 0.0),
+            Role::Close => (phase.segment, 1.0),
+            Role::Hold if has_closed(&self.phases, phase.segment) => (phase.segment, 1.0),
+            Role::Hold | Role::Steady => (phase.segment, at),
+            Role::Leave => {
+                // The force at the end of what comes before it.
+                let holds =
+                    |other: &&Phase| other.start < phase.start && !matches!(other.role, Role::Free | Role::Over);
+                let Some(before) = self.phases.iter().rfind(holds) else { return Vector3::zeros() };
+                (before.segment, 1.0)
+            }
+            Role::Free | Role::Over => return Vector3::zeros(),
+        };
+        force_at(segment, finger, share, false).unwrap_or_default()
+    }
+}
+
+/// The force of a finger at a share of a segment, frame of the object: as commanded, or as demonstrated.
+fn force_at(segment: &Segment, finger: Finger, share: f64, demonstrated: bool) -> Option<Vector3<f64>> {
+    let tip = segment.tips.iter().find(|tip| tip.finger == finger)?;
+    let forces = if demonstrated { &tip.demonstrated_force } else { &tip.force };
+    let (index, t) = between(forces, share)?;
+    let at = |index: usize| Vector3::from(forces[index.min(forces.len() - 1)]);
+    Some(at(index).lerp(&at(index + 1), t))
+}

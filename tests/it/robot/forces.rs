@@ -1,0 +1,119 @@
+//! Forces that are demonstrated, commanded and exerted: what `simulate` reports of them is what the recordings and `commands.json` have.
+
+use crate::program::{all_said, said, teachtree};
+use serde_json::Value;
+use teachtree::base::meaning::Meaning;
+use teachtree::base::recording::Recording;
+use teachtree::command::Commands;
+use teachtree::stream::{self, OpenRequest};
+
+const FINGERS: [&str; 3] = ["thumb", "index", "middle"];
+
+fn run(args: &[&str]) -> String {
+    let output = teachtree(args);
+    assert!(output.status.success(), "{}", all_said(&output));
+    said(&output)
+}
+
+/// The mean strength of a force, N, from one time of a recording to another one, s.
+fn mean(recording: &Recording, finger: &str, [from_s, to_s]: [f64; 2]) -> f64 {
+    let parts = ["x", "y", "z"].map(|part| &recording.columns[&format!("right.{finger}.force.{part}")].values);
+    let rows = recording.time.iter().enumerate().filter(|(_, time)| (from_s..to_s).contains(*time));
+    let norms: Vec<f64> = rows.map(|(row, _)| parts.iter().map(|part| part[row].powi(2)).sum::<f64>().sqrt()).collect();
+    norms.iter().sum::<f64>() / norms.len() as f64
+}
+
+fn is_near(one: f64, other: f64, share: f64) -> bool {
+    (one - other).abs() <= share * other
+}
+
+/// A scene, the seed of its operator, the primitives that are compared; whether the hand, which feels the object about to slip, holds so much more firmly that this is not
+/// what the commands ask for.
+const CASES: [(&str, &str, &[&str], bool); 2] =
+    [("pick_and_press", "7001", &["Translate", "Press"], true), ("pick_and_place", "7003", &["Translate"], false)];
+
+#[test]
+fn forces_are_judged_by_the_commands_and_the_reflex_is_told() {
+    for (scene, seed, compared, is_firmer) in CASES {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+        let [log, file, robot, page] = ["log.csv", "commands.json", "robot.csv", "robot.html"].map(path);
+        run(&["teach", scene, scene, "--seed", seed, "-o", &log]);
+        run(&["retarget", &log, "-o", &file]);
+        let simulate = ["simulate", &file, "--scene", scene, "-o", &robot];
+        let text = run(&[&simulate[..], &["--report", &page]].concat());
+        let document: Value = serde_json::from_str(&run(&[&simulate[..], &["--format", "json"]].concat())).unwrap();
+        let outcome = &document["tasks"][0];
+
+        let open =
+            |log: &str| stream::open(&OpenRequest { log: log.into(), ..OpenRequest::default() }).unwrap().recording;
+        let (demonstrated, exerted) = (open(&log), open(&robot));
+        let analysis: Value = serde_json::from_str(&run(&["analyze", &robot, "--format", "json"])).unwrap();
+        let found = analysis["tracks"][0]["segments"].as_array().unwrap();
+        let commands = Commands::read(&std::fs::read_to_string(&file).unwrap(), &file).unwrap();
+        let segments = &commands.tasks[0].segments;
+        let mut are_far = false;
+        for primitive in compared {
+            let all = segments.iter().enumerate().filter(|(_, segment)| segment.primitive == *primitive);
+            let again = found.iter().filter(|segment| segment["primitive"] == *primitive);
+            for ((index, segment), again) in all.zip(again) {
+                let reported =
+                    outcome["segments"].as_array().unwrap().iter().find(|it| it["segment"] == index).unwrap();
+                let begins_s = segment.demonstrated_start_s;
+                let [from_s, to_s] = ["start_s", "end_s"].map(|key| again[key].as_f64().unwrap());
+                for finger in FINGERS {
+                    let tip = segment.tips.iter().find(|tip| tip.finger.name() == finger).unwrap();
+                    let norms = tip.force.iter().map(|force| force.iter().map(|part| part * part).sum::<f64>().sqrt());
+                    let was = mean(&demonstrated, finger, [begins_s, begins_s + segment.duration_s]);
+                    let should = norms.sum::<f64>() / tip.force.len() as f64;
+                    let is = mean(&exerted, finger, [from_s, to_s]);
+                    are_far |= (is - should).abs() > 0.3_f64.max(0.3 * should);
+                    let all = reported["fingers"].as_array().unwrap();
+                    let says = all.iter().find(|it| it["finger"] == finger).unwrap();
+                    let [d, c, e] =
+                        ["demonstrated_n", "commanded_n", "exerted_n"].map(|key| says[key].as_f64().unwrap());
+                    assert!(is_near(c, should, 0.03), "{scene} {primitive}: {should} N commanded, {says}");
+                    assert!(is_near(e, is, 0.1), "{scene} {primitive}: {is} N exerted, {says}");
+                    assert!(is_near(d, was, 0.1), "{scene} {primitive}: {was} N demonstrated, {says}");
+                }
+                let thumb = &reported["fingers"].as_array().unwrap()[0];
+                let ratio = thumb["exerted_n"].as_f64().unwrap() / thumb["commanded_n"].as_f64().unwrap();
+                let raised = reported["grip_raised"].as_f64().unwrap();
+                assert!((1.0 + raised - ratio).abs() < 0.12, "{scene} {primitive}: raised by {raised}, {ratio} times");
+            }
+        }
+        assert_eq!(are_far, is_firmer, "{scene}: {outcome:#}");
+        assert_eq!(outcome["forces_kept"], !is_firmer, "{scene}: {outcome:#}");
+        let told =
+            |text: &str| compared.iter().all(|it| text.contains(&format!(" % in {it}: fingers were about to slip")));
+        assert_eq!(told(&text), is_firmer, "{text}");
+        assert_eq!(text.contains("forces outside their profile: "), is_firmer, "{text}");
+        assert!(text.contains(" N demonstrated, ") && text.contains(" N commanded, "), "{text}");
+        let page = std::fs::read_to_string(&page).unwrap();
+        assert_eq!(told(&page), is_firmer, "{scene}");
+        for line in [">demonstrated</text>", ">commanded</text>", ">exerted</text>", "[\"demonstrated\","] {
+            assert!(page.contains(line), "{line}");
+        }
+    }
+}
+
+/// Where a recording has no forces, none is demonstrated.
+#[test]
+fn forces_that_were_not_measured_are_not_demonstrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let [binding, file] = ["own.binding.yaml", "commands.json"].map(path);
+    let demos = concat!(env!("CARGO_MANIFEST_DIR"), "/demos/robosuite");
+    let shipped = std::fs::read_to_string(format!("{demos}/panda_lift.binding.yaml")).unwrap();
+    let measures = |line: &&str| line.contains("thumb.force") || line.contains("index.force");
+    assert_eq!(shipped.lines().filter(measures).count(), 2, "{shipped}");
+    let without: Vec<&str> = shipped.lines().filter(|line| !measures(line)).collect();
+    std::fs::write(&binding, without.join("\n")).unwrap();
+    let [log, scene] = ["lift_demo_1.csv", "panda_lift.scene.yaml"].map(|name| format!("{demos}/{name}"));
+    run(&["retarget", &log, "--binding", &binding, "--scene", &scene, "--robot", "parallel_jaw", "-o", &file]);
+    let commands = Commands::read(&std::fs::read_to_string(&file).unwrap(), &file).unwrap();
+    let held = commands.tasks[0].segments.iter().filter(|segment| segment.does == Meaning::Carry);
+    let tips: Vec<_> = held.flat_map(|segment| &segment.tips).collect();
+    assert!(!tips.is_empty());
+    assert!(tips.iter().all(|tip| tip.force[0] != [0.0; 3] && tip.demonstrated_force.is_empty()), "{tips:?}");
+}
