@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
   teachtree retarget demonstration.csv --robot both_hands -o commands.json
   teachtree retarget demonstration.csv --robot gifu_hand_iii_right --format csv -o commands.csv
 
-Exit status: 0 commands for every task are written; 1 no task was found, and nothing is written, or the robot's hand cannot take a grasp: the commands are written with the reason, and `simulate` refuses such commands; 2 bad input.")]
+Exit status: 0 commands for every task are written; 1 no task was found, and nothing is written, or the robot cannot take a grasp or cannot go a way: the reason is printed, and `simulate` refuses such commands; 2 bad input.")]
 pub struct Args {
     /// A recording of any format
     #[arg(value_name = "LOG")]
@@ -71,6 +71,12 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     // Jaws are not asked for more than they give; the missing force is reported.
     let too_hard = too_hard(&commands, &robot);
     let crossings = robot::map(&mut commands, &robot, &opened.recording.scene)?;
+    if let Err(error) = commands.check() {
+        output::print(&summary(&commands))?;
+        output::print(&refused(&error))?;
+        output::print("nothing is written: no program reads such commands\n")?;
+        return Err(Failure::No);
+    }
     let text = match args.format {
         Format::Json => commands.json()?,
         Format::Csv => command::csv::csv(&commands)?,
@@ -80,11 +86,21 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     output::print(&too_hard)?;
     output::print(&crossings.iter().map(crosses).collect::<String>())?;
     output::print(&format!("written: {}\n", args.out.display()))?;
-    let infeasible = commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some());
-    if infeasible {
+    if commands.tasks.iter().flat_map(|task| &task.grasps).any(|grasp| grasp.infeasible.is_some()) {
         output::print("  with a grasp that the hand cannot take; the rest is sound, but `simulate` refuses it\n")?;
+        return Err(Failure::No);
     }
-    if infeasible { Err(Failure::No) } else { Ok(()) }
+    if let Err(error) = robot::validate(&commands, &robot, &opened.recording.scene) {
+        output::print(&refused(&error))?;
+        output::print("  `simulate` refuses these commands for this robot and scene\n")?;
+        return Err(Failure::No);
+    }
+    Ok(())
+}
+
+/// Formats why the robot cannot carry out commands.
+fn refused(error: &InputError) -> String {
+    format!("refused  {error}\n")
 }
 
 /// Returns the forces from and until which a fingertip touches, by the params `touch_on` and `touch_off` where the rules have them.

@@ -9,7 +9,7 @@ use crate::analysis::{UNKNOWN, Who};
 use crate::base::error::InputError;
 use crate::base::scene::Scene;
 use crate::base::shown::Shown;
-use crate::command::{Commands, Task};
+use crate::command::{Commands, Task, in_file};
 use crate::report;
 use crate::robot::Robot;
 use crate::robot::planning::goal::goals;
@@ -258,16 +258,6 @@ fn format_recognized(commands: &Commands, recognized: &[Option<bool>], again: &A
         }
     }
     text
-}
-
-/// An error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
-fn in_file(file: &str, error: InputError) -> InputError {
-    let place = match error.place.as_str() {
-        "commands" => file.to_string(),
-        task if task.starts_with("task ") => format!("{file}, {task}"),
-        _ => return error,
-    };
-    InputError { place, ..error }
 }
 
 /// The grasps that the robot's hand cannot take, as `retarget` noted them; empty when there is none.

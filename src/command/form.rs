@@ -217,6 +217,6 @@ pub struct LeftOut {
     pub start_s: f64,
     /// Until when, s of the recording.
     pub end_s: f64,
-    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`; ``moves `NAME` ``, of an object that the task is not about.
+    /// Why: `aborted approach`, `failed try`, `dropped`, `pause`; `falls`, of an object that does not land; ``moves `NAME` ``, of one that the task is not about.
     pub why: String,
 }

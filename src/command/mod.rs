@@ -9,6 +9,7 @@ mod columns;
 pub mod csv;
 mod drops;
 mod episodes;
+mod falling;
 mod form;
 mod gripping;
 mod insertion;
@@ -25,6 +26,7 @@ pub use form::{
     Tip,
 };
 pub use insertion::{Opening, hole_of};
+pub use reading::in_file;
 pub use series::into_cone;
 pub use touching::TouchForces;
 
@@ -45,6 +47,8 @@ use indexmap::IndexMap;
 use insertion::Entered;
 use nalgebra::Isometry3;
 use series::{Episode, Series};
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 
 /// Samples of a command a second.
 pub const RATE_HZ: f64 = 100.0;
@@ -74,34 +78,41 @@ pub fn commands(
         let message = "has no scene with hands and no position of a fingertip, expected one to command a robot";
         return Err(InputError::new(log, message));
     }
-    let mut handled: Vec<Handled<'_>> = Vec::new();
+    let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object).map(|(name, _)| name);
+    let falling: BTreeMap<&String, f64> =
+        objects.filter_map(|name| Some((name, falling::falls_s(recording, name)?))).collect();
+    let mut spans: Vec<(Side, &Hand, Cow<'_, TaskSpan>, Option<LeftOut>)> = Vec::new();
     for track in &analysis.tracks {
         let Who::Hand(side) = track.who else { continue };
         let Some(hand) = hands.get(&side) else { continue };
         for span in &track.tasks {
             carried_out(span, log)?;
-            // The object that is touched for the longest time is what the task is about.
-            let times = [span.start_s, span.end_s];
-            let objects = scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
-            let mut touched: Vec<(&String, &Body, Series)> = objects
-                .filter_map(|(name, body)| Some((name, body, Series::new(recording, side, hand, name, times, touch)?)))
-                .collect();
-            touched.retain(|(_, body, series)| series.nearness(body) > 0);
-            let nearness = |at: &usize| touched[*at].2.nearness(touched[*at].1);
-            let Some(about) = (0..touched.len()).max_by_key(nearness) else { continue };
-            let (object, _, series) = touched.remove(about);
-            // Who stands still while the other hand is at work waits for it.
-            let others = analysis.tracks.iter().filter(|other| other.who != track.who).flat_map(|other| &other.tasks);
-            let waits = { others }.any(|other| overlap(other, span));
-            let mut this = Handled::new(span, side, recording, object, series, waits);
-            let by_another = |name: &str, body: &Body, times: [f64; 2]| {
-                let others = hands.iter().filter(|(other, _)| **other != side);
-                let series = |(other, hand): (&Side, &Hand)| Series::new(recording, *other, hand, name, times, touch);
-                { others }.filter_map(series).any(|series| series.touched(body).is_some())
-            };
-            this.left_out.extend(also_moved(span, &this.series, &touched, by_another));
-            handled.push(this);
+            let about = || about(recording, (side, hand), span, touch);
+            let fell_s = if falling.is_empty() { None } else { about().and_then(|(object, ..)| falling.get(object)) };
+            match fell_s.filter(|fell_s| **fell_s < span.end_s) {
+                None => spans.push((side, hand, Cow::Borrowed(span), None)),
+                Some(&fell_s) => {
+                    let (ended, left_out) = falling::ended(span, fell_s);
+                    spans.extend(ended.map(|ended| (side, hand, Cow::Owned(ended), Some(left_out))));
+                }
+            }
         }
+    }
+    let mut handled: Vec<Handled<'_>> = Vec::new();
+    for (side, hand, span, fell) in &spans {
+        let Some((object, series, others)) = about(recording, (*side, hand), span, touch) else { continue };
+        // Who stands still while the other hand is at work waits for it.
+        let others_of = analysis.tracks.iter().filter(|other| other.who != Who::Hand(*side));
+        let waits = others_of.flat_map(|other| &other.tasks).any(|other| overlap(other, span));
+        let mut this = Handled::new(span, *side, recording, object, series, waits);
+        let by_another = |name: &str, body: &Body, times: [f64; 2]| {
+            let others = hands.iter().filter(|(other, _)| *other != side);
+            let series = |(other, hand): (&Side, &Hand)| Series::new(recording, *other, hand, name, times, touch);
+            { others }.filter_map(series).any(|series| series.touched(body).is_some())
+        };
+        this.left_out.extend(also_moved(span, &this.series, &others, by_another));
+        this.left_out.extend(fell.clone());
+        handled.push(this);
     }
     settling::note_brushes(&mut handled);
     settling::put_all_down(&mut handled, recording);
@@ -111,6 +122,28 @@ pub fn commands(
     tasks.iter_mut().for_each(drops::lead_to_the_touch);
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })
+}
+
+/// An object with the samples of a hand about it.
+type Touched<'a> = (&'a String, &'a Body, Series);
+
+/// The object that a task of a hand is about, which it touches for the longest time, with its samples; and the others that it touches.
+fn about<'a>(
+    recording: &'a Recording,
+    (side, hand): (Side, &Hand),
+    span: &TaskSpan,
+    touch: TouchForces,
+) -> Option<(&'a String, Series, Vec<Touched<'a>>)> {
+    let times = [span.start_s, span.end_s];
+    let objects = recording.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);
+    let mut touched: Vec<Touched<'_>> = objects
+        .filter_map(|(name, body)| Some((name, body, Series::new(recording, side, hand, name, times, touch)?)))
+        .collect();
+    touched.retain(|(_, body, series)| series.nearness(body) > 0);
+    let nearness = |at: &usize| touched[*at].2.nearness(touched[*at].1);
+    let longest = (0..touched.len()).max_by_key(nearness)?;
+    let (object, _, series) = touched.remove(longest);
+    Some((object, series, touched))
 }
 
 /// The hands of the scene; where it says nothing of them, those whose fingertips are recorded.

@@ -39,19 +39,44 @@ impl Commands {
             let message = format!("has the schema `{}`, expected `{SCHEMA}`", commands.schema);
             return Err(InputError::new(file, message));
         }
-        if !(1.0..=10_000.0).contains(&commands.rate_hz) {
-            return Err(InputError::new(
-                file,
-                format!("has {} samples a second, expected 1 to 10000", Shown(commands.rate_hz)),
-            ));
-        }
-        for (number, task) in commands.tasks.iter().enumerate() {
-            let place = format!("{file}, task {} ({})", number + 1, task.task);
-            task.check(commands.rate_hz).map_err(|message| InputError::new(place, message))?;
-        }
+        commands.check().map_err(|error| in_file(file, error))?;
         Ok(commands)
     }
+
+    /// Refuses what cannot be commanded, as [`Self::read`] does, at its task.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn check(&self) -> Result<(), InputError> {
+        if !(1.0..=10_000.0).contains(&self.rate_hz) {
+            let message = format!("has {} samples a second, expected 1 to 10000", Shown(self.rate_hz));
+            return Err(InputError::new(COMMANDS, message));
+        }
+        for (number, task) in self.tasks.iter().enumerate() {
+            let place = format!("task {} ({})", number + 1, task.task);
+            task.check(self.rate_hz).map_err(|message| InputError::new(place, message))?;
+        }
+        Ok(())
+    }
 }
+
+/// What commands are called in errors where no file is known.
+const COMMANDS: &str = "commands";
+
+/// Returns an error of commands with the name of their file: `task 2 (push)` and `commands` are what they are called where no file is known.
+pub fn in_file(file: &str, error: InputError) -> InputError {
+    let place = match error.place.as_str() {
+        COMMANDS => file.to_string(),
+        task if task.starts_with("task ") => format!("{file}, {task}"),
+        _ => return error,
+    };
+    InputError { place, ..error }
+}
+
+/// A frame, and how far away from its origin nothing is, m.
+type Frame = (f64, &'static str);
+const REFERENCE: Frame = (FARTHEST_M, "the reference frame");
+const OF_OBJECT: Frame = (BESIDE_M, "the frame of the object");
 
 /// What is wrong, in words that follow the name of what has it.
 type Check = Result<(), String>;
@@ -63,7 +88,7 @@ impl Task {
             return Err(format!("ends at {} s, before it begins at {} s", Shown(self.end_s), Shown(self.start_s)));
         }
         if let Some(into) = &self.into {
-            pose(&into.pose).map_err(|message| format!("goes into `{}`, which {message}", into.body))?;
+            pose(&into.pose, REFERENCE).map_err(|message| format!("goes into `{}`, which {message}", into.body))?;
         }
         for (number, grasp) in self.grasps.iter().enumerate() {
             grasp.check().map_err(|message| format!("grasp {} {message}", number + 1))?;
@@ -126,7 +151,7 @@ impl GraspSpec {
         once(self.contacts.iter().map(|contact| contact.finger))?;
         for Contact { finger, point, normal } in &self.contacts {
             let named = |message| format!("has a contact of {finger} that {message}");
-            within(point, BESIDE_M).and_then(|()| unit("normal", normal)).map_err(named)?;
+            within(point, OF_OBJECT).and_then(|()| unit("normal", normal)).map_err(named)?;
         }
         self.mapped.as_ref().map_or(Ok(()), MappedGrasp::check)
     }
@@ -134,7 +159,9 @@ impl GraspSpec {
 
 impl MappedGrasp {
     fn check(&self) -> Check {
-        pose(&self.object_from_palm).map_err(|message| format!("has an `object_from_palm` that {message}"))?;
+        let (_, of_object) = OF_OBJECT;
+        pose(&self.object_from_palm, (FARTHEST_M, of_object))
+            .map_err(|message| format!("has an `object_from_palm` that {message}"))?;
         once(self.fingers.iter().map(|finger| finger.finger))?;
         let measures = [self.measure, self.copied_measure.unwrap_or_default()];
         reported(&measures).map_err(|message| format!("has a measure that {message}"))?;
@@ -187,16 +214,19 @@ impl Segment {
             if !tip.demonstrated_force.is_empty() {
                 same(format!("demonstrated forces of {}", tip.finger), tip.demonstrated_force.len())?;
             }
-            let places = tip.position.iter().map(|place| within(place, BESIDE_M));
+            let places = tip.position.iter().map(|place| within(place, OF_OBJECT));
             let forces = tip.force.iter().chain(&tip.demonstrated_force).map(|force| finite(force));
             for checked in places.chain(forces) {
                 checked.map_err(|message| format!("has a sample of {} that {message}", tip.finger))?;
             }
         }
-        self.object.iter().try_for_each(pose).map_err(|message| format!("has a pose of the object that {message}"))?;
+        self.object
+            .iter()
+            .try_for_each(|it| pose(it, REFERENCE))
+            .map_err(|message| format!("has a pose of the object that {message}"))?;
         self.hand
             .iter()
-            .try_for_each(|place| within(place, BESIDE_M))
+            .try_for_each(|place| within(place, OF_OBJECT))
             .map_err(|message| format!("has a place of the hand that {message}"))?;
         self.quality.check().map_err(|message| format!("has a `quality` that {message}"))
     }
@@ -236,10 +266,10 @@ fn finite(values: &[f64]) -> Check {
     }
 }
 
-/// A place no farther away than so many m.
-fn within(place: &[f64], most: f64) -> Check {
+/// A place no farther away from the origin of a frame than may be.
+fn within(place: &[f64], (most, frame): Frame) -> Check {
     match place.iter().find(|value| value.is_nan() || value.abs() > most) {
-        Some(value) => Err(format!("has the number {}, expected one of at most {most} m", Shown(*value))),
+        Some(value) => Err(format!("has the number {}, expected one of at most {most} m in {frame}", Shown(*value))),
         None => Ok(()),
     }
 }
@@ -255,8 +285,8 @@ fn unit(what: &str, values: &[f64]) -> Check {
 }
 
 /// x y z in m and a quaternion.
-fn pose(values: &[f64; 7]) -> Check {
-    within(&values[..3], FARTHEST_M)?;
+fn pose(values: &[f64; 7], frame: Frame) -> Check {
+    within(&values[..3], frame)?;
     unit("quaternion", &values[3..])
 }
 

@@ -32,4 +32,5 @@ pub use model::mesh::MAX_BYTES as MAX_MESH_BYTES;
 pub use model::robot::Robot;
 pub use model::shipped::{names, texts};
 pub use planning::hand_over::map;
+pub use planning::validation::validate;
 pub use planning::walk::Crossing;

@@ -14,6 +14,7 @@ mod meshes;
 mod motion;
 mod passing;
 mod recognized;
+mod refused;
 mod searching;
 mod steps;
 mod timing;

@@ -11,6 +11,8 @@ const STEP: f64 = 0.2;
 const REACHED: PoseError = PoseError { m: 1e-3, rad: 1e-2 };
 /// A pose is reached exactly when less than this is missing, m and rad.
 const EXACT: f64 = 1e-7;
+/// A joint this near to its limit is at it, rad or m.
+const AT_LIMIT: f64 = 1e-3;
 /// Postures that differ by less are the same, rad or m.
 const SAME: f64 = 1e-4;
 /// Irrational steps spread the starts evenly.
@@ -38,6 +40,17 @@ pub struct PostureAlong {
     pub met: usize,
     /// How far the joint is from the middle of its range that is farthest at any of the poses, 1 at a limit.
     pub off_middle: f64,
+}
+
+/// Where an arm that cannot go a way comes to an end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WayMissed {
+    /// The index of the pose of the way to which it does not bring the palm.
+    pub pose: usize,
+    /// What is missing there.
+    pub missing: PoseError,
+    /// The degree of freedom that is at its limit then, if one is.
+    pub at_limit: Option<usize>,
 }
 
 /// How far one pose is from another.
@@ -109,12 +122,7 @@ impl Arm<'_> {
         };
         (0..starts).filter_map(move |index| {
             let (first, rest) = way.split_first()?;
-            let mut tried = q.to_vec();
-            for (place, &dof) in self.dofs.iter().enumerate() {
-                let [low, high] = self.tree.dofs[dof].range;
-                let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
-                tried[dof] = low + (0.15 + 0.7 * share) * (high - low);
-            }
+            let mut tried = self.start(q, index);
             if !self.inverse_kinematics(root, first, &mut tried, iterations).is_within(&REACHED) {
                 return None;
             }
@@ -134,6 +142,53 @@ impl Arm<'_> {
             });
             reaches.then_some(PostureAlong { q: begins, met, off_middle })
         })
+    }
+
+    /// Where it comes to an end on a way that it cannot go, from the same starts as in [`Self::postures_along`]: of the start from which it comes farthest. `None` for a
+    /// way that it can go, and without poses.
+    pub fn missed_along(
+        &self,
+        root: &Isometry3<f64>,
+        way: &[Isometry3<f64>],
+        q: &[f64],
+        (starts, iterations): (usize, usize),
+    ) -> Option<WayMissed> {
+        let mut farthest: Option<WayMissed> = None;
+        for index in 0..starts {
+            let mut tried = self.start(q, index);
+            let mut missed = None;
+            for (pose, palm) in way.iter().enumerate() {
+                let iterations = if pose == 0 { iterations } else { FOLLOWING };
+                let missing = self.inverse_kinematics(root, palm, &mut tried, iterations);
+                if !missing.is_within(&REACHED) {
+                    let at_limit = self.dofs.iter().copied().find(|&dof| {
+                        let range = self.tree.dofs[dof].range;
+                        range.iter().any(|limit| (tried[dof] - limit).abs() < AT_LIMIT)
+                    });
+                    missed = Some(WayMissed { pose, missing, at_limit });
+                    break;
+                }
+            }
+            let missed = missed?;
+            let is_farther = |other: &WayMissed| {
+                missed.pose > other.pose || missed.pose == other.pose && missed.missing.m < other.missing.m
+            };
+            if farthest.as_ref().is_none_or(is_farther) {
+                farthest = Some(missed);
+            }
+        }
+        farthest
+    }
+
+    /// The values of all degrees of freedom from which the arm starts to look for a pose; those that are not the arm's are as in `q`.
+    fn start(&self, q: &[f64], index: usize) -> Vec<f64> {
+        let mut start = q.to_vec();
+        for (place, &dof) in self.dofs.iter().enumerate() {
+            let [low, high] = self.tree.dofs[dof].range;
+            let share = ((index * 7 + 3) as f64 * STEPS[place % STEPS.len()]).fract();
+            start[dof] = low + (0.15 + 0.7 * share) * (high - low);
+        }
+        start
     }
 
     /// How far the joint is from the middle of its range that is farthest, 1 at a limit.

@@ -17,6 +17,8 @@ use std::sync::Arc;
 /// The arm follows a plan in so many iterations a step, at this share of its largest speed at most.
 const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
+/// What helps where an arm cannot go its way.
+const ELSEWHERE: &str = "place the arm elsewhere, by `at:` and `turned:` in the robot file, or the objects in the scene; or take an arm that reaches farther";
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
 const TIP_RADIUS_M: f64 = 0.010;
 
@@ -62,7 +64,7 @@ impl HandPlanner {
         let mut planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
         let (starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
-            .map_err(|message| at_task(tasks, number, message))?;
+            .map_err(|message| at_task(tasks, number, message).help(ELSEWHERE))?;
         planner.fresh = Some((number, from_s));
         let target = plan.at(from_s);
         Ok((planner, starts, target))

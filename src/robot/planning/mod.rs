@@ -21,4 +21,5 @@ pub mod start;
 pub mod time_scale;
 pub mod toppra;
 pub mod trajectory;
+pub mod validation;
 pub(crate) mod walk;

@@ -1,7 +1,7 @@
 //! Where a robot begins: joint positions from which its arm can bring the palm along the whole way of a plan.
 
 use super::plan::{Plan, Target};
-use crate::robot::kinematics::arm_ik::PostureAlong;
+use crate::robot::kinematics::arm_ik::{PostureAlong, WayMissed};
 use crate::robot::kinematics::joint_positions::JointPositions;
 use crate::robot::kinematics::surroundings::Surroundings;
 use crate::robot::model::hand::HandModel;
@@ -59,11 +59,8 @@ impl Start {
             postures = found.into_iter().map(|posture| posture.q).collect();
         }
         if postures.is_empty() {
-            let at = target.palm.translation.vector * 1e3;
-            let place = format!("{:.0}, {:.0}, {:.0} mm", at.x, at.y, at.z);
-            return Err(format!(
-                "begins with the palm at {place}; from there the arm cannot bring it along the whole way"
-            ));
+            let place = place_of(&target.palm);
+            return Err(format!("begins with the palm at {place}; the arm cannot bring it along the whole way"));
         }
         let fingers: Vec<JointPositions> = hand.fingers.iter().map(|finger| target.angles(finger)).collect();
         let starts = postures.into_iter().map(|mut q| {
@@ -90,10 +87,13 @@ impl Start {
     ) -> Result<(Vec<Self>, f64), String> {
         let mut refused = String::new();
         let (touched, released) = plan.touches();
+        let way = |from_s: f64| -> Vec<Isometry3<f64>> {
+            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
+            times.map(|time| plan.at(time).palm).collect()
+        };
         for part in 0..=LEFT_OUT {
             let from_s = touched * f64::from(part) / f64::from(LEFT_OUT);
-            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= released);
-            let way: Vec<Isometry3<f64>> = times.map(|time| plan.at(time).palm).collect();
+            let way = way(from_s);
             match Self::all(robot, hand, &plan.at(from_s), &way, surroundings) {
                 Ok(mut all) => {
                     let far = |start: &Self| plan.arm().iter().map(|(dof, at)| (start.q[*dof] - at).abs()).sum::<f64>();
@@ -103,6 +103,25 @@ impl Start {
                 Err(message) => refused = message,
             }
         }
-        Err(refused)
+        Err(missed(robot, hand, plan, touched, &way(touched)).unwrap_or(refused))
     }
+}
+
+/// Where a place is, in words.
+fn place_of(pose: &Isometry3<f64>) -> String {
+    let at = pose.translation.vector * 1e3;
+    format!("{:.0}, {:.0}, {:.0} mm in the reference frame", at.x, at.y, at.z)
+}
+
+/// Where an arm that cannot go the way of a plan, from a time on (s), comes to an end, in words.
+fn missed(robot: &Robot, hand: &HandModel, plan: &Plan<'_>, from_s: f64, way: &[Isometry3<f64>]) -> Option<String> {
+    let (root, rest) = (Isometry3::identity(), vec![0.0; robot.tree.dofs.len()]);
+    let arm = hand.arm_on(&robot.tree);
+    let WayMissed { pose, missing, at_limit } = arm.missed_along(&root, way, &rest, (STARTS, ITERATIONS))?;
+    let (primitive, _) = plan.primitive(from_s + pose as f64 * WAY_S);
+    let (place, m, rad) = (place_of(way.get(pose)?), missing.m * 1e3, missing.rad.to_degrees());
+    let joint = at_limit.map_or_else(String::new, |dof| format!(", with `{}` at its limit", robot.tree.dofs[dof].name));
+    Some(format!(
+        "the arm cannot bring the palm along the whole way: in {primitive} the palm is to be at {place}, and {m:.1} mm and {rad:.1} degrees are missing{joint}"
+    ))
 }

@@ -1,0 +1,67 @@
+//! What the robot cannot carry out is said where the commands are made, and not only where they are carried out.
+
+use crate::program::{all_said, said, teachtree};
+use serde_json::Value;
+use std::process::Output;
+use teachtree::command::Commands;
+
+/// Teaches a shipped operator and retargets it; the exit status, what was said, and the names of the files of the recording, the commands and the robot's recording.
+fn retargeted(scene: &str, seed: &str, folder: &tempfile::TempDir) -> (Output, [String; 3]) {
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_string();
+    let files = ["log.csv", "commands.json", "robot.csv"].map(path);
+    let taught = teachtree(&["teach", scene, scene, "--seed", seed, "-o", &files[0]]);
+    assert!(taught.status.success(), "{}", all_said(&taught));
+    (teachtree(&["retarget", &files[0], "-o", &files[1]]), files)
+}
+
+/// This person's way leads the arm to a joint's limit.
+#[test]
+fn a_way_that_the_arm_cannot_go_is_refused_where_it_is_commanded() {
+    let folder = tempfile::tempdir().unwrap();
+    let (output, [_, commands, robot]) = retargeted("peg_in_hole_tight", "7003", &folder);
+    assert_eq!(output.status.code(), Some(1), "{}", all_said(&output));
+    let text = said(&output);
+    let refusal = text.split("refused  ").nth(1).unwrap_or_else(|| panic!("{text}"));
+    assert!(
+        refusal.starts_with("task 1 (peg_in_hole): the arm cannot bring the palm along the whole way: in "),
+        "{text}"
+    );
+    for part in [" mm in the reference frame", " degrees are missing", "`at:`"] {
+        assert!(refusal.contains(part), "{part}: {text}");
+    }
+    // Who carries them out says the same.
+    let refused = teachtree(&["simulate", &commands, "--scene", "peg_in_hole_tight", "-o", &robot]);
+    assert_eq!(refused.status.code(), Some(2), "{}", all_said(&refused));
+    let reason = refusal.lines().next().unwrap();
+    assert!(all_said(&refused).contains(&format!("commands.json, {reason}")), "{}", all_said(&refused));
+    assert!(!std::path::Path::new(&robot).exists());
+}
+
+/// This person flicks the left box off the table, where it falls for half a minute.
+#[test]
+fn an_object_that_falls_for_good_ends_its_task() {
+    let folder = tempfile::tempdir().unwrap();
+    let (output, [log, file, robot]) = retargeted("independent", "7002", &folder);
+    let text = std::fs::read_to_string(&file).unwrap();
+    let commands = Commands::read(&text, &file).unwrap();
+    let task = commands.tasks.iter().find(|task| task.object == "left_box").unwrap();
+    // The fall, from the recording: the last time at which the box is at its height on the table.
+    let recording = teachtree::stream::open(&teachtree::stream::OpenRequest { log: log.into(), ..Default::default() });
+    let recording = recording.unwrap().recording;
+    let heights = &recording.columns["left_box.position.z"].values;
+    let fell_s = recording.time[heights.iter().rposition(|height| *height > 0.03).unwrap()];
+    let ends_s = recording.time[recording.time.len() - 1];
+    assert!(fell_s + 10.0 < ends_s && heights[heights.len() - 1] < -100.0, "{fell_s} s");
+    assert!((task.end_s - fell_s).abs() < 0.1, "ends at {} s, fell at {fell_s} s", task.end_s);
+    let fall = task.left_out.iter().find(|left| left.why == "falls").unwrap();
+    assert!((fall.start_s - task.end_s).abs() < 1e-6 && (fall.end_s - ends_s).abs() < 0.1, "{fall:?}");
+    for segment in &task.segments {
+        assert!(segment.object.iter().all(|pose| pose[2] > 0.02), "{}", segment.primitive);
+        assert!(segment.quality.jerk_after < 2e4, "{:?}", segment.quality);
+    }
+    // What one makes the other one takes.
+    let simulated = teachtree(&["simulate", &file, "--scene", "independent", "-o", &robot, "--format", "json"]);
+    assert_eq!(output.status.success(), simulated.status.code() != Some(2), "{}", all_said(&simulated));
+    let document: Value = serde_json::from_str(&said(&simulated)).unwrap();
+    assert_eq!(document["tasks"].as_array().unwrap().len(), commands.tasks.len());
+}
