@@ -46,6 +46,7 @@ DOES = {
     "httparse": "requests to local pages",
     "indexmap": "tables in the order of their files",
     "indicatif": "progress bars",
+    "libc": "opening without waiting",
     "lsp-server": "the language server",
     "gen-lsp-types": "the language server",
     "lz4_flex": "lz4 in MCAP, bags and Zarr",

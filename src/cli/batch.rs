@@ -16,7 +16,7 @@ use crate::session::files::Found;
 use crate::stream::atomic_write;
 use crate::stream::issue::IssueKind;
 use crate::stream::read::formats;
-use crate::stream::read::text;
+use crate::stream::read::{file, text};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -186,7 +186,7 @@ fn digests(args: &Args, files: &[PathBuf]) -> Result<Digest, InputError> {
 
 fn of_file(path: &Path) -> Result<String, InputError> {
     let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
-    let mut file = File::open(path).map_err(failed)?;
+    let mut file = file::open(path)?;
     let (mut digest, mut bytes) = (Digest::default(), vec![0; 1 << 16]);
     loop {
         match file.read(&mut bytes).map_err(failed)? {

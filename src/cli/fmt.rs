@@ -3,7 +3,9 @@
 use super::{Failure, output};
 use crate::base::diagnostic::{Source, Sources, render};
 use crate::base::error::InputError;
+use crate::language::MAX_BYTES;
 use crate::language::format::format;
+use crate::stream::read::text;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -59,7 +61,7 @@ fn read(file: &Path) -> Result<String, InputError> {
         let read = std::io::stdin().lock().read_to_string(&mut text);
         return read.map(|_| text).map_err(|error| InputError::unreadable("standard input", &error));
     }
-    std::fs::read_to_string(file).map_err(|error| InputError::unreadable(file.display().to_string(), &error))
+    text::read(file, MAX_BYTES)
 }
 
 /// The files, a folder replaced by the `.rules` files in it, by name.

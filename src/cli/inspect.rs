@@ -141,8 +141,8 @@ fn one(args: &Args, log: &Path, alone: bool) -> Result<String, Failure> {
 
 /// Refuses a place for a skeleton where there is a file with another text, such as a binding that was filled in.
 fn refuse_filled_in(path: &Path, skeleton: &str) -> Result<(), InputError> {
-    let there = std::fs::read(path).unwrap_or_default();
-    if !path.is_file() || there.is_empty() || there == skeleton.as_bytes() {
+    let there = if path.is_file() { std::fs::read(path).unwrap_or_default() } else { Vec::new() };
+    if there.is_empty() || there == skeleton.as_bytes() {
         return Ok(());
     }
     let message = "is there already, expected a new file: a binding that was filled in would be lost";

@@ -8,6 +8,7 @@
 //! A temporary file is locked while its program lives. The next program that writes to a folder removes those that nobody holds.
 
 use crate::base::error::InputError;
+use crate::stream::read::file;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{BufWriter, Error, ErrorKind, Result, Write};
@@ -53,7 +54,7 @@ pub fn write(
 /// When its marker is there and no running program holds it.
 pub fn refuse_unfinished(log: &Path) -> std::result::Result<(), InputError> {
     let Some(marker) = marker_of(&destination(log)) else { return Ok(()) };
-    let Ok(file) = File::open(&marker) else { return Ok(()) };
+    let Ok(file) = file::open(&marker) else { return Ok(()) };
     // A program that is at it needs a moment.
     let waited = file.lock_shared();
     drop(file);
@@ -375,7 +376,7 @@ impl Marker {
             let mut file = OpenOptions::new().create(true).truncate(false).write(true).open(&path)?;
             // Two programs that write the same log do so one after the other.
             let _ = file.lock();
-            if !is_at(&file, &path) {
+            if !file::is_at(&file, &path) {
                 // The one before has removed it in the meantime.
                 continue;
             }
@@ -388,21 +389,5 @@ impl Marker {
 
     fn clear(self) {
         let _ = std::fs::remove_file(&self.path);
-    }
-}
-
-/// Whether an open file still has a name.
-fn is_at(file: &File, path: &Path) -> bool {
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::MetadataExt as _;
-        let id = |of: std::fs::Metadata| (of.dev(), of.ino());
-        let (Ok(open), Ok(named)) = (file.metadata(), std::fs::metadata(path)) else { return false };
-        id(open) == id(named)
-    }
-    #[cfg(not(unix))]
-    {
-        let _ = file;
-        path.exists()
     }
 }

@@ -15,7 +15,7 @@ use crate::stream::issue::Issue;
 use crate::stream::names;
 use crate::stream::read::formats::{self, delimited::unreadable};
 use crate::stream::read::table::{Source, Want};
-use crate::stream::read::text;
+use crate::stream::read::{file, text};
 use indexmap::IndexMap;
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -276,12 +276,12 @@ pub fn beside(log: &Path, ending: &str) -> [PathBuf; 2] {
 }
 
 fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
-    let file = path.display().to_string();
-    let unreadable = |error: ::csv::Error| unreadable(&file, &error);
-    let mut reader = ::csv::Reader::from_path(path).map_err(unreadable)?;
+    let name = path.display().to_string();
+    let unreadable = |error: ::csv::Error| unreadable(&name, &error);
+    let mut reader = ::csv::Reader::from_reader(file::open(path)?);
     if reader.headers().map_err(unreadable)?.iter().ne(EVENT_COLUMNS) {
         return Err(InputError::new(
-            format!("{file} row 1"),
+            format!("{name} row 1"),
             format!("expected the columns {}", EVENT_COLUMNS.join(", ")),
         ));
     }
@@ -292,7 +292,7 @@ fn read_events(path: &Path) -> Result<Vec<Event>, InputError> {
         let [time, kind, subjects] = [0, 1, 2].map(|column| record.get(column).unwrap_or_default().trim());
         let time_s = time.parse::<f64>().ok().filter(|time| time.is_finite());
         let time_s = time_s.ok_or_else(|| {
-            InputError::new(format!("{file} row {row} column time"), format!("found `{time}`, expected a time"))
+            InputError::new(format!("{name} row {row} column time"), format!("found `{time}`, expected a time"))
         })?;
         events.push(Event {
             time_s,

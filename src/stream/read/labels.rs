@@ -13,12 +13,14 @@
 #[cfg(any(feature = "cli", feature = "world", feature = "hdf5"))]
 mod eaf;
 
+use super::file;
 use super::formats::{delimited, stem};
 use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::base::nearest::nearest;
 use crate::base::shown::Shown;
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Read;
 use std::path::Path;
 
 /// The most rows that are read.
@@ -81,8 +83,8 @@ pub enum Kind {
 /// Whether the rows of a table say which log they are about, so that it may be one of several logs.
 #[cfg(feature = "cli")]
 pub fn names_logs(path: &Path) -> bool {
-    let header = ::csv::Reader::from_path(path).and_then(|mut reader| reader.headers().cloned());
-    !is_eaf(path) && header.is_ok_and(|header| header.iter().any(|title| plain(title) == LOG))
+    let header = file::open(path).map(|file| ::csv::Reader::from_reader(file).headers().cloned());
+    !is_eaf(path) && matches!(header, Ok(Ok(header)) if header.iter().any(|title| plain(title) == LOG))
 }
 
 /// Whether a file is one of ELAN by its name.
@@ -118,10 +120,17 @@ pub fn read(path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputEr
     if is_eaf(path) {
         return of_intervals(path.display().to_string(), eaf::read(path)?);
     }
+    table(file::open(path)?, path, log, row_time)
+}
+
+/// Reads a table of labels of this name, as [`read`] does.
+///
+/// # Errors
+/// As [`read`].
+pub fn table(bytes: impl Read, path: &Path, log: &Path, row_time: &[f64]) -> Result<Labels, InputError> {
     let file = path.display().to_string();
     let unreadable = |error: ::csv::Error| delimited::unreadable(&file, &error);
-    let mut reader =
-        ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_path(path).map_err(unreadable)?;
+    let mut reader = ::csv::ReaderBuilder::new().trim(::csv::Trim::All).flexible(true).from_reader(bytes);
     let header: Vec<String> = reader.headers().map_err(unreadable)?.iter().map(plain).collect();
     let columns = Columns::find(&header).map_err(|message| {
         InputError::new(format!("{file} row 1"), message)

@@ -2,6 +2,7 @@
 
 pub mod counted;
 pub mod csv;
+pub mod file;
 pub mod formats;
 pub mod labels;
 pub mod sheet;

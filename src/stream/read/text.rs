@@ -1,6 +1,8 @@
 //! Reading the text or the bytes of a file, whole and up to a limit: a device that never ends is no file.
 
+use super::file;
 use crate::base::error::InputError;
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -9,13 +11,20 @@ use std::path::Path;
 /// # Errors
 /// What cannot be read, is longer, or is no UTF-8.
 pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
+    whole(&opened(path)?, path, most)
+}
+
+/// Reads the text of an open file of this name, of at most `most` bytes.
+///
+/// # Errors
+/// As [`read`].
+pub fn whole(file: &File, path: &Path, most: u64) -> Result<String, InputError> {
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
     let mut text = String::new();
-    let read = std::fs::File::open(path).map_err(failed)?.take(most + 1).read_to_string(&mut text);
+    let read = file.take(most + 1).read_to_string(&mut text);
     // A limit may cut a character in two.
-    if text.len() as u64 > most || read.as_ref().is_err_and(|_| std::fs::metadata(path).is_ok_and(|it| it.len() > most))
-    {
+    if text.len() as u64 > most || read.as_ref().is_err_and(|_| file.metadata().is_ok_and(|it| it.len() > most)) {
         return Err(InputError::new(
             &name,
             format!("the file has more than {most} bytes, which are the most that are read"),
@@ -25,6 +34,14 @@ pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
     Ok(text)
 }
 
+/// Opens a file, or a pipe that the shell made and calls by its place among the open files.
+fn opened(path: &Path) -> Result<File, InputError> {
+    if !["/dev/fd", "/dev/stdin", "/proc/self/fd"].iter().any(|place| path.starts_with(place)) {
+        return file::open(path);
+    }
+    File::open(path).map_err(|error| InputError::unreadable(path.display().to_string(), &error))
+}
+
 /// Reads the bytes of a regular file of at most `most`; `None` where there is no such file.
 ///
 /// # Errors
@@ -32,12 +49,11 @@ pub fn read(path: &Path, most: u64) -> Result<String, InputError> {
 pub fn bytes(path: &Path, most: u64) -> Result<Option<Vec<u8>>, InputError> {
     let name = path.display().to_string();
     let failed = |error: std::io::Error| InputError::unreadable(&name, &error);
-    // A pipe, of which opening may wait forever, is none.
     if !std::fs::metadata(path).is_ok_and(|found| found.is_file()) {
         return Ok(None);
     }
     let mut bytes = Vec::new();
-    std::fs::File::open(path).map_err(failed)?.take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
+    file::open(path)?.take(most + 1).read_to_end(&mut bytes).map_err(failed)?;
     if bytes.len() as u64 > most {
         let message = format!("the file has more than {most} bytes, which are the most that are read");
         return Err(InputError::new(&name, message));

@@ -2,8 +2,8 @@
 
 use super::{delimited, is_set, text_ending};
 use crate::base::error::InputError;
+use crate::stream::read::file;
 use crate::stream::read::table::{Sheet, Source};
-use std::fs::File;
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
@@ -46,10 +46,10 @@ pub fn open(path: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     }
     let mut sheets = vec![];
     let mut refused = vec![];
-    for file in files {
-        let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let place = file.display().to_string();
-        let bytes = File::open(&file).map_err(|error| InputError::unreadable(&place, &error))?;
+    for path in files {
+        let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        let place = path.display().to_string();
+        let bytes = file::open(&path)?;
         // A file that is no table does not keep the others from being read.
         match delimited::source(Box::new(BufReader::new(bytes)), place) {
             Ok(source) => sheets.extend(source.sheets.into_iter().map(|sheet| Sheet { name: stem.clone(), ..sheet })),

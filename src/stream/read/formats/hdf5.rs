@@ -15,6 +15,7 @@ use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::read::file;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
 use ::hdf5_pure::{AttrValue, DType, Dataset, Error, File, Group, VlenStringReadOptions};
 use mujoco::Model;
@@ -47,7 +48,7 @@ pub(super) fn open(path: &Path, recording: Option<&str>) -> Result<Source, Input
 pub(super) fn is_hdf5(path: &Path) -> Result<bool, InputError> {
     let failed = |error: std::io::Error| InputError::unreadable(path.display().to_string(), &error);
     let mut magic = vec![];
-    std::fs::File::open(path).map_err(failed)?.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
+    file::open(path)?.take(MAGIC.len() as u64).read_to_end(&mut magic).map_err(failed)?;
     Ok(magic == MAGIC)
 }
 
@@ -75,7 +76,7 @@ impl Container {
 
     fn read(path: &Path) -> Result<Self, InputError> {
         let place = path.display().to_string();
-        std::fs::File::open(path).map_err(|error| InputError::unreadable(&place, &error))?;
+        file::open(path)?;
         let file = File::open_streaming(path).map_err(|error| damaged(&place, &error))?;
         let failed = |error: Error| damaged(&place, &error);
         let root = file.root();

@@ -10,12 +10,12 @@ use super::many::MAX_RECORDINGS;
 use super::parquet;
 use crate::base::error::InputError;
 use crate::base::json;
+use crate::stream::read::file;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::Source;
 use crate::stream::read::text;
 use serde_json::Value;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::ops::Range;
 use std::path::{Component, Path, PathBuf};
 
@@ -36,9 +36,9 @@ fn info(folder: &Path) -> PathBuf {
 pub fn open(folder: &Path, episode: Option<&str>) -> Result<Source, InputError> {
     let set = Set::read(folder)?;
     let episode = set.meant(episode)?;
-    let file = set.data_file(episode)?;
-    let name = file.display().to_string();
-    let bytes = || File::open(&file).map_err(|error| InputError::unreadable(&name, &error));
+    let path = set.data_file(episode)?;
+    let name = path.display().to_string();
+    let bytes = || file::open(&path);
     // A file may have hundreds of episodes: only the rows of this one are read.
     let numbers = parquet::read(bytes()?, &name, |column| column == "episode_index")?;
     let rows = rows_of(&numbers, episode, &name)?;
@@ -180,8 +180,7 @@ impl Set {
         let mut all = BTreeMap::new();
         for path in lists_in(&self.folder.join("meta").join("episodes"))? {
             let name = path.display().to_string();
-            let file = File::open(&path).map_err(|error| InputError::unreadable(&name, &error))?;
-            let list = parquet::read(file, &name, |column| wanted.contains(&column))?;
+            let list = parquet::read(file::open(&path)?, &name, |column| wanted.contains(&column))?;
             let mut columns = vec![];
             for column in wanted {
                 match list.columns().get(column) {

@@ -2,6 +2,7 @@
 
 use super::split;
 use crate::base::error::InputError;
+use crate::stream::read::file;
 use std::path::{Path, PathBuf};
 
 /// The most recordings that one file or folder may have.
@@ -207,7 +208,8 @@ fn files_of_store(log: &Path, _: Option<&str>) -> Result<Vec<PathBuf>, InputErro
 }
 
 fn missing(path: &Path) -> InputError {
-    InputError::unreadable(path.display().to_string(), &std::io::ErrorKind::NotFound.into())
+    let gone = || InputError::unreadable(path.display().to_string(), &std::io::ErrorKind::NotFound.into());
+    file::open(path).err().unwrap_or_else(gone)
 }
 
 #[cfg(feature = "parquet")]

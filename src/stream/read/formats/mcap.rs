@@ -12,10 +12,9 @@ use super::truncated;
 use crate::base::error::InputError;
 use crate::base::yaml;
 use crate::stream::read::table::Source;
-use crate::stream::read::text;
+use crate::stream::read::{file, text};
 use serde::Deserialize;
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{BufRead, Read};
 use std::path::{Component, Path};
 
@@ -60,14 +59,13 @@ pub fn folder(folder: &Path) -> Result<Source, InputError> {
     }
     let mut topics = Topics::new(folder.display().to_string());
     let mut cut = None;
-    for file in information.relative_file_paths {
-        if !Path::new(&file).components().all(|part| matches!(part, Component::Normal(_))) {
-            return Err(InputError::new(name, format!("`{file}` leads out of the folder")));
+    for part in information.relative_file_paths {
+        if !Path::new(&part).components().all(|part| matches!(part, Component::Normal(_))) {
+            return Err(InputError::new(name, format!("`{part}` leads out of the folder")));
         }
-        let path = folder.join(file);
+        let path = folder.join(part);
         let place = path.display().to_string();
-        let bytes = File::open(&path).map_err(|error| InputError::unreadable(&place, &error))?;
-        cut = read(bytes, &place, &mut topics)?.or(cut);
+        cut = read(file::open(&path)?, &place, &mut topics)?.or(cut);
     }
     finish(topics, cut)
 }

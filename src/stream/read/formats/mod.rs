@@ -43,8 +43,8 @@ use crate::base::recording::Recording;
 use crate::stream::atomic_write::{self, Files};
 use crate::stream::issue::{Issue, IssueKind};
 use crate::stream::read::counted::Counted;
-use crate::stream::read::csv;
 use crate::stream::read::table::Source;
+use crate::stream::read::{csv, file};
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -69,7 +69,7 @@ pub fn open(path: &Path) -> Result<Source, InputError> {
         return folder::open(&path, recording);
     }
     atomic_write::refuse_unfinished(&path)?;
-    let mut bytes = File::open(&path).map_err(failed)?;
+    let mut bytes = file::open(&path)?;
     let mut magic = vec![];
     bytes.by_ref().take(16).read_to_end(&mut magic).map_err(failed)?;
     bytes.seek(SeekFrom::Start(0)).map_err(failed)?;

@@ -7,9 +7,9 @@ use super::budget::Budget;
 use super::elements::Element;
 use crate::base::error::InputError;
 use crate::base::guard::guarded;
+use crate::stream::read::file;
 use crate::stream::read::table::{MAX_COLUMNS, Source};
 use npyz::{DType, NpyHeader, Order};
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
@@ -80,10 +80,7 @@ impl Place {
     /// Does something with the bytes.
     fn with<T>(&self, place: &str, read: impl FnOnce(&mut dyn Read) -> Result<T, InputError>) -> Result<T, InputError> {
         match self {
-            Self::File(path) => {
-                let file = File::open(path).map_err(|error| InputError::unreadable(place, &error))?;
-                read(&mut BufReader::new(file))
-            }
+            Self::File(path) => read(&mut BufReader::new(file::open(path)?)),
             Self::Archive(path, at) => {
                 let mut archive: super::zipped::Archive = super::zipped::open(path)?;
                 let mut file = archive.by_index(*at).map_err(|error| super::zipped::damaged(place, &error))?;

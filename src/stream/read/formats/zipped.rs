@@ -1,6 +1,7 @@
 //! Archives: NumPy's `.npz`, and Zarr stores in one file.
 
 use crate::base::error::InputError;
+use crate::stream::read::file;
 use ::zip::ZipArchive;
 use ::zip::result::ZipError;
 use std::fs::File;
@@ -19,9 +20,7 @@ pub(super) type Archive = ZipArchive<BufReader<File>>;
 /// # Errors
 /// When it is none, or is damaged.
 pub(super) fn open(path: &Path) -> Result<Archive, InputError> {
-    let place = path.display().to_string();
-    let file = File::open(path).map_err(|error| InputError::unreadable(&place, &error))?;
-    ZipArchive::new(BufReader::new(file)).map_err(|error| damaged(&place, &error))
+    ZipArchive::new(BufReader::new(file::open(path)?)).map_err(|error| damaged(&path.display().to_string(), &error))
 }
 
 /// What keeps a file in an archive from being read.

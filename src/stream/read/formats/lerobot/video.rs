@@ -5,9 +5,9 @@
 use super::super::parquet;
 use super::{Set, is, lists_in};
 use crate::base::error::InputError;
+use crate::stream::read::file;
 use crate::stream::read::sheet::Cells;
 use serde_json::Value;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 /// A video of an episode.
@@ -63,8 +63,7 @@ fn listed(set: &Set, camera: &str, episode: usize) -> Result<Option<(usize, usiz
     let wanted = ["episode_index".to_string(), key("chunk_index"), key("file_index"), key("from_timestamp")];
     for path in lists_in(&set.folder.join("meta").join("episodes"))? {
         let name = path.display().to_string();
-        let file = File::open(&path).map_err(|error| InputError::unreadable(&name, &error))?;
-        let list = parquet::read(file, &name, |column| wanted.iter().any(|wanted| wanted == column))?;
+        let list = parquet::read(file::open(&path)?, &name, |column| wanted.iter().any(|wanted| wanted == column))?;
         let column = |name: &String| match list.columns().get(name) {
             Some(Cells::Numbers(values)) => Some(values),
             _ => None,

@@ -7,9 +7,8 @@ use super::{
 };
 use crate::base::error::InputError;
 use crate::base::yaml;
-use crate::stream::read::text;
+use crate::stream::read::{file, text};
 use std::collections::{BTreeMap, BTreeSet};
-use std::fs::File;
 use std::io::{BufRead, BufReader, Error, Read, Result};
 use std::path::{Path, PathBuf};
 
@@ -30,7 +29,7 @@ impl Survey {
     pub fn of(file: &Path) -> std::result::Result<Self, InputError> {
         let place = file.display().to_string();
         let damaged = |message: String| InputError::new(&place, format!("cannot be read as MCAP: {message}"));
-        let mut bytes = opened(file).map_err(|error| InputError::unreadable(&place, &error))?;
+        let mut bytes = opened(file)?;
         let mut survey = Self::default();
         match survey.records(&mut bytes) {
             Ok(()) | Err(Fault::Cut) => Ok(survey),
@@ -102,8 +101,7 @@ pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
     let expected = "expected an MCAP file, whose messages can be copied";
     let mut magic = vec![];
     if log.is_file() {
-        let file = File::open(log).map_err(|error| InputError::unreadable(&place, &error))?;
-        file.take(16).read_to_end(&mut magic).map_err(|error| InputError::unreadable(&place, &error))?;
+        file::open(log)?.take(16).read_to_end(&mut magic).map_err(|error| InputError::unreadable(&place, &error))?;
     }
     if magic.starts_with(&MAGIC) || magic.starts_with(&ZSTD) {
         return Ok(log.to_path_buf());
@@ -116,16 +114,19 @@ pub fn file_of(log: &Path) -> std::result::Result<PathBuf, InputError> {
 }
 
 /// A file, decompressed where all of it is compressed, behind its first bytes.
-fn opened(file: &Path) -> Result<Box<dyn Read + Send>> {
-    let mut bytes = BufReader::new(File::open(file)?);
-    let mut bytes: Box<dyn Read + Send> = if bytes.fill_buf()?.starts_with(&ZSTD) {
-        Box::new(BufReader::new(::zstd::stream::read::Decoder::with_buffer(bytes)?))
-    } else {
-        Box::new(bytes)
+fn opened(path: &Path) -> std::result::Result<Box<dyn Read + Send>, InputError> {
+    let mut bytes = BufReader::new(file::open(path)?);
+    let begun = move || -> Result<Box<dyn Read + Send>> {
+        let mut bytes: Box<dyn Read + Send> = if bytes.fill_buf()?.starts_with(&ZSTD) {
+            Box::new(BufReader::new(::zstd::stream::read::Decoder::with_buffer(bytes)?))
+        } else {
+            Box::new(bytes)
+        };
+        let mut magic = [0; MAGIC.len()];
+        bytes.read_exact(&mut magic)?;
+        if magic == MAGIC { Ok(bytes) } else { Err(Error::other("it does not begin as MCAP")) }
     };
-    let mut magic = [0; MAGIC.len()];
-    bytes.read_exact(&mut magic)?;
-    if magic == MAGIC { Ok(bytes) } else { Err(Error::other("it does not begin as MCAP")) }
+    begun().map_err(|error| InputError::unreadable(path.display().to_string(), &error))
 }
 
 /// A record: its kind and its bytes.
@@ -146,8 +147,7 @@ impl Original {
     /// # Errors
     /// When it cannot be opened.
     pub fn open(file: &Path, survey: Survey) -> std::result::Result<Self, InputError> {
-        let bytes = opened(file).map_err(|error| InputError::unreadable(file.display().to_string(), &error))?;
-        Ok(Self { survey, bytes, next: None, ended: false })
+        Ok(Self { survey, bytes: opened(file)?, next: None, ended: false })
     }
 
     pub(super) const fn survey(&self) -> &Survey {
