@@ -90,6 +90,14 @@ impl Analysis {
     pub fn track(&self, who: Who) -> Option<&Track> {
         self.tracks.iter().find(|track| track.who == who)
     }
+
+    /// Whose the only track is, which labels that name none are about.
+    pub fn only(&self) -> Option<Who> {
+        match self.tracks.as_slice() {
+            [track] => Some(track.who),
+            _ => None,
+        }
+    }
 }
 
 /// Segments over the time of the recording. In the track of both hands there are gaps where nothing is coordinated.

@@ -73,17 +73,13 @@ impl Labels {
     ) -> Result<(Truth, Vec<String>), InputError> {
         map.check(known, self.map.as_deref().unwrap_or_default())?;
         let Some(path) = &self.file else { return Ok((own_truth(opened, map)?, Vec::new())) };
-        let only = match analysis.tracks.as_slice() {
-            [track] => Some(track.who),
-            _ => None,
-        };
         let labels = read_labels(&label_file(path, &opened.log)?, opened, map, known)?;
         let mut warnings = Vec::new();
         if labels.contradicted_s > 0.0 {
             let time = fixed(labels.contradicted_s, 3);
             warnings.push(format!("{}: {time} s have two labels that differ; they are not scored", labels.file));
         }
-        Ok((Truth::of_labels(&labels, self.track.or(only), map, known)?, warnings))
+        Ok((Truth::of_labels(&labels, self.track.or(analysis.only()), map, known)?, warnings))
     }
 }
 
@@ -105,7 +101,7 @@ pub(crate) fn read_labels(
 }
 
 /// Refuses labels none of which is within the time of the recording.
-fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
+pub(crate) fn meets(labels: &labels::Labels, time: &[f64]) -> Result<(), InputError> {
     let (Some(first), Some(last)) = (time.first(), time.last()) else { return Ok(()) };
     let (start_s, end_s) = labels.intervals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(start_s, end_s), it| {
         (start_s.min(it.start_s), end_s.max(it.end_s))

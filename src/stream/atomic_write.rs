@@ -8,6 +8,9 @@
 //! A temporary file is locked while its program lives. The next program that writes to a folder removes those that nobody holds.
 
 use crate::base::error::InputError;
+#[cfg(feature = "studio")]
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::allowed_folders::Place;
 use crate::stream::read::file;
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -173,8 +176,9 @@ pub struct Files {
 struct Part {
     /// The path as it was given.
     shown: PathBuf,
-    target: PathBuf,
     content: Content,
+    /// Dropped last: the path of a temporary file may lead through the folder that it holds open.
+    target: Place,
 }
 
 enum Content {
@@ -215,8 +219,38 @@ impl Files {
     pub fn remove(&mut self, path: &Path) {
         let target = destination(path);
         if target.is_file() {
+            self.parts.push(Part { shown: path.to_path_buf(), target: target.into(), content: Content::Gone });
+        }
+    }
+
+    /// Writes a file as [`add`](Self::add) does, but only into certain folders, and into nothing but a file.
+    ///
+    /// # Errors
+    /// When the place leads elsewhere or nowhere, is no file, or cannot be written.
+    #[cfg(feature = "studio")]
+    pub fn add_in(
+        &mut self,
+        folders: &AllowedFolders,
+        path: &Path,
+        fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>,
+    ) -> std::result::Result<(), InputError> {
+        let target = folders.place(path)?;
+        let content = Content::New(Temporary::filled(&target, fill).map_err(|error| cannot(path, &error))?);
+        self.parts.push(Part { shown: path.to_path_buf(), target, content });
+        Ok(())
+    }
+
+    /// Removes a file as [`remove`](Self::remove) does, but only from certain folders.
+    ///
+    /// # Errors
+    /// When the place leads elsewhere or nowhere, or is no file.
+    #[cfg(feature = "studio")]
+    pub fn remove_in(&mut self, folders: &AllowedFolders, path: &Path) -> std::result::Result<(), InputError> {
+        let target = folders.place(path)?;
+        if target.is_file() {
             self.parts.push(Part { shown: path.to_path_buf(), target, content: Content::Gone });
         }
+        Ok(())
     }
 
     fn put(
@@ -234,16 +268,8 @@ impl Files {
             fill(&mut out)?;
             return out.flush();
         }
-        let mut file = Temporary::beside(&target)?;
-        let mut out = BufWriter::new(&mut file.0);
-        fill(&mut out)?;
-        out.flush()?;
-        drop(out);
-        if let Ok(old) = std::fs::metadata(&target) {
-            std::fs::set_permissions(file.0.path(), old.permissions())?;
-        }
-        file.0.as_file().sync_all()?;
-        self.parts.push(Part { shown: path.to_path_buf(), target, content: content(file) });
+        let content = content(Temporary::filled(&target, fill)?);
+        self.parts.push(Part { shown: path.to_path_buf(), target: target.into(), content });
         Ok(())
     }
 
@@ -260,16 +286,17 @@ impl Files {
                 markers.extend(Marker::set(&part.target).map_err(|error| cannot(&part.shown, &error))?);
             }
         }
-        let mut folders = BTreeSet::new();
+        let mut targets = Vec::new();
         for Part { shown, target, content } in self.parts {
-            folders.insert(folder_of(&target).to_path_buf());
             match content {
                 Content::New(file) | Content::NewLog(file) => file.persist(&target, &mut state),
-                Content::Gone => std::fs::remove_file(&target),
+                Content::Gone => std::fs::remove_file(&*target),
             }
             .map_err(|error| cannot(&shown, &error))?;
+            targets.push(target);
         }
-        folders.iter().for_each(|folder| sync(folder));
+        let folders: BTreeSet<&Path> = targets.iter().map(|target| folder_of(target)).collect();
+        folders.into_iter().for_each(sync);
         markers.into_iter().for_each(Marker::clear);
         Ok(())
     }
@@ -311,7 +338,7 @@ impl Temporary {
     fn beside(target: &Path) -> Result<Self> {
         let folder = folder_of(target);
         let mut state = state();
-        if state.cleared.insert(folder.to_path_buf()) {
+        if state.cleared.insert(std::fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf())) {
             clear(folder);
         }
         let mut builder = tempfile::Builder::new();
@@ -331,6 +358,20 @@ impl Temporary {
                 return Ok(Self(file));
             }
         }
+    }
+
+    /// A temporary file beside its place, written and synchronized.
+    fn filled(target: &Path, fill: impl FnOnce(&mut (dyn Write + Send)) -> Result<()>) -> Result<Self> {
+        let mut file = Self::beside(target)?;
+        let mut out = BufWriter::new(&mut file.0);
+        fill(&mut out)?;
+        out.flush()?;
+        drop(out);
+        if let Ok(old) = std::fs::metadata(target) {
+            file.0.as_file().set_permissions(old.permissions())?;
+        }
+        file.0.as_file().sync_all()?;
+        Ok(file)
     }
 
     fn persist(self, target: &Path, state: &mut State) -> Result<()> {

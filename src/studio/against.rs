@@ -5,6 +5,7 @@ use crate::analysis::difference::{Extent, changes, extent};
 use crate::analysis::score::Comparison;
 use crate::report::page;
 use crate::session::Analysis;
+use crate::stream::allowed_folders::AllowedFolders;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -26,8 +27,8 @@ pub enum Against {
 }
 
 impl Against {
-    /// What the list shows of the result `now` of the rules and that of the others.
-    pub fn of(now: &Analysis, other: &Other) -> Self {
+    /// What the list shows of the result `now` of the rules and that of the others; labels are in the folders.
+    pub fn of(now: &Analysis, other: &Other, folders: &AllowedFolders) -> Self {
         let other = match other {
             Ok(other) => other,
             Err(error) => return Self::Failed(error.clone()),
@@ -35,7 +36,7 @@ impl Against {
         let (one, two) = (now.found(), other.found());
         let extent = extent(one, two, &changes(one, two));
         // Labels that cannot be read are in the row already.
-        let labels = score::compared(now, other).ok().flatten();
+        let labels = score::compared(now, other, folders).ok().flatten();
         Self::Both { extent, labels }
     }
 

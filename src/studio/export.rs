@@ -2,14 +2,15 @@
 //! `meta/lerobot_annotations.json` of a LeRobot set.
 
 use super::corrected::corrected;
-use super::labels;
+use super::labels::beside;
 use super::loaded::Loaded;
 use super::project::Studio;
 use crate::analysis::Analysis as Found;
 use crate::analysis::eaf::eaf;
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::Error;
-use crate::stream::atomic_write;
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::atomic_write::Files;
 use std::path::{Path, PathBuf};
 
 /// Why an export was not written.
@@ -26,15 +27,23 @@ impl From<Error> for Refused {
     }
 }
 
-/// Keeps a file that is there, such as one that a person corrected in another program, unless it is to be replaced.
-fn keep(path: &Path, replace: bool) -> Result<(), Refused> {
-    if path.exists() && !replace { Err(Refused::There(path.to_path_buf())) } else { Ok(()) }
+/// Keeps a file that is there, such as one that a person corrected in another program, unless it is to be replaced; refuses a link out of the folders.
+fn keep(path: &Path, replace: bool, folders: &AllowedFolders) -> Result<(), Refused> {
+    let is_there = folders.place(path).map_err(argument)?.exists();
+    if is_there && !replace { Err(Refused::There(path.to_path_buf())) } else { Ok(()) }
+}
+
+/// Writes a file into one of the folders.
+fn write(path: &Path, bytes: &[u8], folders: &AllowedFolders) -> Result<(), Refused> {
+    let mut files = Files::default();
+    let added = files.add_in(folders, path, |out| out.write_all(bytes));
+    added.and_then(|()| files.commit()).map_err(|error| argument(error).into())
 }
 
 /// What was found in a recording, with its labels in its place.
 fn found(loaded: &Loaded) -> Result<Found, Error> {
     let opened = loaded.log().opened()?;
-    let labels = labels::read(opened, loaded.only()).map_err(argument)?;
+    let labels = loaded.labels()?;
     Ok(corrected(loaded.now.runs()?.found(), &labels.lines, &opened.row_time))
 }
 
@@ -47,10 +56,10 @@ fn argument(error: InputError) -> Error {
 /// # Errors
 /// A file that is there without `replace`, labels that cannot be read, a place that cannot be written.
 pub fn elan(loaded: &Loaded, replace: bool) -> Result<PathBuf, Refused> {
-    let path = labels::beside(loaded.log().path(), "eaf");
-    keep(&path, replace)?;
+    let path = beside(loaded.log().path(), "eaf");
+    keep(&path, replace, &loaded.folders)?;
     let text = eaf(&found(loaded)?, loaded.now.shown.meta());
-    atomic_write::write(&path, |out| out.write_all(text.as_bytes())).map_err(argument)?;
+    write(&path, text.as_bytes(), &loaded.folders)?;
     Ok(path)
 }
 
@@ -75,7 +84,8 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Ref
         return Err(argument(error.help("the other recordings are exported for ELAN")).into());
     }
     let file = folder.join(FILE);
-    keep(&file, replace)?;
+    let folders = AllowedFolders::of(&folder).map_err(argument)?;
+    keep(&file, replace, &folders)?;
     let phrasing = phrasing(&file).map_err(argument)?;
     let mut all: BTreeMap<usize, Vec<Label>> = BTreeMap::new();
     for (number, one) in studio.recordings.iter().enumerate().filter(|(_, one)| without_episode(&one.log) == folder) {
@@ -98,7 +108,7 @@ pub fn lerobot(studio: &Studio, at: usize, replace: bool) -> Result<PathBuf, Ref
         provenance: &serde_json::Value::Null,
     };
     let bytes = Annotated::open(&folder).and_then(|set| set.prelabels(&request)).map_err(argument)?;
-    atomic_write::write(&file, |out| out.write_all(&bytes)).map_err(argument)?;
+    write(&file, &bytes, &folders)?;
     Ok(file)
 }
 

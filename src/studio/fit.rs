@@ -2,15 +2,18 @@
 
 use super::labels;
 use super::project::{Fitting, Studio};
+use super::score::truth_of;
 use super::tune;
+use crate::analysis::Analysis as Found;
 use crate::analysis::fit::Verdict;
-use crate::analysis::score::{Known, NameMap, Stage};
+use crate::analysis::score::{Known, Stage};
 use crate::base::error::{ErrorKind, InputError};
 use crate::language::param_sites::{ParamSite, param_sites};
 use crate::report;
+use crate::session::Error;
 use crate::session::fitting::{Recording, Runner, fitted, space};
 use crate::session::patch::patch;
-use crate::session::{Error, Labels};
+use crate::stream::Opened;
 use serde_json::{Map, Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, MutexGuard, PoisonError};
@@ -90,15 +93,15 @@ impl Studio {
             // What cannot be analyzed is said in the list.
             let Ok(loaded) = self.loaded(number) else { continue };
             let log = loaded.log();
-            let file = labels::file(&log.opened()?.log);
             let own = options.clone().for_log(log)?;
-            if !file.is_file() || own.digest() != rules.digest() {
+            if own.digest() != rules.digest() {
                 continue;
             }
-            let recording = Recording::open(log, &own, |opened, found| {
-                let known = Known::new(own.set());
-                Ok(Labels::file(file).of(opened, found, &NameMap::default(), &known)?.0)
-            })?;
+            let Some((_, labels)) = labels::read_table(log.opened()?, &loaded.folders).map_err(argument)? else {
+                continue;
+            };
+            let truth = |opened: &Opened, found: &Found| truth_of(&labels, opened, found, &Known::new(own.set()));
+            let recording = Recording::open(log, &own, truth)?;
             recordings.push(recording);
         }
         if recordings.is_empty() {

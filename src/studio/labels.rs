@@ -15,6 +15,7 @@ use crate::base::digest::Digest;
 use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::stream::Opened;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
 use crate::stream::read::labels::{self, Kind, MAX_ROWS};
@@ -92,18 +93,27 @@ pub fn file(log: &Path) -> PathBuf {
     beside(log, "labels.csv")
 }
 
+/// The text of the label file of a recording, and its labels; `None` where it has no such file.
+///
+/// # Errors
+/// A file that cannot be read as labels of this recording, or is in none of the folders.
+pub fn read_table(opened: &Opened, folders: &AllowedFolders) -> Result<Option<(String, labels::Labels)>, InputError> {
+    let path = file(&opened.log);
+    if path.symlink_metadata().is_err() {
+        return Ok(None);
+    }
+    let text = text::whole(&folders.open(&path)?, &path, MAX_BYTES)?;
+    let found = labels::table(text.as_bytes(), &path, &opened.log, &opened.row_time)?;
+    Ok(Some((text, found)))
+}
+
 /// Reads the labels of a recording; none where it has no label file. Lines that name no track are about `only`.
 ///
 /// # Errors
-/// A file that cannot be read as labels of this recording.
-pub fn read(opened: &Opened, only: Option<Who>) -> Result<Labels, InputError> {
-    let path = file(&opened.log);
-    if !path.is_file() {
-        return Ok(Labels::default());
-    }
-    let text = text::read(&path, MAX_BYTES)?;
+/// As [`read_table`]; labels that contradict each other.
+pub fn read(opened: &Opened, only: Option<Who>, folders: &AllowedFolders) -> Result<Labels, InputError> {
+    let Some((text, found)) = read_table(opened, folders)? else { return Ok(Labels::default()) };
     let said = said(&text);
-    let found = labels::read(&path, &opened.log, &opened.row_time)?;
     // What is read of such rows is not what stands there, and would be saved.
     if found.contradicted_s > 0.0 {
         let time = number(found.contradicted_s);
@@ -147,15 +157,16 @@ fn version(text: &str) -> String {
 /// same time.
 ///
 /// # Errors
-/// Where the file is of another version, a line is wrong, or the file cannot be written.
+/// Where the file is of another version, a line is wrong, or the file cannot be written, or only outside of the folders.
 pub fn write(
     opened: &Opened,
     only: Option<Who>,
     base: &str,
     lines: Vec<Line>,
     known: &Known,
+    folders: &AllowedFolders,
 ) -> Result<Labels, Refused> {
-    let before = read(opened, only)?;
+    let before = read(opened, only, folders)?;
     if before.version != base {
         return Err(Refused::Conflict(before));
     }
@@ -163,12 +174,12 @@ pub fn write(
     let path = file(&opened.log);
     let mut files = Files::default();
     if lines.is_empty() {
-        files.remove(&path);
+        files.remove_in(folders, &path)?;
         files.commit()?;
         return Ok(Labels::default());
     }
     let text = table(&lines)?;
-    files.add(&path, |out| out.write_all(text.as_bytes()))?;
+    files.add_in(folders, &path, |out| out.write_all(text.as_bytes()))?;
     files.commit()?;
     Ok(Labels { version: version(&text), lines })
 }

@@ -4,13 +4,15 @@
 //! be said of such rules: their files, and the names that they declare.
 
 use super::against::Other;
-use super::{labels, score};
+use super::labels::{self, Labels};
+use super::score;
 use crate::analysis::Who;
 use crate::analysis::score::Tally;
 use crate::base::diagnostic::Sources;
 use crate::base::error::ErrorKind;
 use crate::language::{self, Request, Survey};
 use crate::session::{Analysis, Error, Log};
+use crate::stream::allowed_folders::AllowedFolders;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -36,6 +38,8 @@ pub struct Loaded {
     pub now: Outcome,
     /// By the rules that these are held against, or why there is nothing.
     pub other: Option<Other>,
+    /// Where the files beside the recording are.
+    pub folders: AllowedFolders,
 }
 
 /// What came of rules.
@@ -97,18 +101,24 @@ impl Loaded {
 
     /// The only track, which labels that name none are about.
     pub fn only(&self) -> Option<Who> {
-        match self.now.shown.found().tracks.as_slice() {
-            [track] => Some(track.who),
-            _ => None,
-        }
+        self.now.shown.found().only()
+    }
+
+    /// The labels.
+    ///
+    /// # Errors
+    /// A label file that cannot be read.
+    pub fn labels(&self) -> Result<Labels, Error> {
+        let read = labels::read(self.log().opened()?, self.only(), &self.folders);
+        read.map_err(|error| Error::new(error, ErrorKind::Argument))
     }
 
     /// What is known of the label file.
     pub fn agreement(&self) -> Agreement {
         let read = || {
-            let opened = self.log().opened()?;
-            let labels = labels::read(opened, self.only()).map_err(|error| Error::new(error, ErrorKind::Argument))?;
-            let tally = |rules: &Outcome| rules.runs().ok().map_or(Ok(None), score::tally);
+            let labels = self.labels()?;
+            let tally =
+                |rules: &Outcome| rules.runs().ok().map_or(Ok(None), |rules| score::tally(rules, &self.folders));
             let now = tally(&self.now)?;
             let is_same = self.base.shown.meta() == self.now.shown.meta();
             let base = if is_same { now.clone() } else { tally(&self.base)? };

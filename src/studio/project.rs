@@ -13,10 +13,11 @@ use crate::base::diagnostic::Source;
 use crate::base::error::{ErrorKind, InputError};
 use crate::session::files;
 use crate::session::{Analysis, Error, LogOptions, RulesOptions};
-use crate::stream::read::formats;
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::read::{csv, formats};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 /// The values that recordings in memory have together, about; the newest stays in any case.
@@ -84,6 +85,42 @@ pub struct Recording {
     pub log: PathBuf,
     /// Its name in the list.
     pub name: String,
+    /// Where it and the files beside it are.
+    folders: AllowedFolders,
+    /// Whether the command line names it.
+    is_named: bool,
+}
+
+impl Recording {
+    /// A recording that was found at a path of the command line.
+    fn new(name: String, log: PathBuf, path: &Path) -> Result<Self, InputError> {
+        let file = formats::without_episode(&log);
+        let above = file.parent().map(Path::to_path_buf).unwrap_or_default();
+        let named = if path.is_dir() { Some(AllowedFolders::of(path)?) } else { None };
+        let folders = match named.filter(|folders| folders.has(&Path::new(".").join(&above))) {
+            Some(folders) => folders,
+            None => AllowedFolders::of(&above)?,
+        };
+        let is_named = file == formats::without_episode(path);
+        Ok(Self { log, name, folders, is_named })
+    }
+
+    /// Refuses a recording with files that are elsewhere; the command line may name a link.
+    fn check(&self) -> Result<(), InputError> {
+        let log = formats::without_episode(&self.log);
+        if log.is_dir() {
+            let folders = AllowedFolders::of(&log)?;
+            // What is wrong otherwise shows when it is opened.
+            return formats::files_of(&self.log)
+                .unwrap_or_default()
+                .iter()
+                .try_for_each(|file| folders.check(file).map(drop));
+        }
+        let own = Some(log.clone()).filter(|_| !self.is_named);
+        let around = ["scene.yaml", "events.csv"].into_iter().flat_map(|ending| csv::beside(&log, ending));
+        let mut there = own.into_iter().chain(around).filter(|file| file.symlink_metadata().is_ok());
+        there.try_for_each(|file| self.folders.check(&file).map(drop))
+    }
 }
 
 /// What changes.
@@ -156,12 +193,15 @@ impl Studio {
         for path in &paths {
             // A set or a file of several recordings stands for all of them.
             let several = if formats::recording_of(path).is_none() { formats::all_of(path)? } else { None };
-            match several {
-                Some(logs) => found.extend(logs.into_iter().map(|log| (formats::stem(&log), log))),
+            let logs: Vec<(String, PathBuf)> = match several {
+                Some(logs) => logs.into_iter().map(|log| (formats::stem(&log), log)).collect(),
                 None => {
                     let logs = files::recordings(std::slice::from_ref(path), binding.as_deref(), each)?;
-                    found.extend(logs.into_iter().map(|one| (one.name.display().to_string(), one.log)));
+                    logs.into_iter().map(|one| (one.name.display().to_string(), one.log)).collect()
                 }
+            };
+            for (name, log) in logs {
+                found.push(Recording::new(name, log, path)?);
             }
         }
         if found.len() > MAX_RECORDINGS {
@@ -169,12 +209,11 @@ impl Studio {
             return Err(InputError::new("studio", message).help("name fewer, such as `set#0..999`"));
         }
         let mut seen = BTreeSet::new();
-        found.retain(|(_, log)| seen.insert(log.clone()));
-        let recordings: Vec<Recording> = found.into_iter().map(|(name, log)| Recording { log, name }).collect();
-        let rows = vec![Row::default(); recordings.len()];
+        found.retain(|recording: &Recording| seen.insert(recording.log.clone()));
+        let rows = vec![Row::default(); found.len()];
         let state = Mutex::new(State { rows, revision: 1, ..State::default() });
         Ok(Self {
-            recordings,
+            recordings: found,
             source,
             rules,
             against,
@@ -185,6 +224,10 @@ impl Studio {
             fit_wake: Condvar::new(),
             who,
         })
+    }
+
+    fn recording(&self, at: usize) -> Result<&Recording, Error> {
+        self.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))
     }
 
     pub(super) fn state(&self) -> MutexGuard<'_, State> {
@@ -241,7 +284,8 @@ impl Studio {
             (Some(same), _) => same.base.clone(),
             (None, Some(known)) => by(&known.base.shown, &self.rules)?,
             (None, None) => {
-                let recording = self.recordings.get(at).ok_or_else(|| Error::internal("there is no such recording"))?;
+                let recording = self.recording(at)?;
+                recording.check().map_err(|error| Error::new(error, ErrorKind::Io))?;
                 let log = self.source.clone().open(&recording.log)?;
                 log.read()?;
                 let found = self.rules.clone().for_log(&log).and_then(|rules| rules.analyze(&log));
@@ -265,7 +309,8 @@ impl Studio {
             found.map(Arc::new).map_err(|error| error.to_string())
         };
         let other = other.or_else(|| self.against.as_ref().map(|(_, rules)| by_other(rules)));
-        Ok(Loaded { generation, epoch, base, now, other })
+        let folders = self.recording(at)?.folders.clone();
+        Ok(Loaded { generation, epoch, base, now, other, folders })
     }
     /// Analyzes a recording and puts what was found into its row.
     ///
@@ -276,7 +321,8 @@ impl Studio {
         let ran = loaded.as_ref().map_err(Error::clone).and_then(|loaded| loaded.now.runs());
         let outcome = ran.map(summary).map_err(|error| error.to_string());
         let agreement = loaded.as_ref().map(|loaded| loaded.agreement()).unwrap_or_default();
-        let both = |loaded: &Arc<Loaded>| Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?));
+        let both =
+            |loaded: &Arc<Loaded>| Some(Against::of(loaded.now.runs().ok()?, loaded.other.as_ref()?, &loaded.folders));
         let against = loaded.as_ref().ok().and_then(both);
         let mut state = self.state();
         let generation = loaded.as_ref().map_or(state.generation, |loaded| loaded.generation);
@@ -361,8 +407,7 @@ impl Studio {
     /// # Errors
     /// A recording or a label file that cannot be read.
     pub fn labels(&self, at: usize) -> Result<Labels, Error> {
-        let loaded = self.loaded(at)?;
-        labels::read(loaded.log().opened()?, loaded.only()).map_err(|error| Error::new(error, ErrorKind::Argument))
+        self.loaded(at)?.labels()
     }
 
     /// Saves the labels of a recording in the place of version `base`, and scores them.
@@ -374,7 +419,7 @@ impl Studio {
         let saved = {
             let _saving = self.saving.lock().unwrap_or_else(PoisonError::into_inner);
             let known = Known::new(loaded.now.set());
-            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known)
+            labels::write(loaded.log().opened()?, loaded.only(), base, lines, &known, &loaded.folders)
         };
         self.refresh(at)?;
         Ok(saved)

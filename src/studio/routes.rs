@@ -8,7 +8,6 @@ use super::video::videos;
 use super::{against, export, tune};
 use crate::analysis::UNKNOWN;
 use crate::analysis::score::Known;
-use crate::base::error::InputError;
 use crate::base::hands::Who;
 use crate::report::page;
 use crate::serve::{Content, Page, Request, Response};
@@ -17,7 +16,6 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::sync::Arc;
 
 /// The page, with the place of a recording in it.
@@ -160,14 +158,12 @@ fn body<T: DeserializeOwned>(request: &Request, answer: impl FnOnce(T) -> Result
 fn video(at: &str, place: &str, studio: &Studio) -> Response {
     let found = number(at, studio).zip(place.parse::<usize>().ok()).and_then(|(at, place)| {
         let loaded = studio.loaded(at).ok()?;
-        videos(loaded.log()).ok()?.into_iter().nth(place)
+        videos(loaded.log(), &loaded.folders).ok()?.into_iter().nth(place)
     });
     let Some(video) = found else { return nothing() };
-    match File::open(&video.file) {
+    match video.open() {
         Ok(file) => Response { status: 200, kind: video.kind(), content: Content::File(file) },
-        Err(error) => {
-            Response::refused(422, &InputError::unreadable(video.file.display().to_string(), &error).to_string())
-        }
+        Err(error) => Response::refused(422, &error.to_string()),
     }
 }
 
@@ -233,7 +229,7 @@ fn recording(at: usize, loaded: &Arc<Loaded>, studio: &Studio) -> Result<Value, 
         Err(error) => (Value::Null, Some(error.to_string())),
     };
     let against = against::lanes(loaded.other.as_ref(), studio.against.as_ref().map(|(name, _)| name.as_str()));
-    let found = videos(analysis.log());
+    let found = videos(analysis.log(), &loaded.folders);
     let videos =
         found.unwrap_or_default().into_iter().map(|one| json!({ "camera": one.camera, "offset": one.offset_s }));
     Ok(json!({

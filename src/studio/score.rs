@@ -1,17 +1,22 @@
 //! How well rules agree with the labels of a recording: the counts of `score --labels`.
 
 use super::labels;
+use crate::analysis::Analysis as Found;
 use crate::analysis::score::{Comparison, Known, NameMap, Side, Stage, Tally, Truth, compare, score};
 use crate::base::error::{ErrorKind, InputError};
-use crate::session::{Analysis, Error, Labels};
+use crate::session::score::meets;
+use crate::session::{Analysis, Error};
+use crate::stream::Opened;
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::read::labels::Labels as Table;
 use serde_json::{Value, json};
 
 /// The counts of a recording; none where it has no label file.
 ///
 /// # Errors
 /// Labels that cannot be read, or that name what the rules do not have.
-pub fn tally(analysis: &Analysis) -> Result<Option<Tally>, Error> {
-    let Some((truth, _)) = truth(analysis)? else { return Ok(None) };
+pub fn tally(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<Tally>, Error> {
+    let Some((truth, _)) = truth(analysis, folders)? else { return Ok(None) };
     let rows = score(&truth, analysis.found(), Stage::Relabeled, analysis.meta()).map_err(argument)?;
     let mut all = Tally::default();
     rows.iter().for_each(|row| all.add(&row.tally));
@@ -22,23 +27,31 @@ pub fn tally(analysis: &Analysis) -> Result<Option<Tally>, Error> {
 ///
 /// # Errors
 /// As [`tally`].
-pub fn compared(now: &Analysis, other: &Analysis) -> Result<Option<Comparison>, Error> {
-    let (Some((one, known)), Some((two, known_by_other))) = (truth(now)?, truth(other)?) else { return Ok(None) };
+pub fn compared(now: &Analysis, other: &Analysis, folders: &AllowedFolders) -> Result<Option<Comparison>, Error> {
+    let (Some((one, known)), Some((two, known_by_other))) = (truth(now, folders)?, truth(other, folders)?) else {
+        return Ok(None);
+    };
     let one = Side { truth: &one, found: now.found(), meta: now.meta(), known: &known };
     let two = Side { truth: &two, found: other.found(), meta: other.meta(), known: &known_by_other };
     compare([&one, &two]).map(Some).map_err(argument)
 }
 
 /// The labels of a recording, in the names of the rules.
-fn truth(analysis: &Analysis) -> Result<Option<(Truth, Known)>, Error> {
+fn truth(analysis: &Analysis, folders: &AllowedFolders) -> Result<Option<(Truth, Known)>, Error> {
     let opened = analysis.log().opened()?;
-    let file = labels::file(&opened.log);
-    if !file.is_file() {
-        return Ok(None);
-    }
+    let Some((_, labels)) = labels::read_table(opened, folders).map_err(argument)? else { return Ok(None) };
     let known = Known::new(analysis.rules().set());
-    let (truth, _) = Labels::file(file).of(opened, analysis.found(), &NameMap::default(), &known).map_err(argument)?;
+    let truth = truth_of(&labels, opened, analysis.found(), &known).map_err(argument)?;
     Ok(Some((truth, known)))
+}
+
+/// What labels say is true of a recording.
+///
+/// # Errors
+/// Labels of another time, or that name what the rules do not have.
+pub fn truth_of(labels: &Table, opened: &Opened, found: &Found, known: &Known) -> Result<Truth, InputError> {
+    meets(labels, &opened.recording.time)?;
+    Truth::of_labels(labels, found.only(), &NameMap::default(), known)
 }
 
 fn argument(error: InputError) -> Error {

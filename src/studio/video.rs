@@ -3,6 +3,8 @@
 use super::labels::beside;
 use crate::base::error::InputError;
 use crate::session::Log;
+use crate::stream::allowed_folders::AllowedFolders;
+use std::fs::File;
 use std::path::PathBuf;
 
 /// Endings of files beside a recording, with their media types.
@@ -16,9 +18,19 @@ pub struct Video {
     pub file: PathBuf,
     /// What is added to a time of the recording for the time in the file, s.
     pub offset_s: f64,
+    /// Where the file is.
+    folders: AllowedFolders,
 }
 
 impl Video {
+    /// Opens the file.
+    ///
+    /// # Errors
+    /// When it cannot be opened, or is a link out of the folder of the recording.
+    pub fn open(&self) -> Result<File, InputError> {
+        self.folders.open(&self.file)
+    }
+
     /// The media type.
     pub fn kind(&self) -> &'static str {
         let is_of =
@@ -27,29 +39,35 @@ impl Video {
     }
 }
 
-/// The videos of a recording.
+/// The videos of a recording; those beside it are in the folders.
 ///
 /// # Errors
 /// A data set that is not as it should be.
-pub fn videos(log: &Log) -> Result<Vec<Video>, InputError> {
+pub fn videos(log: &Log, folders: &AllowedFolders) -> Result<Vec<Video>, InputError> {
     let mut found = of_set(log)?;
-    let own = KINDS.iter().map(|(ending, _)| beside(log.path(), ending)).filter(|file| file.is_file());
-    found.extend(own.map(|file| Video { camera: "video".into(), file, offset_s: 0.0 }));
+    let own = KINDS.iter().map(|(ending, _)| beside(log.path(), ending));
+    // What cannot be opened is refused by its name.
+    let own = own.filter(|file| file.symlink_metadata().is_ok_and(|there| !there.is_dir()));
+    found.extend(own.map(|file| Video { camera: "video".into(), file, offset_s: 0.0, folders: folders.clone() }));
     Ok(found)
 }
 
 #[cfg(feature = "parquet")]
 fn of_set(log: &Log) -> Result<Vec<Video>, InputError> {
     use crate::stream::read::formats;
+    use crate::stream::read::formats::lerobot::video::Video as Stored;
     let folder = formats::without_episode(log.path());
     if !formats::is_set(&folder) {
         return Ok(Vec::new());
     }
+    let folders = AllowedFolders::of(&folder)?;
     let episode = formats::recording_of(log.path());
     let videos = formats::lerobot::video::videos(&folder, episode.as_deref())?;
     // Stamps of a set begin at 0 with each episode.
     let zero = log.zero_stamp_s();
-    Ok(videos.into_iter().map(|it| Video { camera: it.camera, file: it.file, offset_s: it.from_s + zero }).collect())
+    let shown =
+        |it: Stored| Video { camera: it.camera, file: it.file, offset_s: it.from_s + zero, folders: folders.clone() };
+    Ok(videos.into_iter().map(shown).collect())
 }
 
 #[cfg(not(feature = "parquet"))]

@@ -55,6 +55,8 @@ mod inspect;
 #[cfg(all(feature = "cli", feature = "mcap"))]
 mod labeled_bags;
 mod language;
+#[cfg(all(feature = "world", feature = "studio", feature = "parquet", feature = "hdf5", unix))]
+mod links;
 #[cfg(feature = "cli")]
 mod live;
 #[cfg(all(feature = "world", feature = "cli"))]

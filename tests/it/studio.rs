@@ -4,6 +4,8 @@ pub mod against;
 mod editor;
 pub mod fit;
 mod labels;
+#[cfg(unix)]
+mod links;
 mod page;
 mod server;
 

@@ -2,7 +2,7 @@
 
 use crate::base::error::InputError;
 use std::fs::{File, FileType, OpenOptions};
-use std::io::Error;
+use std::io::{Error, ErrorKind};
 use std::path::Path;
 
 const PIPE: &str = "a pipe";
@@ -31,6 +31,15 @@ pub fn open(path: &Path) -> Result<File, InputError> {
     // A pipe may have taken its place since then.
     checked(file.metadata().map_err(failed)?.file_type())?;
     Ok(file)
+}
+
+/// Opens a folder.
+///
+/// # Errors
+/// When it cannot be opened, or is none.
+pub fn open_folder(path: &Path) -> std::io::Result<File> {
+    let folder = at_once(path)?;
+    if folder.metadata()?.is_dir() { Ok(folder) } else { Err(ErrorKind::NotADirectory.into()) }
 }
 
 /// Opens what is there without waiting for the other end of a pipe.

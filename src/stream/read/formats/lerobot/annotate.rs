@@ -17,10 +17,12 @@ use super::super::parquet::language::{self, COLUMN, Episodes, Row};
 use super::super::parquet::rewrite;
 use super::{MAX_INFO, Set, info, lists_in};
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
 use crate::stream::atomic_write::Folder;
+use crate::stream::read::file;
 use crate::stream::read::formats::parquet;
 use crate::stream::read::sheet::Cells;
-use files::{cannot, copy_file, files_in, opened, write_bytes};
+use files::{cannot, copy_file, write_bytes};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -64,8 +66,12 @@ pub struct Request<'a> {
 /// A set that labels can be written into.
 pub struct Annotated {
     folder: PathBuf,
+    /// Where its files are.
+    folders: AllowedFolders,
     set: Set,
     is_v2: bool,
+    /// All files, by their paths in the set.
+    all: Vec<PathBuf>,
     /// The data files.
     files: BTreeSet<PathBuf>,
     /// The stamps of each episode, s.
@@ -110,8 +116,11 @@ impl Annotated {
     /// Opens a set, and reads its stamps and the language that it has.
     ///
     /// # Errors
-    /// When it is no set, is damaged, or a data file has no stamps.
+    /// When it is no set, is damaged, has a link that leads out of it or nowhere, or a pipe, or a data file has no stamps.
     pub fn open(folder: &Path) -> Result<Self, InputError> {
+        // What a copy cannot have is found before anything is read or written.
+        let folders = AllowedFolders::of(folder)?;
+        let all = files::files_of(folder, &folders)?;
         let set = Set::read(folder)?;
         let is_v2 = set.text("codebase_version")?.starts_with("v2");
         let mut files = BTreeSet::new();
@@ -128,10 +137,10 @@ impl Annotated {
         let (mut stamps, mut known) = (BTreeMap::<usize, Vec<f64>>::new(), Episodes::new());
         for path in &files {
             let name = path.display().to_string();
-            read_stamps(path, &name, &mut stamps)?;
-            known.extend(language::read(opened(path)?, &name)?.unwrap_or_default());
+            read_stamps(folders.open(path)?, &name, &mut stamps)?;
+            known.extend(language::read(folders.open(path)?, &name)?.unwrap_or_default());
         }
-        Ok(Self { folder: folder.to_path_buf(), set, is_v2, files, stamps, known })
+        Ok(Self { folder: folder.to_path_buf(), folders, set, is_v2, all, files, stamps, known })
     }
 
     /// Refuses forms that sets of this version do not have.
@@ -202,7 +211,7 @@ impl Annotated {
                         return there(format!("has {what} already"));
                     }
                     for list in self.lists()? {
-                        let known = rewrite::names(opened(&list)?, &list.display().to_string())?;
+                        let known = rewrite::names(self.opened(&list)?, &list.display().to_string())?;
                         let ours = |name: &&String| styles.iter().any(|style| sarm::is_column(style, name));
                         if let Some(name) = known.iter().find(ours) {
                             return there(format!("has the column `{name}` in `meta/episodes` already"));
@@ -235,7 +244,7 @@ impl Annotated {
             return Ok(Some(format!("`{}`", file.display())));
         }
         for file in self.files.iter().filter(|_| !columns.is_empty()) {
-            let known = rewrite::names(opened(file)?, &file.display().to_string())?;
+            let known = rewrite::names(self.opened(file)?, &file.display().to_string())?;
             if let Some(name) = known.iter().find(|name| columns.contains(name)) {
                 return Ok(Some(format!("the column `{name}`")));
             }
@@ -272,25 +281,24 @@ impl Annotated {
         let described = info(Path::new(""));
         changes.files.insert(described, self.new_info(&changes, request.provenance)?);
         let folder = Folder::new(copy)?;
-        let mut others = vec![];
-        files_in(&self.folder, Path::new(""), 0, &mut others)?;
         let lists: BTreeSet<PathBuf> =
             if changes.episodes.is_empty() { vec![] } else { self.lists()? }.into_iter().collect();
-        let total = others.len().max(1) as f64;
+        let total = self.all.len().max(1) as f64;
         let mut counts = BTreeMap::new();
         let keys = [(PROVENANCE, request.provenance.to_string())];
-        for (at, file) in others.iter().enumerate() {
+        for (at, file) in self.all.iter().enumerate() {
             let (from, to) = (self.folder.join(file), folder.path().join(file));
             files::make_parent(&to, copy)?;
             if self.files.contains(&from) && !changes.frames.is_empty() {
-                let columns = frame_columns(&from, &changes.frames, &mut counts)?;
-                rewritten(&from, &to, copy, &columns, &keys)?;
+                let columns = frame_columns(self.opened(&from)?, &from, &changes.frames, &mut counts)?;
+                self.rewritten(&from, &to, copy, &columns, &keys)?;
             } else if lists.contains(&from) {
-                rewritten(&from, &to, copy, &episode_columns(&from, &changes.episodes)?, &keys)?;
+                let columns = episode_columns(self.opened(&from)?, &from, &changes.episodes)?;
+                self.rewritten(&from, &to, copy, &columns, &keys)?;
             } else if let Some(bytes) = changes.files.remove(file) {
                 write_bytes(&to, copy, &bytes)?;
             } else {
-                copy_file(&from, &to, copy)?;
+                copy_file(&from, &to, copy, &self.folders)?;
             }
             progress((at + 1) as f64 / total);
         }
@@ -310,6 +318,35 @@ impl Annotated {
         let mut changes = Changes::default();
         prelabels::add(&mut changes, &self.folder, &self.stamps, request)?;
         Ok(changes.files.remove(Path::new(prelabels::FILE)).unwrap_or_default())
+    }
+
+    /// Opens a file of the set.
+    fn opened(&self, path: &Path) -> Result<File, InputError> {
+        self.folders.open(path)
+    }
+
+    /// Writes a file of the copy with other columns, and compares it with that of the set.
+    fn rewritten(
+        &self,
+        from: &Path,
+        to: &Path,
+        copy: &Path,
+        columns: &[Column],
+        keys: &[(&str, String)],
+    ) -> Result<(), InputError> {
+        let name = from.display().to_string();
+        let new = File::create_new(to).map_err(|error| cannot(copy, &error))?;
+        let mut out = files::Noted { out: BufWriter::new(new), failed: None };
+        let written = rewrite::write(self.opened(from)?, &name, columns, keys, &mut out);
+        // The writer of the format calls a full disk a damaged file.
+        if let Some(error) = &out.failed {
+            return Err(cannot(copy, error));
+        }
+        written?;
+        let mut out = out.out;
+        out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| cannot(copy, &error))?;
+        drop(out);
+        rewrite::compare(self.opened(from)?, file::open(to)?, &name, columns)
     }
 
     /// All rows of language: those of other styles that are there, and the labels.
@@ -378,37 +415,15 @@ fn is_ours(row: &Row, styles: &[&str]) -> bool {
     row.role == ROLE && row.style.as_deref().is_some_and(|style| styles.contains(&style))
 }
 
-/// Writes a file of the copy with other columns, and compares it with that of the set.
-fn rewritten(
-    from: &Path,
-    to: &Path,
-    copy: &Path,
-    columns: &[Column],
-    keys: &[(&str, String)],
-) -> Result<(), InputError> {
-    let name = from.display().to_string();
-    let file = File::create_new(to).map_err(|error| cannot(copy, &error))?;
-    let mut out = files::Noted { out: BufWriter::new(file), failed: None };
-    let written = rewrite::write(opened(from)?, &name, columns, keys, &mut out);
-    // The writer of the format calls a full disk a damaged file.
-    if let Some(error) = &out.failed {
-        return Err(cannot(copy, error));
-    }
-    written?;
-    let mut out = out.out;
-    out.flush().and_then(|()| out.get_ref().sync_all()).map_err(|error| cannot(copy, &error))?;
-    drop(out);
-    rewrite::compare(opened(from)?, opened(to)?, &name, columns)
-}
-
 /// The new columns of a data file. `counts` has how many rows of each episode were in files before.
 fn frame_columns<'a>(
+    file: File,
     path: &Path,
     new: &'a [FrameColumn],
     counts: &mut BTreeMap<usize, usize>,
 ) -> Result<Vec<Column<'a>>, InputError> {
     let name = path.display().to_string();
-    let memory = parquet::read(opened(path)?, &name, |column| column == "episode_index")?;
+    let memory = parquet::read(file, &name, |column| column == "episode_index")?;
     let episodes = episodes_of(memory.columns().get("episode_index"), &name)?;
     let mut places = Vec::with_capacity(episodes.len());
     for episode in episodes {
@@ -431,9 +446,9 @@ fn frame_columns<'a>(
 }
 
 /// The new columns of a list of episodes.
-fn episode_columns(path: &Path, new: &[EpisodeColumn]) -> Result<Vec<Column<'static>>, InputError> {
+fn episode_columns(file: File, path: &Path, new: &[EpisodeColumn]) -> Result<Vec<Column<'static>>, InputError> {
     let name = path.display().to_string();
-    let memory = parquet::read(opened(path)?, &name, |column| column == "episode_index")?;
+    let memory = parquet::read(file, &name, |column| column == "episode_index")?;
     let episodes = episodes_of(memory.columns().get("episode_index"), &name)?;
     fn of<T: Clone>(episodes: &[usize], lists: &BTreeMap<usize, Vec<T>>) -> Vec<Option<Vec<T>>> {
         episodes.iter().map(|episode| lists.get(episode).cloned()).collect()
@@ -460,8 +475,8 @@ fn episodes_of(column: Option<&Cells>, name: &str) -> Result<Vec<usize>, InputEr
 }
 
 /// Reads which stamps the episodes of a file have.
-fn read_stamps(path: &Path, name: &str, stamps: &mut BTreeMap<usize, Vec<f64>>) -> Result<(), InputError> {
-    let memory = parquet::read(opened(path)?, name, |column| ["episode_index", "timestamp"].contains(&column))?;
+fn read_stamps(file: File, name: &str, stamps: &mut BTreeMap<usize, Vec<f64>>) -> Result<(), InputError> {
+    let memory = parquet::read(file, name, |column| ["episode_index", "timestamp"].contains(&column))?;
     let column = |wanted: &str| match memory.columns().get(wanted) {
         Some(Cells::Numbers(numbers)) => Ok(numbers),
         _ => Err(InputError::new(name, format!("the column `{wanted}` is not there"))),

@@ -1,18 +1,16 @@
 //! The files of a copy.
 
 use crate::base::error::InputError;
+use crate::stream::allowed_folders::AllowedFolders;
+use crate::stream::read::file;
 use serde_json::Value;
 use std::fs::File;
-use std::io::{Read as _, Write as _};
+use std::io::{Read as _, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 
 /// How deep the folders of a set may be nested, and how many files it may have.
 const DEEPEST: usize = 16;
 const MAX_FILES: usize = 1 << 20;
-
-pub(super) fn opened(path: &Path) -> Result<File, InputError> {
-    File::open(path).map_err(|error| InputError::unreadable(path.display().to_string(), &error))
-}
 
 pub(super) fn cannot(copy: &Path, error: &std::io::Error) -> InputError {
     InputError::unwritable(copy.display().to_string(), error)
@@ -48,8 +46,23 @@ impl<W: std::io::Write> std::io::Write for Noted<W> {
     }
 }
 
-/// The files of a folder and its subfolders, by path. Links are followed, as those of a cache.
-pub(super) fn files_in(root: &Path, below: &Path, depth: usize, found: &mut Vec<PathBuf>) -> Result<(), InputError> {
+/// The files of a set, by their paths in it. Links that lead to files of the set, or of the cache that it is in, are followed.
+///
+/// # Errors
+/// What is no such file, by its name: a link that leads elsewhere or nowhere, a pipe.
+pub(super) fn files_of(root: &Path, folders: &AllowedFolders) -> Result<Vec<PathBuf>, InputError> {
+    let mut found = vec![];
+    files_in(root, Path::new(""), folders, 0, &mut found)?;
+    Ok(found)
+}
+
+fn files_in(
+    root: &Path,
+    below: &Path,
+    folders: &AllowedFolders,
+    depth: usize,
+    found: &mut Vec<PathBuf>,
+) -> Result<(), InputError> {
     let folder = root.join(below);
     let failed = |error: std::io::Error| InputError::unreadable(folder.display().to_string(), &error);
     if depth > DEEPEST || found.len() > MAX_FILES {
@@ -63,8 +76,14 @@ pub(super) fn files_in(root: &Path, below: &Path, depth: usize, found: &mut Vec<
     names.sort();
     for name in names {
         let file = below.join(name);
-        if root.join(&file).is_dir() {
-            files_in(root, &file, depth + 1, found)?;
+        let path = root.join(&file);
+        if folders.check(&path)? {
+            let real = |path: &Path| std::fs::canonicalize(path).unwrap_or_default();
+            if path.is_symlink() && real(&folder).starts_with(real(&path)) {
+                let message = "is a link to a folder that it is in, which a copy cannot have";
+                return Err(InputError::new(path.display().to_string(), message).help("delete the link"));
+            }
+            files_in(root, &file, folders, depth + 1, found)?;
         } else {
             found.push(file);
         }
@@ -73,10 +92,17 @@ pub(super) fn files_in(root: &Path, below: &Path, depth: usize, found: &mut Vec<
 }
 
 /// Copies a file and compares the copy with it.
-pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path) -> Result<(), InputError> {
-    std::fs::copy(from, to).map_err(|error| cannot(copy, &error))?;
-    let (mut one, mut other) = (opened(from)?, opened(to)?);
-    other.sync_all().map_err(|error| cannot(copy, &error))?;
+pub(super) fn copy_file(from: &Path, to: &Path, copy: &Path, folders: &AllowedFolders) -> Result<(), InputError> {
+    let mut one = folders.open(from)?;
+    let mut copied = || {
+        let mut other = File::create_new(to)?;
+        std::io::copy(&mut one, &mut other)?;
+        other.set_permissions(one.metadata()?.permissions())?;
+        other.sync_all()?;
+        one.rewind()
+    };
+    copied().map_err(|error| cannot(copy, &error))?;
+    let mut other = file::open(to)?;
     let failed = |error: std::io::Error| InputError::unreadable(from.display().to_string(), &error);
     let (mut ours, mut theirs) = (vec![0; 1 << 16], vec![0; 1 << 16]);
     loop {
