@@ -51,12 +51,19 @@ impl Duplex {
 
     /// Ends the connection in good order; who reads or writes it is no longer held up.
     pub fn close(&self) {
+        self.close_writing();
+        self.hang_up();
+    }
+
+    /// Says that nothing more comes from here; what the other side sends can still be read.
+    pub fn close_writing(&self) {
         #[cfg(feature = "tls")]
         if let Some(tls) = &self.0.tls {
             let _turn = self.0.turn();
             tls.close(&self.0.tcp);
         }
-        self.hang_up();
+        // It may be gone already.
+        let _ = self.0.tcp.shutdown(Shutdown::Write);
     }
 
     /// Ends the connection at once.

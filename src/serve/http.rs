@@ -12,10 +12,16 @@ use std::time::Duration;
 const MAX_HEAD: usize = 16 << 10;
 /// The most fields of a head.
 const MAX_FIELDS: usize = 64;
+/// Fields that decide, and have one value.
+const ONCE: [&str; 6] = ["Host", "Origin", "Content-Type", "Content-Length", "Range", "Sec-WebSocket-Key"];
 /// The longest body, bytes.
 pub const MAX_BODY: usize = 8 << 20;
+/// How much of a request that was refused is read, so that the other side reads the answer, bytes.
+const MAX_LEFT: u64 = 1 << 30;
 /// How long a connection may be silent.
 const SILENCE: Duration = Duration::from_secs(30);
+/// The same of one whose request was refused.
+const LAST_SILENCE: Duration = Duration::from_secs(2);
 /// Nothing but what this server has: no script in the page itself, no frame around it, nothing from elsewhere. Colors of bars are attributes.
 const POLICY: &str = "default-src 'none'; style-src 'self'; style-src-attr 'unsafe-inline'; img-src 'self' data:; \
      media-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
@@ -33,7 +39,7 @@ pub struct Request {
     pub host: String,
     /// The field `Origin`.
     pub origin: Option<String>,
-    /// The field `Content-Type`.
+    /// The media type of the field `Content-Type`, without parameters, in small letters.
     pub content_type: String,
     /// The first and the last byte that are asked for, of a file.
     pub range: Option<Range>,
@@ -160,6 +166,14 @@ impl Connection {
         Ok(request)
     }
 
+    /// Reads what the other side still sends of a request that was refused, and does nothing with it: bytes that nobody has read would take the answer with
+    /// them when the connection ends.
+    pub fn finish(&self) -> Result<()> {
+        self.stream.close_writing();
+        self.stream.tcp().set_read_timeout(Some(LAST_SILENCE))?;
+        std::io::copy(&mut self.stream.tcp().take(MAX_LEFT), &mut std::io::sink()).map(|_| ())
+    }
+
     /// Goes on as a WebSocket, with the answer to its key: the stream, and what was read of it already.
     pub fn upgrade(mut self, accept: &str) -> Result<(Duplex, Vec<u8>)> {
         let head = format!(
@@ -239,18 +253,17 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
         Ok(httparse::Status::Partial) => return Ok(None),
         Err(error) => return refused(400, &format!("no HTTP request: {error}")),
     };
-    let field = |name: &str| {
-        let found = head.headers.iter().find(|field| field.name.eq_ignore_ascii_case(name));
-        found.map(|field| String::from_utf8_lossy(field.value).trim().to_string())
-    };
+    let fields = |name: &'static str| head.headers.iter().filter(move |field| field.name.eq_ignore_ascii_case(name));
+    // Of two values a proxy may have gone by the other one.
+    if let Some(name) = ONCE.into_iter().find(|name| fields(*name).count() > 1) {
+        return refused(400, &format!("the head of the request has `{name}` twice"));
+    }
+    let field = |name| fields(name).next().map(|field| String::from_utf8_lossy(field.value).trim().to_string());
     if field("Transfer-Encoding").is_some() {
         return refused(411, "a body in chunks is not taken, expected `Content-Length`");
     }
-    let lengths = head.headers.iter().filter(|field| field.name.eq_ignore_ascii_case("Content-Length")).count();
     let body = field("Content-Length").map_or(Ok(0), |text| text.parse::<usize>());
-    let Some(body) = body.ok().filter(|_| lengths < 2) else {
-        return refused(400, "`Content-Length` is no number");
-    };
+    let Ok(body) = body else { return refused(400, "`Content-Length` is no number") };
     let target = head.path.unwrap_or("/");
     let (path, query) = target.split_once('?').unwrap_or((target, ""));
     let Some(path) = decoded(path, false) else { return refused(400, "the path is not valid UTF-8") };
@@ -269,13 +282,18 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
         query,
         host: field("Host").unwrap_or_default(),
         origin: field("Origin"),
-        content_type: field("Content-Type").unwrap_or_default(),
+        content_type: field("Content-Type").map(|text| media_type(&text)).unwrap_or_default(),
         range: field("Range").as_deref().and_then(range),
         body: Vec::new(),
         closes,
         socket_key,
     };
     Ok(Some((request, length, body)))
+}
+
+/// The media type of `application/json; charset=utf-8`.
+fn media_type(text: &str) -> String {
+    text.split(';').next().unwrap_or_default().trim().to_ascii_lowercase()
 }
 
 /// The only part of a file that is asked for; several parts are answered with the whole.

@@ -173,7 +173,10 @@ impl Visit<'_> {
                     }
                 }
                 Err(NoRequest::Gone) => return Ok(()),
-                Err(NoRequest::Refused(response)) => return connection.send(None, response),
+                Err(NoRequest::Refused(response)) => {
+                    connection.send(None, response)?;
+                    return connection.finish();
+                }
             }
         }
     }
@@ -181,11 +184,10 @@ impl Visit<'_> {
     /// Answers who asks without TLS, in words.
     fn refuse_plain(&self) -> std::io::Result<()> {
         let mut connection = Connection::new(Duplex::new(self.stream.tcp().try_clone()?), false)?;
-        // What is not read would take the answer with it.
-        let _ = connection.next();
         connection.send(None, Response::refused(400, "the address begins with https://"))?;
+        let finished = connection.finish();
         self.stream.hang_up();
-        Ok(())
+        finished
     }
 }
 
@@ -226,7 +228,7 @@ impl Gate {
             "POST" | "PUT" => true,
             _ => return refused(405, "the method is not GET, HEAD, POST or PUT"),
         };
-        if changes && !request.content_type.starts_with("application/json") {
+        if changes && request.content_type != "application/json" {
             return refused(415, "the body is not application/json");
         }
         Ok((path, changes))

@@ -66,13 +66,51 @@ fn requests_are_bounded() {
     assert_eq!(send(&format!("{head}Content-Type: application/json\nContent-Length: 100000000000\n\n")), 413);
     assert_eq!(send(&format!("{head}Content-Type: application/json\nTransfer-Encoding: chunked\n\n0\n\n")), 411);
     assert_eq!(send(&format!("{head}Content-Type: application/json\nContent-Length: -1\n\n")), 400);
-    // What a form of another page can send without asking.
-    assert_eq!(send(&format!("{head}Content-Type: text/plain\nContent-Length: 2\n\n{{}}")), 415);
+    // What a form of another page can send without asking, and what only begins as JSON is called.
+    for kind in ["text/plain", "application/jsonx", "application/json-patch+json", "text/plain; application/json", ""] {
+        assert_eq!(send(&format!("{head}Content-Type: {kind}\nContent-Length: 2\n\n{{}}")), 415, "{kind}");
+    }
+    for kind in ["application/json", "Application/JSON", "application/json; charset=utf-8", "application/json ;x"] {
+        let kind = format!("Content-Type: {kind}\nContent-Length: 2\n\n{{}}");
+        let head = head.replace("api/list", "api/rules");
+        assert_eq!(send(&format!("{head}{kind}")), 200, "{kind}");
+    }
+    // A field that decides has one value.
+    let own = format!("Host: {host}");
+    for field in ["Host: example.org", &own, "Content-Type: application/json", "Content-Length: 2"] {
+        let twice = format!("{head}Content-Type: application/json\nContent-Length: 2\n{field}\n\n{{}}");
+        assert_eq!(send(&twice), 400, "{field}");
+    }
+    let page = format!("Origin: http://{host}\n");
+    assert_eq!(send(&format!("GET {root} HTTP/1.1\nHost: {host}\nConnection: close\n{page}\n")), 200);
+    for other in ["Origin: http://example.org\n", &page] {
+        let twice = format!("GET {root} HTTP/1.1\nHost: {host}\nConnection: close\n{page}{other}\n");
+        assert_eq!(send(&twice), 400, "{other}");
+    }
     assert_eq!(send(&format!("{head}X: {}\n\n", "x".repeat(40_000))), 431);
     assert_eq!(send("no request at all\n\n"), 400);
     assert_eq!(send(&format!("DELETE {root} HTTP/1.1\nHost: {host}\nConnection: close\n\n")), 405);
     // The server is well all the same.
     assert_eq!(studio.list()["recordings"].as_array().unwrap().len(), 3);
+}
+
+/// A program that sends all of its body before it reads, as most do, reads why the body was refused.
+#[test]
+fn the_answer_to_a_long_body_is_read() {
+    use std::io::{Read as _, Write as _};
+    let folder = folder();
+    let studio = Studio::start(folder.path(), &OPENED);
+    let (root, host) = (studio.root(), studio.host());
+    let length = 64 << 20;
+    let head = format!(
+        "POST {root}api/rules HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\nContent-Length: {length}\r\n\r\n"
+    );
+    let mut stream = std::net::TcpStream::connect(host).unwrap();
+    stream.write_all(head.as_bytes()).unwrap();
+    stream.write_all(&vec![b' '; length]).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    assert!(answer.starts_with("HTTP/1.1 413 ") && answer.contains("at most 8388608 are taken"), "{answer}");
 }
 
 #[test]
