@@ -69,6 +69,7 @@ DOES = {
     "serde": "types of YAML and JSON",
     "serde_json": "JSON",
     "serde_yaml": "YAML",
+    "signal-hook": "SIGTERM ends as Ctrl-C does",
     "similar": "patches",
     "syn": "features that the wheel needs",
     "tempfile": "temporary files beside outputs",

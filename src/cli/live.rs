@@ -69,6 +69,10 @@ pub struct Args {
     #[cfg(feature = "net")]
     #[arg(long, value_name = "PORT", value_parser = server::address)]
     serve: Option<std::net::SocketAddr>,
+    /// A site whose pages may read what is served, such as https://app.foxglove.dev; may be repeated. Programs, and pages of this machine, always may
+    #[cfg(feature = "net")]
+    #[arg(long, value_name = "ORIGIN", requires = "serve", value_parser = server::origin)]
+    serve_origin: Vec<String>,
     #[cfg(feature = "zenoh")]
     #[command(flatten)]
     zenoh: pubsub::ZenohArgs,
@@ -138,7 +142,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         let outlet = outlet.clone();
         move || {
             outlet.stops.store(true, Ordering::Relaxed);
-            // Behind what has come already; another Ctrl-C is not to wait for it.
+            // Behind what has come already; another signal is not to wait for it.
             thread::spawn(move || outlet.send(Sent::Stop));
         }
     });
@@ -236,7 +240,7 @@ impl<'a> Sink<'a> {
         let hub = match args.serve {
             Some(address) => {
                 let hub = Arc::new(hub::Hub::new());
-                let address = server::begin(address, &hub)?;
+                let address = server::begin(address, &args.serve_origin, &hub)?;
                 output::complain(&format!("serving labels on ws://{address}"));
                 Some(hub)
             }
@@ -273,7 +277,11 @@ impl<'a> Sink<'a> {
             }
             text.push('\n');
         }
-        if text.is_empty() { Ok(true) } else { Ok(output::print_more(&text)?) }
+        match self.args.format {
+            _ if text.is_empty() => Ok(true),
+            Format::Json => Ok(output::print_json_more(&text)?),
+            Format::Text => Ok(output::print_more(&text)?),
+        }
     }
 
     /// Nothing comes any more.

@@ -57,7 +57,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::ffi::OsString;
 use std::path::Path;
 use std::process::ExitCode;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, Once, PoisonError};
 
 /// Turns a recorded demonstration into named tasks and primitives, by rules that are text.
 #[derive(Parser)]
@@ -221,23 +221,56 @@ fn command() -> clap::Command {
     help::grouped(Cli::command())
 }
 
-/// On Ctrl-C, temporary files are removed before the program ends.
+/// On Ctrl-C, and on signals that ask for the end of the program, temporary files are removed before it ends.
 fn interruptible() {
-    // Where it cannot be, the next run removes them.
-    let _ = ctrlc::set_handler(|| {
-        // A poisoned lock holds a whole value.
-        if let Some(stop) = ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            return stop();
-        }
-        let _nothing_is_written = atomic_write::give_up();
-        std::process::exit(INTERRUPTED);
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        // Where it cannot be, the next run removes them.
+        let _ = ctrlc::set_handler(|| interrupted(|| std::process::exit(INTERRUPTED)));
+        #[cfg(unix)]
+        terminable();
     });
 }
 
-/// What is done on the first Ctrl-C instead of ending the program.
+/// The same on SIGTERM, as of a service manager, and on SIGHUP, as of a terminal that is closed; then the program ends as by that signal.
+#[cfg(unix)]
+fn terminable() {
+    use signal_hook::consts::{SIGHUP, SIGTERM};
+    let taken = [SIGTERM, SIGHUP].into_iter().filter(|signal| !is_ignored(*signal));
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(taken) else { return };
+    std::thread::spawn(move || {
+        for signal in signals.forever() {
+            interrupted(|| {
+                let _ = signal_hook::low_level::emulate_default_handler(signal);
+                std::process::exit(128 + signal)
+            });
+        }
+    });
+}
+
+/// Whether a signal was ignored when the program began: `nohup` keeps programs running so when their terminal is closed. Only Linux says it.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| (mask >> (signal - 1)) & 1 == 1)
+}
+
+fn interrupted(end: impl FnOnce()) {
+    // A poisoned lock holds a whole value.
+    let stop = ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(stop) = stop {
+        return stop();
+    }
+    let _nothing_is_written = atomic_write::give_up();
+    end();
+}
+
+/// What is done on the first signal that asks for the end of the program, instead of ending it.
 static ON_INTERRUPT: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
 
-/// Does something on the first Ctrl-C instead of ending the program; the second one ends it.
+/// Does something on the first Ctrl-C, SIGTERM or SIGHUP instead of ending the program; the second one ends it.
 fn on_interrupt(stop: impl FnOnce() + Send + 'static) {
     *ON_INTERRUPT.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(stop));
 }

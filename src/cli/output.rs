@@ -159,6 +159,14 @@ pub fn print(text: &str) -> Result<(), InputError> {
     put(&shortened(&printable(text, color())))
 }
 
+/// Prints text without color while it is being made, as [`print`]; returns whether anyone still reads.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_more(text: &str) -> Result<bool, InputError> {
+    put_more(&shortened(&printable(text, false)))
+}
+
 /// Prints a text on standard error, without what would steer a terminal. A failure to print it is ignored.
 pub fn complain(text: &str) {
     let text = printable(text, color_on_stderr());
@@ -178,8 +186,16 @@ pub fn print_data(text: &str) -> Result<(), InputError> {
 /// # Errors
 /// As [`print`].
 pub fn print_json(text: &str) -> Result<(), InputError> {
+    print_json_more(text).map(|_| ())
+}
+
+/// Prints JSON while it is being made, as [`print_json`]; returns whether anyone still reads.
+///
+/// # Errors
+/// As [`print`].
+pub fn print_json_more(text: &str) -> Result<bool, InputError> {
     if !text.contains(steers) {
-        return put(text);
+        return put_more(text);
     }
     let mut safe = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -190,7 +206,7 @@ pub fn print_json(text: &str) -> Result<(), InputError> {
             safe.push(letter);
         }
     }
-    put(&safe)
+    put_more(&safe)
 }
 
 /// Characters of a line that are printed; of a longer one its beginning and its end.
@@ -213,14 +229,6 @@ fn shortened(text: &str) -> Cow<'_, str> {
         format!("{head} … {} characters … {tail}", count - LONGEST)
     };
     Cow::Owned(text.split('\n').map(short).collect::<Vec<_>>().join("\n"))
-}
-
-/// Prints what other programs read while it is being made; returns whether anyone still reads.
-///
-/// # Errors
-/// As [`print`].
-pub fn print_more(text: &str) -> Result<bool, InputError> {
-    if std::io::stdout().is_terminal() { put_more(&printable(text, false)) } else { put_more(text) }
 }
 
 fn put(text: &str) -> Result<(), InputError> {

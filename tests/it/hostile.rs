@@ -63,6 +63,8 @@ fn no_command_prints_what_steers_a_terminal() {
         &["analyze", "lines.jsonl"],
         &["analyze", HOSTILE],
         &["analyze", log, HOSTILE],
+        &["live", log],
+        &["live", log, "--format", "json"],
         &["inspect", log],
         &["inspect", log, "--format", "json"],
         &["inspect", log, "--skeleton", "new.yaml"],
@@ -152,6 +154,24 @@ fn no_command_prints_what_steers_a_terminal() {
             let documents = serde_json::Deserializer::from_str(&text).into_iter::<serde_json::Value>();
             assert!(documents.into_iter().all(|document| document.is_ok()), "{args:?}: {text}");
         }
+    }
+}
+
+/// The events of a log are escaped in a pipe too, behind which a program such as `tee` writes them to a terminal.
+#[test]
+fn events_of_a_live_log_do_not_steer() {
+    let folder = tempfile::tempdir().unwrap();
+    let fixtures = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/logs");
+    let log = std::fs::read_to_string(fixtures.join("whole.csv")).unwrap();
+    let mut lines = log.lines();
+    let head = format!("{},x\u{1b}]0;title\u{7}\u{9b}\u{202e}\n", lines.next().unwrap());
+    let rows: String = lines.map(|line| format!("{line},0\n")).collect();
+    std::fs::write(folder.path().join("log.csv"), head + &rows).unwrap();
+    std::fs::copy(fixtures.join("box.yaml"), folder.path().join("log.scene.yaml")).unwrap();
+    for format in ["text", "json"] {
+        let text = said(&teachtree_in(folder.path(), &["live", "log.csv", "--format", format]));
+        assert!(text.contains("title"), "{text:?}");
+        assert_eq!(steering(&text), [], "{text:?}");
     }
 }
 

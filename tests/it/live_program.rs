@@ -125,10 +125,17 @@ fn started(args: &[&str]) -> Child {
     command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
 }
 
-/// Ctrl-C while the program waits for a row: what is left is printed.
+/// Ctrl-C, the end of a service, or of a terminal, while the program waits for a row: what is left is printed.
 #[cfg(unix)]
 #[test]
-fn an_interrupt_ends_the_log() {
+fn signals_end_the_log() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        ends_by(signal);
+    }
+}
+
+#[cfg(unix)]
+fn ends_by(signal: &str) {
     let (scene, lines) = json(&demonstration("pick_and_place"));
     let mut child = started(&["live", "-"]);
     let mut stdin = child.stdin.take().unwrap();
@@ -141,11 +148,61 @@ fn an_interrupt_ends_the_log() {
     let mut first = String::new();
     stdout.read_line(&mut first).unwrap();
     let _open = writing.join().unwrap();
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
     let mut rest = String::new();
     stdout.read_to_string(&mut rest).unwrap();
+    assert!(child.wait().unwrap().success(), "{signal}");
+    assert!(rest.lines().any(|line| line.starts_with("segment right")), "{signal}: {rest}");
+}
+
+/// A program that `nohup` started goes on when its terminal is closed.
+#[cfg(target_os = "linux")]
+#[test]
+fn an_ignored_signal_stays_ignored() {
+    let (scene, lines) = json(&demonstration("pick_and_place"));
+    let mut command = Command::new("nohup");
+    command.args([env!("CARGO_BIN_EXE_teachtree"), "live", "-"]);
+    let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    let mut stdout = BufReader::new(child.stdout.take().unwrap());
+    let (early, late) = lines.split_at(4000);
+    let (early, late) = (early.concat(), late.concat());
+    let writing = std::thread::spawn(move || {
+        stdin.write_all(format!("{scene}{early}").as_bytes()).unwrap();
+        stdin
+    });
+    let mut said = String::new();
+    stdout.read_line(&mut said).unwrap();
+    let mut stdin = writing.join().unwrap();
+    assert!(Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap().success());
+    stdin.write_all(late.as_bytes()).unwrap();
+    drop(stdin);
+    stdout.read_to_string(&mut said).unwrap();
     assert!(child.wait().unwrap().success());
-    assert!(rest.lines().any(|line| line.starts_with("segment right")), "{rest}");
+    assert!(said.contains(TASK), "{said}");
+}
+
+/// Other commands remove their temporary files and end by the signal.
+#[cfg(unix)]
+#[test]
+fn other_commands_end_by_the_signal() {
+    use std::os::unix::process::ExitStatusExt as _;
+    for (name, number) in [("-TERM", 15), ("-HUP", 1)] {
+        let mut child = started(&["analyze", "-"]);
+        // It waits for its log.
+        let _open = child.stdin.take();
+        let status = format!("/proc/{}/status", child.id());
+        let caught = || {
+            let status = std::fs::read_to_string(&status).unwrap_or_default();
+            let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap_or("0");
+            (u64::from_str_radix(mask.trim(), 16).unwrap() >> (number - 1)) & 1 == 1
+        };
+        while Path::new(&status).exists() && !caught() {
+            std::thread::yield_now();
+        }
+        assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().signal(), Some(number));
+    }
 }
 
 /// A reader that has gone ends the program, although the log goes on.

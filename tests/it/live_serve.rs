@@ -189,6 +189,67 @@ fn who_comes_late_sees_what_is_so_now() {
     printing.join().unwrap();
 }
 
+/// The status of the answer to a page or a program that would read, with these fields.
+fn asked(port: u16, fields: &str) -> String {
+    let mut socket = std::net::TcpStream::connect(("127.0.0.1", port)).unwrap();
+    let request = format!(
+        "GET / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n{fields}\
+         Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: foxglove.sdk.v1\r\n\r\n"
+    );
+    socket.write_all(request.as_bytes()).unwrap();
+    let mut line = String::new();
+    BufReader::new(socket).read_line(&mut line).unwrap();
+    line.split(' ').nth(1).unwrap_or_default().to_string()
+}
+
+#[test]
+fn pages_of_other_sites_may_not_read() {
+    let named = "https://app.foxglove.dev/";
+    let mut command = program(
+        Path::new(env!("CARGO_MANIFEST_DIR")),
+        &["live", "-", "--serve", "0", "--serve-origin", named, "--serve-origin", "http://Viewer.lan:8080"],
+    );
+    let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stderr.as_mut().unwrap()).read_line(&mut line).unwrap();
+    let port: u16 = line.trim().strip_prefix("serving labels on ws://127.0.0.1:").unwrap().parse().unwrap();
+    for origin in [
+        "http://example.org",
+        "https://example.org",
+        "null",
+        "",
+        "http://localhost.example.org",
+        "http://localhost:80.example.org",
+        "http://127.0.0.1.example.org",
+        "https://app.foxglove.dev.example.org",
+        "http://app.foxglove.dev",
+        "http://viewer.lan",
+        "localhost",
+    ] {
+        assert_eq!(asked(port, &format!("Origin: {origin}\r\n")), "403", "{origin}");
+    }
+    assert_eq!(asked(port, "Origin: http://localhost\r\nOrigin: http://example.org\r\n"), "403");
+    for origin in [
+        "http://localhost",
+        "http://localhost:8080",
+        "http://127.0.0.1:3000",
+        "http://[::1]:8080",
+        "https://app.foxglove.dev",
+        "http://viewer.lan:8080",
+        "file://",
+    ] {
+        assert_eq!(asked(port, &format!("Origin: {origin}\r\n")), "101", "{origin}");
+    }
+    // A program that is no browser.
+    assert_eq!(asked(port, ""), "101");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for wrong in ["example.org", "https://", "https://a/b", "*"] {
+        let output = crate::program::teachtree(&["live", "-", "--serve", "0", "--serve-origin", wrong]);
+        assert_eq!(output.status.code(), Some(2), "{wrong}");
+    }
+}
+
 #[test]
 fn what_cannot_be_served_on_is_refused() {
     let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();

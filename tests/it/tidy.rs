@@ -57,6 +57,7 @@ const ONE_PLACE: &[(&str, &[&str])] = &[
     ("hdf5_pure", &["src/stream/read/formats/hdf5.rs", "src/stream/read/formats/hdf5/"]),
     ("clap", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),
+    ("signal_hook", &["src/cli/mod.rs"]),
     ("libc", &["src/stream/read/file.rs"]),
     ("tungstenite", &["src/cli/live/", "src/teaching/socket.rs"]),
     ("zenoh", &["src/cli/live/pubsub.rs"]),

@@ -32,22 +32,46 @@ pub fn address(text: &str) -> Result<SocketAddr, String> {
         .map_err(|_| "expected a port or an address, such as 8765 or 0.0.0.0:8765".to_string())
 }
 
-/// Begins to serve, and returns where.
+/// The origin of a site, as browsers write it.
+///
+/// # Errors
+/// The text is none.
+pub fn origin(text: &str) -> Result<String, String> {
+    let text = text.trim_end_matches('/').to_ascii_lowercase();
+    let host = ["http://", "https://"].iter().find_map(|scheme| text.strip_prefix(scheme));
+    match host {
+        Some(host) if !host.is_empty() && !host.contains(['/', '?', '#', '@', ' ', '*']) => Ok(text),
+        _ => Err("expected a scheme and a host, such as https://app.foxglove.dev".into()),
+    }
+}
+
+/// Whether pages of this origin may read what is served: those of this machine, a viewer that is a program of its own with pages in files, and sites that are
+/// named. Programs that are no browser name no origin.
+fn may_read(origin: &str, named: &[String]) -> bool {
+    let host = ["http://", "https://"].iter().find_map(|scheme| origin.strip_prefix(scheme)).unwrap_or_default();
+    let host = match host.rsplit_once(':') {
+        Some((host, port)) if port.bytes().all(|digit| digit.is_ascii_digit()) => host,
+        _ => host,
+    };
+    origin == "file://" || ["localhost", "127.0.0.1", "[::1]"].contains(&host) || named.iter().any(|it| it == origin)
+}
+
+/// Begins to serve, also to pages of the origins that are named, and returns where.
 ///
 /// # Errors
 /// The port cannot be had.
-pub fn begin(address: SocketAddr, hub: &Arc<Hub>) -> Result<SocketAddr, InputError> {
+pub fn begin(address: SocketAddr, origins: &[String], hub: &Arc<Hub>) -> Result<SocketAddr, InputError> {
     let failed = |error: std::io::Error| InputError::new(address.to_string(), format!("cannot be served on: {error}"));
     let listener = TcpListener::bind(address).map_err(failed)?;
     let address = listener.local_addr().map_err(failed)?;
-    let hub = Arc::clone(hub);
+    let (hub, origins) = (Arc::clone(hub), Arc::<[String]>::from(origins));
     thread::spawn(move || {
         for stream in listener.incoming().flatten() {
-            let hub = Arc::clone(&hub);
+            let (hub, origins) = (Arc::clone(&hub), Arc::clone(&origins));
             if hub.enter(MOST_CLIENTS) {
                 thread::spawn(move || {
                     // A client that goes, or says nothing that is understood, is no news.
-                    let _ = serve(stream, &hub);
+                    let _ = serve(stream, &origins, &hub);
                     hub.leave();
                 });
             }
@@ -57,7 +81,7 @@ pub fn begin(address: SocketAddr, hub: &Arc<Hub>) -> Result<SocketAddr, InputErr
 }
 
 /// Serves a client until it goes.
-fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
+fn serve(stream: TcpStream, origins: &[String], hub: &Arc<Hub>) -> tungstenite::Result<()> {
     stream.set_nodelay(true)?;
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
@@ -67,7 +91,7 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
     #[allow(clippy::result_large_err, reason = "the type is the library's")]
     let greet = |request: &Request, response: Response| {
         from = Some(wanted(request.uri().query().unwrap_or_default(), hub));
-        greeted(request, response)
+        greeted(request, response, origins)
     };
     let mut reading = accept_hdr_with_config(both.clone(), greet, Some(config)).map_err(|error| match error {
         tungstenite::HandshakeError::Failure(error) => error,
@@ -97,16 +121,25 @@ fn serve(stream: TcpStream, hub: &Arc<Hub>) -> tungstenite::Result<()> {
     written
 }
 
-/// Answers a request, with the protocol that both speak.
+/// Answers a request of a page that may read, with the protocol that both speak.
 #[allow(clippy::result_large_err, reason = "the type is the library's")]
-fn greeted(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
+fn greeted(request: &Request, mut response: Response, origins: &[String]) -> Result<Response, ErrorResponse> {
+    let refused = |status: StatusCode, message: String| {
+        let mut refusal = ErrorResponse::new(Some(message));
+        *refusal.status_mut() = status;
+        Err(refusal)
+    };
+    let from: Vec<&HeaderValue> = request.headers().get_all("Origin").iter().collect();
+    let may = |origin: &HeaderValue| origin.to_str().is_ok_and(|origin| may_read(origin, origins));
+    if from.len() > 1 || !from.into_iter().all(may) {
+        let message = "the request comes from a page of another site, which `--serve-origin` does not name\n";
+        return refused(StatusCode::FORBIDDEN, message.into());
+    }
     let headers = request.headers().get_all("Sec-WebSocket-Protocol");
     let offered: Vec<&str> =
         headers.iter().filter_map(|value| value.to_str().ok()).flat_map(|text| text.split(',')).collect();
     let Some(protocol) = PROTOCOLS.iter().find(|protocol| offered.iter().any(|name| name.trim() == **protocol)) else {
-        let mut refusal = ErrorResponse::new(Some(format!("expected the protocol {}\n", PROTOCOLS.join(" or "))));
-        *refusal.status_mut() = StatusCode::BAD_REQUEST;
-        return Err(refusal);
+        return refused(StatusCode::BAD_REQUEST, format!("expected the protocol {}\n", PROTOCOLS.join(" or ")));
     };
     response.headers_mut().insert("Sec-WebSocket-Protocol", HeaderValue::from_static(protocol));
     Ok(response)
