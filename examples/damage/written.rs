@@ -4,6 +4,7 @@ use crate::alter::Table;
 use crate::sources::TOPIC;
 use std::io::{Cursor, Write as _};
 use teachtree::base::recording::Recording;
+use teachtree::stream::atomic_write::Files;
 use teachtree::stream::read::formats;
 
 /// What stands for a point in the names of fields of a bag.
@@ -52,7 +53,9 @@ pub fn parquet(plain: &Recording, table: &Table) -> Option<Vec<u8>> {
     }
     let folder = tempfile::tempdir().ok()?;
     let path = folder.path().join("log.parquet");
-    formats::write_table(&recording, &path).ok()?;
+    let mut files = Files::default();
+    formats::add_table(&mut files, &recording, &path).ok()?;
+    files.commit().ok()?;
     std::fs::read(&path).ok()
 }
 

@@ -10,7 +10,7 @@ use crate::analysis::Subject;
 use crate::base::error::{ErrorKind, InputError};
 use crate::report::Style;
 use crate::session::files::recordings;
-use crate::session::{Analysis, ClosedSegment, Error};
+use crate::session::{Analysis, ClosedSegment, Error, FrameTable};
 use crate::stream::atomic_write::Files;
 use crate::stream::issue::IssueKind;
 use crate::stream::read::formats;
@@ -171,7 +171,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     outputs.iter().try_for_each(|place| output::refuse_inputs(place, &inputs))?;
     let mut out = String::new();
     let mut failures = Vec::new();
-    let (mut pages, mut traces) = (Vec::new(), Vec::new());
+    let (mut pages, mut tables, mut traces) = (Vec::new(), Vec::new(), Vec::new());
     #[cfg(feature = "mcap")]
     let mut lanes = Vec::new();
     let mut issues = Issues::default();
@@ -187,12 +187,14 @@ pub fn run(args: &Args) -> Result<(), Failure> {
                 text,
                 kinds,
                 page,
+                frames,
                 trace,
                 #[cfg(feature = "mcap")]
                     lanes: of_log,
             }) => {
                 done += 1;
                 pages.extend(page);
+                tables.extend(frames);
                 traces.extend(trace);
                 #[cfg(feature = "mcap")]
                 lanes.extend(of_log);
@@ -216,10 +218,13 @@ pub fn run(args: &Args) -> Result<(), Failure> {
             Err(failure) => failures.push(failure.of_log(log)),
         }
     }
-    // The page and the text are of one analysis: both are written or neither.
+    // All are of one analysis: all are written or none.
     let mut written = Files::default();
     for (path, page) in args.report.iter().zip(&pages) {
         output::add(&mut written, path, page, &inputs)?;
+    }
+    for (path, table) in args.frames.iter().zip(&tables) {
+        table.add(&mut written, path)?;
     }
     for (path, trace) in args.trace.iter().zip(&traces) {
         output::add(&mut written, path, trace, &inputs)?;
@@ -232,7 +237,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
     if let Some(path) = args.out.as_ref().filter(|_| !out.is_empty()) {
         output::add(&mut written, path, &out, &inputs)?;
     }
-    written.commit()?;
+    written.commit_anew()?;
     match &args.out {
         Some(_) => {}
         None if args.format == Format::Text => output::print(&out)?,
@@ -249,6 +254,7 @@ pub struct Output {
     /// The kinds of its issues, each with how many there are.
     pub kinds: BTreeMap<IssueKind, usize>,
     page: Option<String>,
+    frames: Option<FrameTable>,
     trace: Option<String>,
     #[cfg(feature = "mcap")]
     lanes: Option<mcap::Lanes>,
@@ -290,10 +296,8 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
     };
     let analysis = if args.confidence { analysis.with_confidence()? } else { analysis };
     let page = args.report.as_ref().map(|_| analysis.html()).transpose()?;
-    if let Some(path) = &args.frames {
-        let signals: Vec<&str> = args.signals.iter().map(String::as_str).collect();
-        analysis.frames(&signals)?.write(path)?;
-    }
+    let signals: Vec<&str> = args.signals.iter().map(String::as_str).collect();
+    let frames = args.frames.as_ref().map(|_| analysis.frames(&signals)).transpose()?;
     let text = match args.format {
         Format::Text => timeline(&analysis, prints),
         Format::Json if alone => analysis.json(),
@@ -310,6 +314,7 @@ pub fn one(args: &Args, log: &Path, alone: bool) -> Result<Output, Failure> {
         text,
         kinds,
         page,
+        frames,
         trace,
         #[cfg(feature = "mcap")]
         lanes: lanes(args, log, &analysis)?,

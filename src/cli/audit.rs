@@ -248,7 +248,7 @@ fn write(args: &Args, audit: &Audit, audited: &[Audited], meta: &Meta, logs: &[P
     if let Some(copy) = &args.mask {
         mask(first(args), copy, audit, audited, meta)?;
     }
-    written.commit()?;
+    written.commit_anew()?;
     match (&args.out, args.format) {
         (Some(_), _) => Ok(()),
         (None, Format::Text) => output::print(&text),

@@ -161,7 +161,7 @@ fn write(args: &Args, scores: &[Score], meta: &Meta, logs: &[PathBuf]) -> Result
     if let Some(path) = &args.out {
         output::add(&mut files, path, &text, &inputs)?;
     }
-    files.commit()?;
+    files.commit_anew()?;
     match &args.out {
         Some(_) => Ok(()),
         None if args.format == Format::Text => output::print(&text),

@@ -13,6 +13,7 @@ use crate::base::recording::{Column, Recording};
 use crate::base::units::Dimension;
 use crate::engine::inspect::Inspector;
 use crate::language::rules::{Expr, ExprKind, Hand, LatchId, Rules, SignalId, Type};
+use crate::stream::atomic_write::Files;
 use crate::stream::read::formats;
 use std::ops::Range;
 use std::path::Path;
@@ -59,8 +60,15 @@ impl FrameTable {
     /// # Errors
     /// [`ErrorKind::Argument`], when the name ends otherwise, or in `.parquet` without the feature `parquet`; [`ErrorKind::Io`], when it cannot be written.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
-        formats::check_name(path.as_ref()).map_err(|error| Error::new(error, ErrorKind::Argument))?;
-        formats::write_table(&self.table, path.as_ref()).map_err(|error| Error::new(error, ErrorKind::Io))
+        let mut files = Files::default();
+        self.add(&mut files, path.as_ref())?;
+        files.commit().map_err(|error| Error::new(error, ErrorKind::Io))
+    }
+
+    /// Adds the table, as [`write`](Self::write) writes it, to files that belong together.
+    pub(crate) fn add(&self, files: &mut Files, path: &Path) -> Result<(), Error> {
+        formats::check_name(path).map_err(|error| Error::new(error, ErrorKind::Argument))?;
+        formats::add_table(files, &self.table, path).map_err(|error| Error::new(error, ErrorKind::Io))
     }
 
     pub(super) fn new(analysis: &Analysis, signals: &[String]) -> Result<Self, Error> {

@@ -278,8 +278,47 @@ impl Files {
     /// # Errors
     /// When one cannot be put there. Markers stay where some of the files of a log were replaced already.
     pub fn commit(self) -> std::result::Result<(), InputError> {
+        self.replace(&[])
+    }
+
+    /// Puts all files in their places after those of before were taken away: at no time are old and new ones there together, and after a kill in between some
+    /// are missing. For files that can be made again.
+    ///
+    /// # Errors
+    /// When one cannot be put there; then those of before are there again.
+    #[cfg(feature = "cli")]
+    pub fn commit_anew(self) -> std::result::Result<(), InputError> {
+        let there = self.parts.iter().filter(|part| self.parts.len() > 1 && part.target.is_file());
+        let aside = there.map(|part| {
+            let empty = Temporary::beside(&part.target).map_err(|error| cannot(&part.shown, &error))?;
+            Ok((part.target.to_path_buf(), empty))
+        });
+        let aside: Vec<_> = aside.collect::<std::result::Result<_, InputError>>()?;
+        self.replace(&aside)
+    }
+
+    /// Puts all files in their places; files of before are moved to temporary ones first.
+    fn replace(self, aside: &[(PathBuf, Temporary)]) -> std::result::Result<(), InputError> {
         // Whoever wants to end the program waits for this.
         let mut state = state();
+        let mut moved = Vec::new();
+        let moving = || {
+            for (place, empty) in aside {
+                std::fs::rename(place, empty.0.path()).map_err(|error| cannot(place, &error))?;
+                moved.push((place, empty));
+            }
+            self.put_in_place(&mut state)
+        };
+        let replaced = moving();
+        if replaced.is_err() {
+            for (place, old) in moved {
+                let _ = std::fs::rename(old.0.path(), place);
+            }
+        }
+        replaced
+    }
+
+    fn put_in_place(self, state: &mut State) -> std::result::Result<(), InputError> {
         let mut markers = Vec::new();
         if self.parts.len() > 1 {
             for part in self.parts.iter().filter(|part| matches!(part.content, Content::NewLog(_))) {
@@ -289,7 +328,7 @@ impl Files {
         let mut targets = Vec::new();
         for Part { shown, target, content } in self.parts {
             match content {
-                Content::New(file) | Content::NewLog(file) => file.persist(&target, &mut state),
+                Content::New(file) | Content::NewLog(file) => file.persist(&target, state),
                 Content::Gone => std::fs::remove_file(&*target),
             }
             .map_err(|error| cannot(&shown, &error))?;

@@ -118,6 +118,84 @@ fn a_kill_between_two_renames_is_detected() {
     assert!(done && mixed > 0, "the program was killed in between {mixed} times");
 }
 
+/// At each step of putting the files of an analysis in their places, the program is killed once: no old file is left beside a new one.
+#[test]
+fn files_of_two_analyses_are_never_there_together() {
+    let args = [
+        "analyze", "log.csv", "--mcap", "v.mcap", "--trace", "t.json", "--frames", "f.csv", "--report", "p.html", "-o",
+        "o.txt",
+    ];
+    let outputs = ["v.mcap", "v.foxglove.json", "t.json", "f.csv", "p.html", "o.txt"];
+    let of = |seed: &str| {
+        let (folder, recording) = (tempfile::tempdir().unwrap(), recording(seed));
+        put(folder.path(), &recording);
+        run(folder.path(), &args);
+        let mut made = files(folder.path()).0;
+        made.retain(|name, _| !recording.contains_key(name));
+        (recording, made)
+    };
+    let ((_, old), (recording, new)) = (of("1"), of("2"));
+    let differ: Vec<&str> = outputs.into_iter().filter(|name| old.get(*name) != new.get(*name)).collect();
+    assert!(differ.len() >= 4 && old.len() == 6 && new.len() == 6, "{differ:?}");
+    let mut killed = 0;
+    // `strace` counts each call by itself.
+    for (call, at) in ["rename", "renameat", "renameat2", "unlink", "unlinkat"]
+        .into_iter()
+        .flat_map(|call| (1..8).map(move |at| (call, at)))
+    {
+        let folder = tempfile::tempdir().unwrap();
+        put(folder.path(), &recording);
+        put(folder.path(), &old);
+        let inject = format!("{call}:signal=KILL:when={at}");
+        let Some(output) = injected(folder.path(), &inject, &args) else {
+            return says_skipped("no strace is here to kill the program between two system calls");
+        };
+        let (mut seen, _) = files(folder.path());
+        seen.retain(|name, _| differ.contains(&name.as_str()));
+        let are = |of: &Files| seen.iter().all(|(name, bytes)| of.get(name) == Some(bytes));
+        assert!(are(&old) || are(&new), "{inject}: {:?}", seen.keys());
+        if output.status.success() {
+            continue;
+        }
+        killed += 1;
+        // The next run leaves nothing of it.
+        run(folder.path(), &args);
+        let (mut seen, hidden) = files(folder.path());
+        seen.retain(|name, _| new.contains_key(name));
+        assert_eq!((seen == new, hidden), (true, vec![]), "{inject}");
+    }
+    // Six files are moved away, and six are put in their places.
+    assert!(killed >= 12, "the program was killed in between {killed} times");
+}
+
+/// What cannot be put in its place leaves all files as they were.
+#[test]
+fn an_analysis_that_cannot_be_put_in_its_place_leaves_the_one_before() {
+    let folder = tempfile::tempdir().unwrap();
+    put(folder.path(), &recording("1"));
+    let args = ["analyze", "log.csv", "--trace", "t.json", "--frames", "f.csv", "-o", "o.txt"];
+    let old: Files = ["t.json", "f.csv", "o.txt"].map(|name| (name.to_string(), name.as_bytes().to_vec())).into();
+    put(folder.path(), &old);
+    let before = files(folder.path());
+    let mut failed = 0;
+    for (call, at) in ["rename", "renameat", "renameat2"].into_iter().flat_map(|call| (1..4).map(move |at| (call, at)))
+    {
+        let inject = format!("{call}:error=EACCES:when={at}");
+        let Some(output) = injected(folder.path(), &inject, &args) else {
+            return says_skipped("no strace is here to let system calls fail");
+        };
+        if output.status.success() {
+            // There are fewer such calls.
+            put(folder.path(), &old);
+            continue;
+        }
+        failed += 1;
+        assert_eq!(output.status.code(), Some(2), "{inject}: {}", all_said(&output));
+        assert_eq!(files(folder.path()), before, "{inject}");
+    }
+    assert!(failed >= 6, "a call failed {failed} times");
+}
+
 /// From each write on, nothing can be written any more.
 #[test]
 fn a_full_disk_leaves_what_was_there() {

@@ -10,7 +10,7 @@ use crate::base::scene::Scene;
 use crate::base::shown::Shown;
 use crate::base::units::{Dimension, compound};
 use crate::base::yaml;
-use crate::stream::atomic_write::{self, Files};
+use crate::stream::atomic_write::Files;
 use crate::stream::issue::Issue;
 use crate::stream::names;
 use crate::stream::read::formats::{self, delimited::unreadable};
@@ -349,10 +349,10 @@ pub fn source(recording: &Recording, name: &Path) -> Result<Source, InputError> 
     Ok(Source { scene: Some(scene), events: recording.events.clone(), ..source })
 }
 
-/// Writes the columns and labels of a recording, and nothing beside the file.
-pub(in crate::stream) fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+/// Adds the columns and labels of a recording, and nothing beside the file.
+pub(in crate::stream) fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
-    atomic_write::write(path, |out| write_log(out, recording))
+    files.add(path, |out| write_log(out, recording))
 }
 
 /// Refuses a recording with a column that is not as long as the time.

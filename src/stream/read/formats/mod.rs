@@ -154,15 +154,15 @@ pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), 
     }
 }
 
-/// Writes the columns and labels of a recording as one table, without its scene and events: Parquet or CSV, by the name.
+/// Adds the columns and labels of a recording as one table, without its scene and events, to files: Parquet or CSV, by the name.
 ///
 /// # Errors
-/// When the file cannot be written, or a column is not as long as the time; then it is not there.
-pub fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+/// When the file cannot be written, or a column is not as long as the time.
+pub fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     match ending(path).as_str() {
         #[cfg(feature = "parquet")]
-        "parquet" => parquet::write_table(recording, path),
-        _ => csv::write_table(recording, path),
+        "parquet" => parquet::add_table(files, recording, path),
+        _ => csv::add_table(files, recording, path),
     }
 }
 

@@ -13,7 +13,7 @@ pub(super) mod rewrite;
 mod walk;
 mod write;
 
-pub use write::{add, write_table};
+pub use write::{add, add_table};
 
 use super::budget::Budget;
 use crate::base::error::InputError;

@@ -4,7 +4,7 @@ use super::{EVENTS, SCENE};
 use crate::base::error::InputError;
 use crate::base::recording::Recording;
 use crate::base::yaml;
-use crate::stream::atomic_write::{self, Files};
+use crate::stream::atomic_write::Files;
 use crate::stream::read::csv::check_lengths;
 use crate::stream::read::sheet::titled;
 use ::parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
@@ -30,10 +30,10 @@ pub fn add(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), 
     files.add_log(path, |out| write_columns(out, recording, metadata).map_err(std::io::Error::other))
 }
 
-/// Writes the columns and labels of a recording only.
-pub fn write_table(recording: &Recording, path: &Path) -> Result<(), InputError> {
+/// Adds the columns and labels of a recording only.
+pub fn add_table(files: &mut Files, recording: &Recording, path: &Path) -> Result<(), InputError> {
     check_lengths(recording, path)?;
-    atomic_write::write(path, |out| write_columns(out, recording, vec![]).map_err(std::io::Error::other))
+    files.add(path, |out| write_columns(out, recording, vec![]).map_err(std::io::Error::other))
 }
 
 fn write_columns(
