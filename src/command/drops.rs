@@ -5,8 +5,10 @@ use super::episodes::{BRUSH_S, STAYS_M};
 use super::form::{LeftOut, Segment, Task};
 use super::series::seven;
 use crate::analysis::UNKNOWN;
+use crate::base::hands::Side;
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
+use nalgebra::Vector3;
 
 /// An object still stands as it stood when it is turned by less, rad.
 const STANDS_RAD: f64 = 0.35;
@@ -14,6 +16,8 @@ const STANDS_RAD: f64 = 0.35;
 const STAYS_RAD: f64 = 0.1;
 /// What slips while it is lifted stays within this, m.
 const SLIPS_M: f64 = 0.040;
+/// What a hand keeps hold of moves less than this in it, m.
+const KEPT_M: f64 = 0.010;
 /// What a hand does as it lifts something that slips: it falls, slides about, is pushed by the fingers that lose it.
 const LIFTS: [Meaning; 6] =
     [Meaning::Close, Meaning::Carry, Meaning::Place, Meaning::Slide, Meaning::Push, Meaning::Open];
@@ -60,11 +64,14 @@ fn left_out(task: &Task, from: usize, why: &str) -> LeftOut {
     LeftOut { primitives, start_s, end_s: task.end_s, why: why.into() }
 }
 
-/// Leaves out what was only carried and dropped, or lost as it was lifted, when the same hand takes it up again and it still stands as it stood.
-pub(super) fn without_drops(tasks: Vec<Task>) -> Vec<Task> {
+/// Leaves out what was only carried and dropped, or lost as it was lifted, when the same hand takes it up again and it still stands as it stood; `meant` are the
+/// hands and ends of tasks whose object was to fall.
+pub(super) fn without_drops(tasks: Vec<Task>, meant: &[(Side, f64)]) -> Vec<Task> {
+    let was_meant = |task: &Task| meant.contains(&(task.track, task.end_s));
     let mut kept: Vec<Task> = Vec::new();
     for mut task in tasks {
         while let Some(last) = kept.iter().rposition(|before| before.track == task.track)
+            && !was_meant(&kept[last])
             && (dropped(&kept[last], &task) || lost(&kept[last], &task))
         {
             let before = kept.remove(last);
@@ -83,7 +90,7 @@ fn dropped(before: &Task, task: &Task) -> bool {
     ends.take(2).eq([Meaning::Open, Meaning::Carry]) && before.grasps.len() == 1 && stands(before, task)
 }
 
-/// Whether a task only lifted an object a little, and this one takes it up again on the spot.
+/// Whether a task only lifted an object a little and did not set it down, and this one takes it up again on the spot.
 fn lost(before: &Task, task: &Task) -> bool {
     let has = |meaning: Meaning| before.segments.iter().any(|segment| segment.does == meaning);
     let touches = before.segments.iter().filter(|segment| segment.touching);
@@ -92,10 +99,22 @@ fn lost(before: &Task, task: &Task) -> bool {
     let way = task.taken_at().translation.vector - before.taken_at().translation.vector;
     on_the_spot
         && only_lifts
+        && !set_down(before)
         && has(Meaning::Close)
         && has(Meaning::Carry)
         && way.norm() < SLIPS_M
         && stands(before, task)
+}
+
+/// Whether a hand had put down what it lets go of: it stands, and the fingers hold it where they took it. What is lost slips out of them.
+fn set_down(task: &Task) -> bool {
+    let holds = |segment: &&Segment| segment.touching && !matches!(segment.does, Meaning::Close | Meaning::Open);
+    let mut held = task.segments.iter().filter(holds);
+    let Some(first) = held.next() else { return false };
+    let last = held.next_back().unwrap_or(first);
+    let slipped =
+        first.hand.first().zip(last.hand.last()).map(|(from, to)| (Vector3::from(*to) - Vector3::from(*from)).norm());
+    matches!(last.does, Meaning::Place | Meaning::Slide) && slipped.is_some_and(|slipped| slipped < KEPT_M)
 }
 
 /// Whether the object of a task is that of the one before, and stands as it stood then.

@@ -2,14 +2,14 @@
 //!
 //! A *try* is what lies between two free motions: Move and Approach, then touch, then Release. A try that only grasped and let go again,
 //! or that carried and let go in the air before another try, was a mistake and is left out (the paper, section 2.1); so are a Move and an Approach that were
-//! followed by another Move.
+//! followed by another Move. What the rules name by itself was meant: a second grasp that has another name than the first one, and a fall.
 
 use super::RATE_HZ;
 use super::form::LeftOut;
 use super::series::{Episode, FingerSeries, Piece, Series};
 use crate::analysis::{Segment, TaskSpan};
 use crate::base::meaning::Meaning;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
 /// Slower than this, m/s, for longer than this, s, is a pause of a free hand.
 const PAUSE_M_S: f64 = 0.01;
@@ -18,11 +18,19 @@ const PAUSE_S: f64 = 0.3;
 pub(super) const STAYS_M: f64 = 0.01;
 /// Fingertips stay within this, m, in a pause.
 const PAUSE_M: f64 = 0.005;
+/// An object fell when it came to rest farther than this from where it was let go, m and rad.
+pub(super) const FELL: (f64, f64) = (0.002, 0.035);
 /// Who touches again within this, m, of where the fingertips touched before has not gone away in between.
 const ON_THE_SPOT_M: f64 = 0.02;
 /// Who pushes and comes off the object for less than this, s, has not let go; a push that is over sooner, and moves nothing, was a brush.
 const COMES_OFF_S: f64 = 0.5;
 pub(super) const BRUSH_S: f64 = 0.35;
+
+/// How far two poses are apart, m and rad.
+pub(super) fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) {
+    let way = one.translation.vector - other.translation.vector;
+    (way.norm(), one.rotation.angle_to(&other.rotation))
+}
 
 /// What the hand does in a segment; the commands of a primitive that does not say it are refused before.
 fn does(segment: &Segment) -> Meaning {
@@ -71,6 +79,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
     // Where the object is when each try touches it, and where it was before the brushes that have just been left out.
     let touched: Vec<Option<Vector3<f64>>> = tries.iter().map(|one| first_touch(one, series)).collect();
     let mut before_brushes: Option<Vector3<f64>> = None;
+    let grasped: Vec<Option<&str>> = tries.iter().map(|one| first_grasp(one)).collect();
     for (number, mut segments) in tries.into_iter().enumerate() {
         segments.splice(..0, came.drain(..));
         let touches: Vec<Meaning> =
@@ -78,8 +87,11 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
         // With the other hand on it as well, a grasp has another name.
         let grasps = |meaning: &Meaning| matches!(meaning, Meaning::Close | Meaning::Share);
         let alone = touches.iter().all(|meaning| *meaning == Meaning::Close);
-        let only_grasped = alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series);
-        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count;
+        let next = grasped.get(number + 1).copied().flatten();
+        let regrasped = grasped[number].zip(next).is_some_and(|(grasp, regrasp)| grasp != regrasp);
+        let only_grasped =
+            !regrasped && (alone || touches.iter().all(grasps) && number + 1 < count && stays(&segments, series));
+        let dropped = touches.last() == Some(&Meaning::Carry) && number + 1 < count && !lets_fall(&segments, series);
         let stood = before_brushes.take().or(touched[number]);
         // With the other hand at work it may move for another reason.
         let stands = stood
@@ -129,7 +141,7 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
                 None => pieces.push(piece),
             }
         }
-        episodes.push(Episode { pieces });
+        episodes.push(Episode { pieces, lets_fall: lets_fall(&segments, series) });
     }
     episodes.retain(|episode| !episode.pieces.is_empty());
     (episodes, left_out)
@@ -137,6 +149,24 @@ pub(super) fn episodes(span: &TaskSpan, series: &Series, waits: bool) -> (Vec<Ep
 
 fn pushes(segment: &Segment) -> bool {
     does(segment).pushes()
+}
+
+/// The name of the grasp that a try begins with.
+fn first_grasp<'a>(one: &[&'a Segment]) -> Option<&'a str> {
+    let touch = one.iter().find(|segment| !is_free(segment))?;
+    (does(touch) == Meaning::Close).then_some(touch.primitive.as_str())
+}
+
+/// Whether a try ends with a fall that the rules name: they have one name for letting go until the object has fallen, and another one from then on.
+fn lets_fall(one: &[&Segment], series: &Series) -> bool {
+    let touching = one.iter().rev().skip_while(|segment| is_free(segment));
+    let opens: Vec<&&Segment> = touching.take_while(|segment| lets_go(segment)).collect();
+    let (Some(last), Some(first)) = (opens.first(), opens.last()) else { return false };
+    let Some(after) = opens.iter().rev().find(|segment| segment.primitive != first.primitive) else { return false };
+    let [begins, fallen, ends] =
+        [first.start_s, after.start_s, last.end_s].map(|time| &series.object[series.sample(time)]);
+    let (way, turn) = apart(begins, fallen);
+    (way > FELL.0 || turn > FELL.1) && way > apart(fallen, ends).0
 }
 
 /// Where the object is when a try touches it first, m.

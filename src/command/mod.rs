@@ -116,9 +116,11 @@ pub fn commands(
     }
     settling::note_brushes(&mut handled);
     settling::put_all_down(&mut handled, recording);
+    let falls = handled.iter().filter(|handled| handled.episodes.last().is_some_and(|last| last.lets_fall));
+    let falls: Vec<(Side, f64)> = falls.map(|handled| (handled.side, handled.span.end_s)).collect();
     let mut tasks: Vec<Task> = handled.into_iter().map(|handled| handled.task(recording)).collect();
     tasks.sort_by(|a, b| a.start_s.total_cmp(&b.start_s));
-    let mut tasks = without_drops(without_brushes(tasks));
+    let mut tasks = without_drops(without_brushes(tasks), &falls);
     tasks.iter_mut().for_each(drops::lead_to_the_touch);
     let (schema, log, scene) = (SCHEMA.into(), log.into(), scene.name.clone());
     Ok(Commands { schema, log, rate_hz: RATE_HZ, robot: None, scene, tasks })

@@ -36,6 +36,8 @@ const SETTLES_S: f64 = 0.1;
 /// A try that counts.
 pub(super) struct Episode {
     pub(super) pieces: Vec<Piece>,
+    /// Whether its object is to fall in the end.
+    pub(super) lets_fall: bool,
 }
 
 /// A segment of it.

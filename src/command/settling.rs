@@ -1,17 +1,17 @@
 //! What the operator lets fall a little, or moves while letting go, is put down where it came to rest. How it falls or is knocked is chance, and a robot that does
-//! that as well has another one (the paper, section 2.1: such error is inadvertent).
+//! that as well has another one (the paper, section 2.1: such error is inadvertent). A fall that the rules name was meant: the
+//! object is brought over where it came to rest, as high as it was, and falls there.
 
-use super::episodes::BRUSH_S;
+use super::episodes::{BRUSH_S, FELL, apart};
 use super::series::{Episode, RESTS_WITHIN_S, Series};
 use super::{Handled, overlap};
 use crate::analysis::{Segment, TaskSpan, UNKNOWN};
 use crate::base::easing::smooth_step;
 use crate::base::meaning::Meaning;
 use crate::base::recording::Recording;
-use nalgebra::{Isometry3, Translation3};
+use nalgebra::{Isometry3, Translation3, Vector3};
 
-/// It fell when it came to rest farther than this from where it was let go, m and rad; farther than the others it was dropped, and that is left as it was.
-const FELL: (f64, f64) = (0.002, 0.035);
+/// What came to rest farther than this from where it was let go, m and rad, was dropped, and that is left as it was.
 const DROPPED: (f64, f64) = (0.040, 0.6);
 /// What was dropped from no higher than this, m, and came to rest the same way up is put down as well, from when on it was no farther than this from where it was
 /// let go, m.
@@ -112,8 +112,9 @@ pub(super) fn put_all_down(handled: &mut [Handled<'_>], recording: &Recording) {
     }
 }
 
-/// Brings the object in the end of each episode to where it came to rest.
+/// Brings the object in the end of each episode to where it came to rest, or over that place if it is to fall.
 fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: &[Episode], times: Times) {
+    let up = recording.scene.up();
     for (number, episode) in episodes.iter().enumerate() {
         let grasped = episode.pieces.iter().any(|piece| piece.does == Meaning::Close);
         let inserts = episode.pieces.iter().any(|piece| piece.does == Meaning::Insert);
@@ -128,16 +129,19 @@ fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: 
         let touched_again = episodes.iter().skip(number + 1).flat_map(|later| &later.pieces).find(|it| it.touching);
         let rests = touched_again.map_or(series.len() - 1, |piece| piece.samples[0]);
         let rested = touched_again.is_none().then(|| series.at_rest(recording, object, times.ends_s)).flatten();
-        if inserts && times.entered_s.is_none() {
-            // What is let go in a hole falls along it.
-            if let (Some(rested), Some(wanted)) = (rested, series.wanted.last_mut()) {
-                *wanted = rested;
-            }
+        let in_hole = inserts && times.entered_s.is_none();
+        if let (true, Some(rested), Some(wanted)) = (in_hole || episode.lets_fall, rested, series.wanted.last_mut()) {
+            *wanted = rested;
+        }
+        // What is let go in a hole falls along it.
+        if in_hole {
             continue;
         }
-        let (from, to) = (series.object[last], rested.unwrap_or(series.object[rests]));
+        let (from, rest) = (series.object[last], rested.unwrap_or(series.object[rests]));
+        let to = if episode.lets_fall { above(&rest, &from, &up) } else { rest };
         let (way, turn) = apart(&from, &to);
-        if (way < FELL.0 && turn < FELL.1) || way > LOWERED_M || turn > DROPPED.1 {
+        let farthest = if episode.lets_fall { DROPPED.0 } else { LOWERED_M };
+        if (way < FELL.0 && turn < FELL.1) || way > farthest || turn > DROPPED.1 {
             continue;
         }
         let there = |at: &&usize| apart(&series.object[**at], &from).0 < THERE_M;
@@ -159,9 +163,16 @@ fn put_down(series: &mut Series, recording: &Recording, object: &str, episodes: 
             series.wanted[at] = Isometry3::from_parts(place, turned.powf(share) * demonstrated.rotation);
         }
         for at in last + 1..series.len().min(rests + 1) {
-            series.wanted[at] = to;
+            let falls = episode.lets_fall && at + 1 < series.len();
+            series.wanted[at] = if falls { above(&rest, &series.object[at], &up) } else { rest };
         }
     }
+}
+
+/// The pose of an object that is as high as it was and falls to where it rests without turning; `up` is a unit vector, or zero without gravity.
+fn above(rest: &Isometry3<f64>, was: &Isometry3<f64>, up: &Vector3<f64>) -> Isometry3<f64> {
+    let height = up.dot(&(was.translation.vector - rest.translation.vector));
+    Translation3::from(up * height) * rest
 }
 
 /// Lets what a hand puts into another object come along with that from then on.
@@ -183,10 +194,4 @@ fn come_along(this: &mut Handled<'_>, recording: &Recording, carrier: &Handled<'
         };
         this.series.wanted[at] = by * this.series.wanted[at];
     }
-}
-
-/// How far two poses are apart, m and rad.
-fn apart(one: &Isometry3<f64>, other: &Isometry3<f64>) -> (f64, f64) {
-    let way = one.translation.vector - other.translation.vector;
-    (way.norm(), one.rotation.angle_to(&other.rotation))
 }

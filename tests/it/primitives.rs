@@ -1,5 +1,5 @@
 //! The primitives of `examples/primitives`: each is recognized in a recording that shows it, and the robot carries it out. Judged by outcome: where the
-//! robot leaves the objects.
+//! robot leaves the objects, and what the rules find in its own recording.
 
 use crate::program::{all_said, teachtree_in};
 use std::path::{Path, PathBuf};
@@ -34,50 +34,49 @@ impl Example {
         root().join("examples/primitives").join(self.folder).join(format!("{}.{ending}", self.folder))
     }
 
-    /// Teaches and analyzes it in a folder; returns the commands for the robot.
-    fn recognized(&self, folder: &Path) -> serde_json::Value {
-        let rules = self.path("rules");
-        let rules = rules.to_str().unwrap();
-        let checked = all_said(&teachtree_in(folder, &["check", rules]));
-        assert!(checked.starts_with("0 errors"), "a primitive of one's own has no warnings:\n{checked}");
-        let operator = self.path("operator.yaml");
-        let operator = self.operator.unwrap_or_else(|| operator.to_str().unwrap());
+    /// Lets the robot carry out in a folder what an operator shows, and finds it in the robot's recording.
+    fn carried_out_in(&self, folder: &Path, robot: &str, seed: &[&str]) {
+        let (rules, operator) = (self.path("rules"), self.path("operator.yaml"));
+        let (rules, operator) = (rules.to_str().unwrap(), operator.to_str().unwrap());
         let run = |args: &[&str]| {
             let output = teachtree_in(folder, args);
             let said = all_said(&output);
-            assert_eq!(output.status.code(), Some(0), "{}: {args:?}\n{said}", self.folder);
+            assert_eq!(output.status.code(), Some(0), "{} {seed:?}: {args:?}\n{said}", self.folder);
             said
         };
-        run(&["teach", self.scene, operator, "--variation", "0", "-o", "shown.csv"]);
-        let found = run(&["analyze", "shown.csv", "--rules", rules]);
-        let lines = || found.lines().map(str::trim_start);
-        for name in [self.task, self.primitive] {
-            assert!(
-                lines().any(|line| line.starts_with(&format!("{name} "))),
-                "{}: no {name} in\n{found}",
-                self.folder
-            );
-        }
-        run(&["retarget", "shown.csv", "--rules", rules, "--robot", "both_hands", "-o", "commands.json"]);
-        serde_json::from_str(&std::fs::read_to_string(folder.join("commands.json")).unwrap()).unwrap()
+        run(&[&["teach", self.scene, self.operator.unwrap_or(operator), "-o", "shown.csv"], seed].concat());
+        run(&["retarget", "shown.csv", "--rules", rules, "--robot", robot, "-o", "commands.json"]);
+        let commands = std::fs::read_to_string(folder.join("commands.json")).unwrap();
+        let commands: serde_json::Value = serde_json::from_str(&commands).unwrap();
+        let tasks = commands["tasks"].as_array().unwrap();
+        assert!(tasks.iter().any(|task| task["task"] == self.task), "{} {seed:?}: no {}", self.folder, self.task);
+        let mut segments = tasks.iter().flat_map(|task| task["segments"].as_array().unwrap());
+        let own = |segment: &serde_json::Value| segment["primitive"] == self.primitive && segment["does"] == self.does;
+        assert!(segments.any(own), "{} {seed:?}: {} is not commanded", self.folder, self.primitive);
+        let robot = ["--robot", robot, "--scene", self.scene, "--rules", rules, "-o", "robot.csv"];
+        // Status 0: every object is where the operator left it, and every commanded task is recognized.
+        let said = run(&[&["simulate", "commands.json"], &robot[..]].concat());
+        assert!(said.contains("\nrecognized in the robot's recording: "), "{said}");
     }
 
-    /// Recognizes it, and lets the robot carry it out; what `simulate` prints.
-    fn carried_out(&self) -> String {
+    /// Lets the robot carry out what operators show, given by seed or variation; the folder of the last one.
+    fn carried_out_of(&self, robot: &str, seeds: &[[&str; 2]]) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
-        let commands = self.recognized(folder.path());
-        let tasks = commands["tasks"].as_array().unwrap();
-        let segments: Vec<&serde_json::Value> =
-            tasks.iter().flat_map(|task| task["segments"].as_array().unwrap()).collect();
-        let mut own = segments.iter().filter(|segment| segment["primitive"] == self.primitive);
-        assert!(own.any(|own| own["does"] == self.does), "{}: {} is not commanded", self.folder, self.primitive);
-        let output = teachtree_in(
-            folder.path(),
-            &["simulate", "commands.json", "--robot", "both_hands", "--scene", self.scene, "-o", "robot.csv"],
-        );
-        let said = all_said(&output);
-        assert_eq!(output.status.code(), Some(0), "{}: the objects are not where they were left:\n{said}", self.folder);
-        said
+        let rules = self.path("rules");
+        let checked = all_said(&teachtree_in(folder.path(), &["check", rules.to_str().unwrap()]));
+        assert!(checked.starts_with("0 errors"), "a primitive of one's own has no warnings:\n{checked}");
+        seeds.iter().for_each(|seed| self.carried_out_in(folder.path(), robot, seed));
+        folder
+    }
+
+    /// The same of one who does not vary.
+    fn carried_out(&self) -> tempfile::TempDir {
+        self.carried_out_of("both_hands", &[["--variation", "0"]])
+    }
+
+    /// The same of five who do.
+    fn carried_out_of_five(&self, robot: &str) {
+        self.carried_out_of(robot, &["7001", "7002", "7003", "7004", "7005"].map(|seed| ["--seed", seed]));
     }
 }
 
@@ -133,24 +132,25 @@ fn unscrew_is_carried_out() {
     of("turn_knob", "unscrew", ["Unscrew", "turn", "unscrew"]).carried_out();
 }
 
+/// Of a peg that goes in without touching the hole nothing shows that the other hand helps: this operator's touches it.
 #[test]
 fn assist_is_carried_out() {
-    of("hold_and_insert", "assist", ["Assist", "hold", "assist"]).carried_out();
+    let assist = of("hold_and_insert", "assist", ["Assist", "hold", "assist"]);
+    assist.carried_out_of("both_hands", &[["--seed", "7001"]]);
 }
 
-/// Each hand does its part under one label.
+/// Each hand does its part under one label, at one pace. Grasps of grippers are chosen fast; hands and arms show one seed that both robots failed at.
 #[test]
 fn join_is_carried_out() {
-    of("ring_and_pole", "join", ["Join(right)", "insert", "join"]).carried_out();
+    let join = of("ring_and_pole", "join", ["Join(right)", "insert", "join"]);
+    join.carried_out_of_five("two_grippers");
+    join.carried_out_of("both_hands", &[["--seed", "7003"]]);
 }
 
 /// The hole is 2 mm from where it was: the robot looks for it, as it does with the shipped Insert.
 #[test]
 fn plug_is_carried_out_and_looks_for_the_hole() {
-    let plug = of("peg_in_hole", "plug", ["Plug", "insert", "plug"]);
-    plug.carried_out();
-    let folder = tempfile::tempdir().unwrap();
-    plug.recognized(folder.path());
+    let folder = of("peg_in_hole", "plug", ["Plug", "insert", "plug"]).carried_out();
     let scene = std::fs::read_to_string(root().join("scenes/peg_in_hole.yaml")).unwrap();
     let moved = scene.replace("position: [90 mm, 20 mm, 20 mm]", "position: [92 mm, 20 mm, 20 mm]");
     assert_ne!(scene, moved);
@@ -158,6 +158,55 @@ fn plug_is_carried_out_and_looks_for_the_hole() {
     let args = ["simulate", "commands.json", "--robot", "both_hands", "--scene", "moved.yaml", "-o", "robot.csv"];
     let said = all_said(&teachtree_in(folder.path(), &args));
     assert!(said.contains("hole found"), "{said}");
+}
+
+/// The tasks that are commanded of what an operator without variation shows in `pick_and_place`, and why something was left out.
+fn tasks_of(operator: &str, rules: &str) -> (Vec<String>, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("operator.yaml"), operator).unwrap();
+    let run = |args: &[&str]| {
+        let output = teachtree_in(folder.path(), args);
+        assert_eq!(output.status.code(), Some(0), "{args:?}\n{}", all_said(&output));
+    };
+    run(&["teach", "pick_and_place", "operator.yaml", "--variation", "0", "-o", "shown.csv"]);
+    run(&["retarget", "shown.csv", "--rules", rules, "-o", "commands.json"]);
+    let commands = std::fs::read_to_string(folder.path().join("commands.json")).unwrap();
+    let commands: serde_json::Value = serde_json::from_str(&commands).unwrap();
+    let tasks = commands["tasks"].as_array().unwrap();
+    let text = |value: &serde_json::Value| value.as_str().unwrap().to_string();
+    let left_out = tasks.iter().flat_map(|task| task["left_out"].as_array().unwrap());
+    (tasks.iter().map(|task| text(&task["task"])).collect(), left_out.map(|left| text(&left["why"])).collect())
+}
+
+/// What was set down was not lost, by whatever name the rules call the second grasp.
+#[test]
+fn what_was_set_down_and_is_taken_again_was_not_lost() {
+    let operator = include_str!("../../examples/primitives/regrasp/regrasp.operator.yaml");
+    let (tasks, left_out) = tasks_of(operator, "contact.rules");
+    assert_eq!(tasks, ["pick_and_place", "pick_and_place"]);
+    assert!(left_out.is_empty(), "{left_out:?}");
+}
+
+/// What was dropped on purpose and taken up again is dropped by the robot too. Without a name for the fall it was a mistake, and is left out.
+#[test]
+fn a_fall_that_rules_name_was_meant() {
+    let shown = include_str!("../../examples/primitives/drop/drop.operator.yaml");
+    let last = "      - {reach: {grip: pinch, opened: 25 mm, offset: [0 mm, 0 mm, 120 mm]}}\n";
+    let again = "      - {reach: {grip: pinch, opened: 12 mm, speed: 180 mm/s}}
+      - {phase: grasp again, close: {force: 1.2 N, speed: 60 mm/s}}
+      - {hold: 300 ms}
+      - {phase: lift, carry: {along: [0, 0, 1], distance: 30 mm, speed: 60 mm/s}}
+      - {phase: put down, carry: {along: [0, 0, -1], distance: 60 mm, speed: 60 mm/s, until: {contact: base}}}
+      - {hold: 250 ms}
+      - {phase: let go, open: {by: 25 mm, speed: 120 mm/s}}
+";
+    assert!(shown.contains(last));
+    let operator = shown.replace(last, &format!("{again}{last}"));
+    let rules = root().join("examples/primitives/drop/drop.rules");
+    let (tasks, left_out) = tasks_of(&operator, rules.to_str().unwrap());
+    assert_eq!((tasks, left_out), (vec!["drop".into(), "pick_and_place".into()], vec![]));
+    let (tasks, left_out) = tasks_of(&operator, "contact.rules");
+    assert_eq!((tasks, left_out), (vec!["pick_and_place".to_string()], vec!["dropped".to_string()]));
 }
 
 /// A primitive that does not say what a hand does is recognized, and refused by `retarget`.

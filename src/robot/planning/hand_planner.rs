@@ -1,5 +1,6 @@
 //! The planner of one hand: where it begins, and its plans of each group of tasks from where it is.
 
+use super::plan::pace::insertions;
 use super::plan::{Plan, Target};
 use super::schedule::{HandPlans, at_task, found, groups};
 use super::start::Start;
@@ -137,7 +138,8 @@ impl HandPlanner {
             return Err(at_task(tasks, number, format!("goes into `{}`, which is no body of the scene", into.body)));
         }
         let found = found(tasks, group, number, &place(object).ok_or_else(lacks)?);
-        let plan = Plan::new(&tasks[number], limb, &self.hand, found, palm, self.demonstrated_radius);
+        let insertions = insertions(tasks, group, number, &self.scene);
+        let plan = Plan::new(&tasks[number], limb, &self.hand, found, insertions, palm, self.demonstrated_radius);
         let mut plan = plan.map_err(|message| at_task(tasks, number, message))?;
         if self.scene.up() != Vector3::zeros() {
             let others = self.scene.bodies.iter().filter(|(_, body)| body.role == Role::Object);

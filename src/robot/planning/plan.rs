@@ -7,11 +7,14 @@
 
 mod forces;
 mod lift;
+pub(super) mod pace;
 pub(super) mod segments;
 
 pub use self::forces::PlannedForce;
 
-use self::segments::{SHORTEST_S, fade_time, falls, is_brought, is_carried_later, is_near, transfer_time};
+use self::segments::{
+    SHORTEST_S, ends_s, fade_time, falls, is_brought, is_carried_later, is_near, precedence_s, transfer_time,
+};
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
 use super::time_scale::Part;
@@ -34,7 +37,7 @@ const OPENING_S: f64 = 0.4;
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
 const LEAVING_S: f64 = 1.0;
-/// Before it goes into a socket, an object comes to rest, s.
+/// Before it goes into a socket, or falls, an object comes to rest, s.
 const STEADIES_S: f64 = 1.0;
 /// Into a socket it goes no faster, m/s: hasty operators' hands give way where a robot's jam.
 const INSERTS_M_S: f64 = 0.04;
@@ -115,6 +118,8 @@ pub struct Plan<'a> {
     transfer: f64,
     /// By how much the middle of the way to the task is lifted, reference frame, m.
     lifted: Vector3<f64>,
+    /// From when to when other hands insert something into the object, s of the recording.
+    insertions: Vec<[f64; 2]>,
 }
 
 #[derive(Clone, Copy)]
@@ -157,7 +162,8 @@ enum Role {
 }
 
 impl<'a> Plan<'a> {
-    /// The plan of a task whose object is found where `found` says, for a palm that is at `palm` now (or begins where the task does).
+    /// The plan of a task whose object is found where `found` says, for a palm that is at `palm` now (or begins where the task does). Other hands insert something
+    /// into the object in the times of `insertions`, s of the recording.
     ///
     /// # Errors
     /// A grasp that was not mapped; a task without segments.
@@ -166,6 +172,7 @@ impl<'a> Plan<'a> {
         limb: &Robot,
         hand: &HandModel,
         found: Found,
+        insertions: Vec<[f64; 2]>,
         palm: Option<&Isometry3<f64>>,
         tip_radius: f64,
     ) -> Result<Self, String> {
@@ -186,6 +193,7 @@ impl<'a> Plan<'a> {
             from: Isometry3::identity(),
             transfer: 0.0,
             lifted: Vector3::zeros(),
+            insertions,
         };
         let mut clock = 0.0;
         let mut anchor = found.off;
@@ -194,14 +202,7 @@ impl<'a> Plan<'a> {
         let touched = task.segments.iter().position(|segment| segment.touching).unwrap_or(0);
         for (index, segment) in task.segments.iter().enumerate() {
             let begins = segment.demonstrated_start_s;
-            let ends = begins + segment.duration_s;
-            // Samples have their own beginning in each task.
-            let ends = task
-                .segments
-                .get(index + 1)
-                .map(|next| next.demonstrated_start_s)
-                .filter(|next| (next - ends).abs() < SAMPLE_S)
-                .unwrap_or(ends);
+            let ends = ends_s(&task.segments, index);
             // Who touches an object after something else has brought it onto the demonstrated way goes there on the demonstrated way.
             let touch = task.segments[index..].iter().find(|segment| segment.touching).unwrap_or(segment);
             if touch.demonstrated_start_s > found.until_s - SAMPLE_S {
@@ -227,7 +228,9 @@ impl<'a> Plan<'a> {
             };
             let grip = segment.grasp.unwrap_or(0);
             let inserts = role == Role::Hold && segment.does == Meaning::Insert;
-            if inserts {
+            let drops =
+                role == Role::Leave && falls(segment) && index > 0 && task.segments[index - 1].does == Meaning::Carry;
+            if inserts || drops {
                 let steadying = Phase::new(segment, Role::Steady, clock, STEADIES_S, [begins; 2]);
                 plan.phases.push(Phase { anchor, ..steadying });
                 clock += STEADIES_S;
@@ -502,7 +505,7 @@ impl<'a> Plan<'a> {
         }
         let (segment, grip) = (phase.segment, &self.grips[phase.grip.min(self.grips.len() - 1)]);
         let local = local.clamp(0.0, phase.duration);
-        let share = phase.share(local);
+        let share = self.share(phase, local);
         let falls = phase.role == Role::Leave && falls(segment);
         let at = if falls || matches!(phase.role, Role::Close | Role::Steady) { 0.0 } else { share };
         let faded = phase.faded[0] + (phase.faded[1] - phase.faded[0]) * share;
@@ -558,18 +561,6 @@ impl<'a> Plan<'a> {
         let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
         next.is_some_and(|next| next.segment.touching)
     }
-}
-
-/// When a way with precedence is gone, s of the recording: all of it when its first segment was begun, or when its last one was over.
-fn precedence_s(segments: &[Segment], at: usize, precedence: Precedence) -> f64 {
-    let same = |segment: &&Segment| segment.precedence == Some(precedence);
-    match precedence {
-        Precedence::First => segments[..=at].iter().rev().take_while(same).last().map(|it| it.demonstrated_start_s),
-        Precedence::Last => {
-            segments[at..].iter().take_while(same).last().map(|it| it.demonstrated_start_s + it.duration_s)
-        }
-    }
-    .unwrap_or(segments[at].demonstrated_start_s)
 }
 
 /// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.

@@ -1,7 +1,7 @@
 //! The forces of a plan: those of its commands, and those that the operator exerted.
 
 use super::segments::has_closed;
-use super::{Phase, Plan, Role, Target};
+use super::{Phase, Plan, Role, Target, pace};
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
 use crate::command::Segment;
@@ -20,16 +20,6 @@ pub struct PlannedForce {
 }
 
 impl Phase<'_> {
-    /// How much of it is gone after a time, s, 0 to 1.
-    pub(super) fn share(&self, local: f64) -> f64 {
-        let share = local / self.duration;
-        if self.role == Role::Hold && self.segment.does == Meaning::Insert {
-            // From rest to rest.
-            return share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU;
-        }
-        share
-    }
-
     /// Whether it is a closing before a push, which stands at the beginning of what is pushed.
     fn waits(&self) -> bool {
         self.role == Role::Close && self.segment.does != Meaning::Close
@@ -37,11 +27,22 @@ impl Phase<'_> {
 }
 
 impl Plan<'_> {
+    /// Returns how much of a phase is gone after a time, s, 0 to 1.
+    pub(super) fn share(&self, phase: &Phase<'_>, local: f64) -> f64 {
+        let share = local / phase.duration;
+        match (phase.role, phase.segment.does) {
+            (Role::Hold, Meaning::Insert) => pace::eased(share),
+            (Role::Hold, _) => pace::beside(share, phase.demonstrated, &self.insertions),
+            _ => share,
+        }
+    }
+
     /// Returns the index of the segment at a time, s, if its forces are those of the commands at each instant then: the hand has closed, and does not let go.
     pub(in crate::robot) fn commands_forces(&self, time: f64) -> Option<usize> {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
-        let holds = matches!(phase.role, Role::Hold | Role::Steady) && phase.segment.does != Meaning::Close;
+        let changes_grip = matches!(phase.segment.does, Meaning::Close | Meaning::Open);
+        let holds = matches!(phase.role, Role::Hold | Role::Steady) && !changes_grip;
         let number = || self.task.segments.iter().position(|segment| std::ptr::eq(segment, phase.segment));
         (local >= 0.0 && holds).then(number)?
     }
@@ -50,7 +51,7 @@ impl Plan<'_> {
     pub(in crate::robot) fn forces(&self, time: f64, target: &Target) -> Vec<PlannedForce> {
         let local = time - self.transfer;
         let phase = &self.phases[self.index_at(local)];
-        let share = phase.share((local - phase.start).clamp(0.0, phase.duration));
+        let share = self.share(phase, (local - phase.start).clamp(0.0, phase.duration));
         let share = if phase.waits() || phase.role == Role::Steady { 0.0 } else { share };
         let touches = local >= 0.0 && !matches!(phase.role, Role::Free | Role::Over);
         let demonstrated = |finger: Finger| {
@@ -67,15 +68,16 @@ impl Plan<'_> {
     /// The force of a finger that the commands have at a share of a phase, frame of the object; what is brought along after a hand has closed is pressed as hard as at
     /// the end of that.
     pub(super) fn commanded_force(&self, phase: &Phase<'_>, at: f64, finger: Finger) -> Vector3<f64> {
+        let segment = phase.segment;
         let (segment, share) = match phase.role {
-            Role::Close if phase.waits() => (phase.segment, 0.0),
-            Role::Close => (phase.segment, 1.0),
-            Role::Hold if has_closed(&self.phases, phase.segment) => (phase.segment, 1.0),
-            Role::Hold | Role::Steady => (phase.segment, at),
-            Role::Leave => {
-                // The force at the end of what comes before it.
+            Role::Close if phase.waits() => (segment, 0.0),
+            Role::Close => (segment, 1.0),
+            Role::Hold if has_closed(&self.phases, segment) => (segment, 1.0),
+            Role::Hold | Role::Steady if segment.does != Meaning::Open => (segment, at),
+            Role::Hold | Role::Steady | Role::Leave => {
+                // The force at the end of what comes before a release.
                 let holds =
-                    |other: &&Phase| other.start < phase.start && !matches!(other.role, Role::Free | Role::Over);
+                    |other: &&Phase| other.start < phase.start && matches!(other.role, Role::Close | Role::Hold);
                 let Some(before) = self.phases.iter().rfind(holds) else { return Vector3::zeros() };
                 (before.segment, 1.0)
             }

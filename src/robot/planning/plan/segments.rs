@@ -1,9 +1,9 @@
 //! What a plan asks about the segments of a task.
 
-use super::{LEAVING_S, OPENING_S, Phase, Role};
+use super::{LEAVING_S, OPENING_S, Phase, Role, SAMPLE_S};
 use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
-use crate::command::Segment;
+use crate::command::{Precedence, Segment};
 use crate::robot::planning::interpolation::pose_at;
 use nalgebra::Isometry3;
 
@@ -17,6 +17,25 @@ const TRANSFER_S: f64 = 0.8;
 const BROUGHT: (f64, f64) = (0.010, 0.087);
 /// What is let go and then goes down faster than this falls, m/s: the hand does not go with it, as it does with what the other hand takes.
 const FALLS_M_S: f64 = 0.5;
+
+/// When a segment was over, s of the recording: samples have their own beginning in each task.
+pub(super) fn ends_s(segments: &[Segment], index: usize) -> f64 {
+    let ends = segments[index].demonstrated_start_s + segments[index].duration_s;
+    let next = segments.get(index + 1).map(|next| next.demonstrated_start_s);
+    next.filter(|next| (next - ends).abs() < SAMPLE_S).unwrap_or(ends)
+}
+
+/// When a way with precedence is gone, s of the recording: all of it when its first segment was begun, or when its last one was over.
+pub(super) fn precedence_s(segments: &[Segment], at: usize, precedence: Precedence) -> f64 {
+    let same = |segment: &&Segment| segment.precedence == Some(precedence);
+    match precedence {
+        Precedence::First => segments[..=at].iter().rev().take_while(same).last().map(|it| it.demonstrated_start_s),
+        Precedence::Last => {
+            segments[at..].iter().take_while(same).last().map(|it| it.demonstrated_start_s + it.duration_s)
+        }
+    }
+    .unwrap_or(segments[at].demonstrated_start_s)
+}
 
 /// Whether the object of a segment goes or turns far.
 pub(super) fn is_brought(segment: &Segment) -> bool {

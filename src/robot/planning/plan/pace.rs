@@ -1,0 +1,40 @@
+//! The pace of an insertion, from rest to rest. The hand that inserts an object has it, and so has the hand that moves the object with the hole meanwhile: at paces
+//! of their own, one would pull out what the other one puts in.
+
+use super::segments::ends_s;
+use crate::base::meaning::Meaning;
+use crate::base::scene::Scene;
+use crate::command::Task;
+
+/// The share of the way at a share of the time.
+pub(super) fn eased(share: f64) -> f64 {
+    share - (std::f64::consts::TAU * share).sin() / std::f64::consts::TAU
+}
+
+/// From when to when other hands insert something into the object of a task of a group, s of the recording.
+pub(in crate::robot::planning) fn insertions(
+    tasks: &[Task],
+    group: &[usize],
+    number: usize,
+    scene: &Scene,
+) -> Vec<[f64; 2]> {
+    let task = &tasks[number];
+    let Some(body) = scene.bodies.get(&task.object) else { return Vec::new() };
+    let enters = |other: &&Task| body.sockets.values().any(|socket| socket.takes(&other.object));
+    let others = group.iter().map(|other| &tasks[*other]).filter(|other| other.track != task.track);
+    let of = |other: &Task| -> Vec<[f64; 2]> {
+        let segments = other.segments.iter().enumerate().filter(|(_, segment)| segment.does == Meaning::Insert);
+        segments.map(|(at, segment)| [segment.demonstrated_start_s, ends_s(&other.segments, at)]).collect()
+    };
+    others.filter(enters).flat_map(of).collect()
+}
+
+/// The share of its way at a share of its time of what is held from one time of the recording to another one, while something is inserted into it.
+pub(super) fn beside(share: f64, [from, to]: [f64; 2], insertions: &[[f64; 2]]) -> f64 {
+    let time = from + (to - from) * share;
+    let Some([begins, ends]) = insertions.iter().find(|[begins, ends]| *begins < time && time < *ends) else {
+        return share;
+    };
+    let paced = begins + (ends - begins) * eased((time - begins) / (ends - begins));
+    if to > from { ((paced - from) / (to - from)).clamp(0.0, 1.0) } else { share }
+}
