@@ -148,6 +148,11 @@ impl Meaning {
         matches!(self, Self::Free | Self::Approach)
     }
 
+    /// Whether the hand holds an object.
+    pub const fn holds(self) -> bool {
+        !self.is_free() && !self.pushes() && !matches!(self, Self::Open)
+    }
+
     /// Whether the hand moves an object that it does not hold.
     pub const fn pushes(self) -> bool {
         matches!(self, Self::Push | Self::Trace)

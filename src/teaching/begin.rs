@@ -19,8 +19,8 @@ const MOST_ROWS: usize = 4096;
 /// A scene that cannot be simulated, rules that cannot be loaded for its recordings.
 pub fn begin(options: Options) -> Result<(Arc<Teaching>, Receiver<Punctuality>), InputError> {
     let work = ByHand::new(&options.scene)?;
-    let (labeler, colors) = Labeler::new(&options)?;
-    let teaching = Arc::new(Teaching::new(options, colors));
+    let (labeler, looks) = Labeler::new(&options)?;
+    let teaching = Arc::new(Teaching::new(options, looks));
     let (to_labels, rows) = sync_channel(MOST_ROWS);
     let (ended, punctuality) = sync_channel(1);
     std::thread::spawn({

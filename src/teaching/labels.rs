@@ -2,8 +2,9 @@
 
 use super::options::Options;
 use super::shared::lock;
-use super::tracks::Tracks;
+use super::tracks::{Look, Tracks};
 use crate::base::error::InputError;
+use crate::base::meaning::Meaning;
 use crate::report::palette;
 use crate::session::{Calibration, Column, Live, Log, Rules, Scene};
 use crate::world::ByHand;
@@ -33,11 +34,13 @@ pub(super) struct Labeler {
     calibration: Calibration,
 }
 
-/// The colors of the primitives, by name.
-pub(super) fn colors(rules: &Rules) -> BTreeMap<String, String> {
-    let set = rules.set();
-    let primitives = set.primitives.iter();
-    primitives.map(|it| (it.name.clone(), palette::color(&it.name, it.does).hex())).collect()
+/// How the primitives are shown, by name.
+fn looks(rules: &Rules) -> BTreeMap<String, Look> {
+    let look = |name: &str, does: Option<Meaning>| Look {
+        color: palette::color(name, does).hex(),
+        holds: does.is_some_and(Meaning::holds),
+    };
+    rules.set().primitives.iter().map(|it| (it.name.clone(), look(&it.name, it.does))).collect()
 }
 
 /// The recording of a scene at rest, as a log.
@@ -76,11 +79,11 @@ impl Labeler {
     ///
     /// # Errors
     /// Rules that cannot be loaded, or that need what recordings of the scene do not have.
-    pub(super) fn new(options: &Options) -> Result<(Self, BTreeMap<String, String>), InputError> {
+    pub(super) fn new(options: &Options) -> Result<(Self, BTreeMap<String, Look>), InputError> {
         let (rules, log) = rules(options)?;
         let calibration = Calibration::of(&log, &rules).map_err(|error| plain(&options.name, &error))?;
-        let colors = colors(&rules);
-        Ok((Self { rules, scene: Scene::of(options.scene.clone()), calibration }, colors))
+        let looks = looks(&rules);
+        Ok((Self { rules, scene: Scene::of(options.scene.clone()), calibration }, looks))
     }
 
     /// Labels what comes until nothing comes any more.

@@ -2,7 +2,7 @@
 
 use super::options::Options;
 use super::takes::Takes;
-use super::tracks::Tracks;
+use super::tracks::{Look, Tracks};
 use crate::world::HandInput;
 use nalgebra::{Isometry3, Point3, Vector3};
 use std::collections::BTreeMap;
@@ -24,8 +24,8 @@ pub struct Teaching {
     asked: Mutex<Asked>,
     newest: Mutex<Newest>,
     changed: Condvar,
-    /// Of primitives, by name.
-    pub(super) colors: BTreeMap<String, String>,
+    /// How primitives are shown, by name.
+    pub(super) looks: BTreeMap<String, Look>,
     pub(super) tracks: Mutex<Tracks>,
     pub(super) takes: Mutex<Takes>,
 }
@@ -94,7 +94,7 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl Teaching {
     /// Nothing has happened yet.
-    pub(super) fn new(options: Options, colors: BTreeMap<String, String>) -> Self {
+    pub(super) fn new(options: Options, looks: BTreeMap<String, Look>) -> Self {
         Self {
             options,
             stops: AtomicBool::new(false),
@@ -102,7 +102,7 @@ impl Teaching {
             asked: Mutex::default(),
             newest: Mutex::default(),
             changed: Condvar::new(),
-            colors,
+            looks,
             tracks: Mutex::default(),
             takes: Mutex::default(),
         }

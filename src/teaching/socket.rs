@@ -103,7 +103,7 @@ fn write(socket: &mut WebSocket<Duplex>, connection: &Connection, teaching: &Tea
             let labels = {
                 let tracks = lock(&teaching.tracks);
                 let is_new = versions.0.replace(tracks.version) != Some(tracks.version);
-                is_new.then(|| tracks.json(&teaching.colors))
+                is_new.then(|| tracks.json(&teaching.looks))
             };
             let takes = {
                 let takes = lock(&teaching.takes);

@@ -7,6 +7,14 @@ use std::collections::BTreeMap;
 /// So many segments and tasks of a track are kept to show.
 const MOST_SHOWN: usize = 400;
 
+/// How a primitive is shown.
+pub(super) struct Look {
+    /// `#rrggbb`.
+    pub(super) color: String,
+    /// Whether the hand holds an object in it.
+    pub(super) holds: bool,
+}
+
 /// The labels that are shown.
 #[derive(Default)]
 pub(super) struct Tracks {
@@ -28,11 +36,13 @@ struct TrackNow {
 
 impl Tracks {
     /// The labels as a message.
-    pub(super) fn json(&self, colors: &BTreeMap<String, String>) -> Value {
-        let color = |name: &str| {
+    pub(super) fn json(&self, primitives: &BTreeMap<String, Look>) -> Value {
+        let look = |name: &str| {
             let base = name.split('(').next().unwrap_or(name);
-            colors.get(name).or_else(|| colors.get(base)).map_or("#9aa4b2", String::as_str)
+            primitives.get(name).or_else(|| primitives.get(base))
         };
+        let color = |name: &str| look(name).map_or("#9aa4b2", |look| look.color.as_str());
+        let holds = |name: &str| look(name).is_some_and(|look| look.holds);
         let tracks: Vec<Value> = self
             .of
             .iter()
@@ -40,7 +50,7 @@ impl Tracks {
                 let segments = track.segments.iter().map(|(name, start, end)| json!([name, start, end, color(name)]));
                 json!({
                     "who": who,
-                    "label": track.label.as_ref().map(|(name, since)| json!([name, since, color(name)])),
+                    "label": track.label.as_ref().map(|(name, since)| json!([name, since, color(name), holds(name)])),
                     "segments": segments.collect::<Vec<_>>(),
                     "tasks": track.tasks,
                 })

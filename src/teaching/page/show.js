@@ -84,6 +84,7 @@ export class Show {
   coach(state) {
     const hand = state.hands[this.hands.active], { scene, ground } = this.stage;
     const middle = scale(hand.tips.reduce(add, [0, 0, 0]), 1 / hand.tips.length);
+    const holds = this.tracks.find((track) => track.who === scene.hands[this.hands.active].side)?.label?.[3];
     const touching = hand.forces.filter((force) => length(force) > 0.03).length;
     const objects = scene.bodies.map((body, index) => ({ body, pose: state.bodies[index] || body.pose })).filter(({ body }) => body.role === "object");
     const near = objects.map((one) => ({ ...one, way: sub(one.pose.slice(0, 3), middle) })).sort((a, b) => Math.hypot(a.way[0], a.way[1]) - Math.hypot(b.way[0], b.way[1]))[0];
@@ -92,7 +93,7 @@ export class Show {
     if (this.hands.isTracked) text = "";
     else if (!state.recording && !this.takes.takes.length) text = "Press Record (Enter) when you are ready. Until then, try: drag moves the hand.";
     else if (!state.recording) text = "";
-    else if (this.hands.hand.closes && touching >= 2) {
+    else if (this.hands.hand.closes && touching >= 2 && holds) {
       text = middle[2] - ground.z < 0.06 ? "You hold it: the wheel lifts it. To put it down, lower it until it stands, then open the hand (Space)." : "Bring it to its place by dragging, then lower it with the wheel until it stands.";
     } else if (this.hands.hand.closes && touching === 0) text = "The fingers have found nothing. Open the hand (Space).";
     else if (!this.hands.hand.closes && near && beside > 0.02) text = `Drag the hand over the ${near.body.name.replaceAll("_", " ")}: the blue ring shows what is below the fingertips.`;
