@@ -58,25 +58,16 @@ pub fn labeled(who: Who, frames: usize, rate_hz: f64, start_s: f64, name: impl F
             }),
         }
     }
-    let of = |who: Who| Track {
-        who,
-        segments: segments.clone(),
-        relabeled: segments.clone(),
-        tasks: Vec::new(),
-        composites: Vec::new(),
-    };
-    // What was analyzed is reported by the track of a hand.
-    let tracks = match who {
-        Who::Both => vec![of(Who::Hand(teachtree::base::hands::Side::Right)), of(Who::Both)],
-        hand => vec![of(hand)],
-    };
+    let relabeled = segments.clone();
+    let track = Track { who, segments, relabeled, tasks: Vec::new(), composites: Vec::new() };
     Analysis {
         frames,
         rows: frames,
         rate_hz,
         start_s,
         end_s: at_s(frames),
-        tracks,
+        stretches: vec![(start_s, at_s(frames))],
+        tracks: vec![track],
         issues: Vec::new(),
         primitives: Primitives::default(),
     }

@@ -77,6 +77,8 @@ pub struct Analysis {
     pub start_s: f64,
     /// When it ends, s.
     pub end_s: f64,
+    /// When the gap-free stretches that were analyzed start and end, s, in order.
+    pub stretches: Vec<(f64, f64)>,
     /// The tracks that the recording has: left, right, both.
     pub tracks: Vec<Track>,
     /// What was wrong with the recording, and what the rules could not do.
@@ -244,7 +246,9 @@ pub fn analyze_series(rules: &Rules, frames: &Frames, series: &dyn Series, leave
     }
     let rows = if frames.row_time.is_empty() { frames.len } else { frames.row_time.len() };
     let (start_s, end_s) = (show.start_s(), show.end_s());
-    Analysis { frames: frames.len, rows, rate_hz, start_s, end_s, tracks, issues, primitives: rules.by_name() }
+    let stretches = leaves.iter().map(|leaves| show.span_s(&leaves.frames)).collect();
+    let primitives = rules.by_name();
+    Analysis { frames: frames.len, rows, rate_hz, start_s, end_s, stretches, tracks, issues, primitives }
 }
 
 impl Track {

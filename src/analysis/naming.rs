@@ -43,6 +43,11 @@ impl Naming<'_> {
         }
     }
 
+    /// When a stretch starts and ends, s.
+    pub fn span_s(&self, stretch: &Range<usize>) -> (f64, f64) {
+        (self.time_s(stretch.start, stretch), self.time_s(stretch.end, stretch))
+    }
+
     /// A segment of a track in a stretch, with what it was among the raw pieces.
     pub fn segment(&self, who: Who, piece: &LabeledSpan, raw: &[LabeledSpan], stretch: &Range<usize>) -> Segment {
         let name = |piece: &LabeledSpan| self.rules.label_name(piece.label);

@@ -115,6 +115,7 @@ pub fn run(args: &Args) -> Result<(), Failure> {
         scores.push(Score::new(Stage::Raw, raw));
     }
     let Some(meta) = meta else { return Failure::all(failures) };
+    let scores = scores.into_iter().map(Score::or_nothing).collect::<Result<Vec<_>, _>>()?;
     write(args, &scores, &meta, &logs)?;
     let missed = scores.first().map_or_else(Vec::new, |score| args.missed(score));
     missed.iter().for_each(|missed| output::complain(missed));

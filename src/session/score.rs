@@ -155,7 +155,8 @@ impl Score {
         let (truth, warnings) = labels.of(opened, analysis.found(), &map, &known).map_err(argument)?;
         let meta = analysis.meta().clone();
         let rows = score::score(&truth, analysis.found(), Stage::Relabeled, &meta).map_err(argument)?;
-        Ok(Self { scores: [score::Score::new(Stage::Relabeled, rows)], meta, warnings })
+        let score = score::Score::new(Stage::Relabeled, rows).or_nothing().map_err(argument)?;
+        Ok(Self { scores: [score], meta, warnings })
     }
 
     /// The score as JSON, schema `teachtree.score/1` (docs/formats.md).

@@ -102,11 +102,11 @@ impl Layout {
     }
 }
 
-/// The segments of a track as names with start and end, s; for both hands `separate` where nothing is coordinated while the hands are analyzed.
+/// The segments of a track as names with start and end, s; for both hands `separate` where nothing is coordinated in the time that was `analyzed`.
 pub(super) fn segments<'a>(
     track: &'a Track,
     segments: &'a [Segment],
-    hands: &[(f64, f64)],
+    analyzed: &[(f64, f64)],
 ) -> Vec<(&'a str, f64, f64)> {
     let own = segments.iter().map(|segment| (segment.primitive.as_str(), segment.start_s, segment.end_s));
     if track.who != Who::Both {
@@ -114,7 +114,7 @@ pub(super) fn segments<'a>(
     }
     let own: Vec<_> = own.collect();
     let mut filled: Vec<(&str, f64, f64)> = Vec::new();
-    for (start_s, end_s) in hands {
+    for (start_s, end_s) in analyzed {
         let mut from = *start_s;
         for (name, start, end) in own.iter().filter(|(_, start, end)| *start < *end_s && *end > *start_s) {
             filled.push((SEPARATE, from, *start));

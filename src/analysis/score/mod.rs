@@ -90,6 +90,21 @@ impl Score {
         Self { stage, rows, all }
     }
 
+    /// An error where there is nothing to compare: no time has a true label and a result, and no recording has a task.
+    ///
+    /// # Errors
+    /// That error, at the first recording.
+    pub fn or_nothing(self) -> Result<Self, InputError> {
+        let has_tasks = self.all.tasks.as_ref().is_some_and(|tasks| !tasks.is_empty());
+        let log = self.rows.first().map_or("the log", |row| &row.log);
+        if self.all.scored_s() > 0.0 || has_tasks {
+            return Ok(self);
+        }
+        let message = "nothing can be scored: no time has both a true label that is not masked and a result";
+        Err(InputError::new(log, message)
+            .help("`teachtree analyze` shows when the recording was analyzed; compare it with the times and tracks of the labels"))
+    }
+
     /// How many recordings were scored.
     pub fn recordings(&self) -> usize {
         self.rows.chunk_by(|one, next| one.log == next.log).count()
@@ -134,7 +149,7 @@ fn tally(
         Stage::Raw => &track.segments,
     };
     let primitives = &analysis.primitives;
-    let mut found = layout::segments(track, segments, &analyzed(analysis));
+    let mut found = layout::segments(track, segments, &analysis.stretches);
     found.iter_mut().for_each(|(name, ..)| *name = primitives.counts_for(name, |name| named.contains(name)));
     let layout = Layout::new(&truth.primitives, &found);
     let mut tally = Tally { primitives: primitives.clone(), ..Tally::default() };
@@ -174,14 +189,6 @@ fn tally(
 
 fn segments_of(row: &[LabeledSpan]) -> Vec<&LabeledSpan> {
     row.iter().filter(|piece| piece.name != SEPARATE).collect()
-}
-
-/// The time in which the hands were analyzed, s, in order and apart.
-fn analyzed(analysis: &Analysis) -> Vec<(f64, f64)> {
-    let hand = analysis.tracks.iter().find(|track| matches!(track.who, Who::Hand(_)));
-    let segments = hand.map_or(&[][..], |track| &track.segments);
-    let stretches = segments.chunk_by(|one, next| one.frames.end == next.frames.start);
-    stretches.filter_map(|stretch| Some((stretch.first()?.start_s, stretch.last()?.end_s))).collect()
 }
 
 /// The boundaries of the truth: the starts of its segments, except where the scored time begins or something was cut out.

@@ -74,12 +74,15 @@ fn analysis(segments: Vec<Segment>, tasks: Vec<TaskSpan>) -> Analysis {
     let end_s = segments.last().map_or(0.0, |last| last.end_s);
     let track = Track { who: RIGHT, relabeled: segments.clone(), segments, tasks, composites: Vec::new() };
     let frames = (end_s * RATE_HZ).round() as usize;
+    let stretches = track.segments.chunk_by(|one, next| one.end_s == next.start_s);
+    let stretches = stretches.map(|all| (all[0].start_s, all[all.len() - 1].end_s)).collect();
     Analysis {
         frames,
         rows: frames,
         rate_hz: RATE_HZ,
         start_s: 0.0,
         end_s,
+        stretches,
         tracks: vec![track],
         issues: Vec::new(),
         primitives: PRIMITIVES.clone(),

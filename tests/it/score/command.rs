@@ -153,3 +153,29 @@ fn a_score_below_the_least_one_is_a_negative_answer() {
     assert!(complained.contains("F1 at 50 % overlap is ") && complained.contains(" %, expected at least 100 %"));
     assert!(!complained.contains("frames right"), "{complained}");
 }
+
+/// Rules with a tree over both hands alone label no hand; what is not coordinated is `separate` there, too.
+#[test]
+fn rules_of_both_hands_alone_are_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: String| std::fs::write(folder.path().join(name), text).unwrap();
+    let row = |at: usize| format!("{:.2},1,{}\n", at as f64 / 100.0, u8::from((100..200).contains(&at)));
+    write("log.csv", format!("time,left.thumb.contact,right.thumb.contact\n{}", (0..300).map(row).collect::<String>()));
+    let rules = "use \"stream.rules\"\nprimitive Share does share\n\
+                 tree both for left, right { any(left.fingers.contact) and any(right.fingers.contact) => Share  else => separate }\n";
+    write("both.rules", rules.into());
+    write("log.scene.yaml", "bodies: {}\n".into());
+    write("labels.csv", "label,start_s,end_s,track\nseparate,0,1.5,both\nShare,1.5,2,both\nseparate,2,3,both\n".into());
+    let score = |more: &[&str]| {
+        let args = ["score", "log.csv", "--rules", "both.rules", "--labels", "labels.csv", "--format", "json"];
+        program(folder.path(), &[&args, more].concat()).output().unwrap()
+    };
+    let scored: Value = serde_json::from_str(&said(&score(&[]))).unwrap();
+    let all = &scored["results"][0]["all"];
+    let near = |name: &str, wanted: f64| (all[name].as_f64().unwrap() - wanted).abs() < 1e-5;
+    assert!(near("scored_s", 3.0) && near("accuracy", 2.5 / 3.0), "{all}");
+    // Where nothing can be compared, that is an error.
+    let masked = score(&["--map", "Share=mask,separate=mask"]);
+    assert_eq!(masked.status.code(), Some(2), "{}", complained(&masked));
+    assert!(complained(&masked).contains("nothing can be scored"), "{}", complained(&masked));
+}
