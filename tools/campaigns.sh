@@ -14,6 +14,7 @@ PROPTEST_CASES=1000 cargo test --test it -- no_damage_to never_panics::
 
 step "the engine, and what is proved, against the reference"
 PROGRAMS=500 cargo test --test it -- --ignored many_programs many_proofs
+PAIRS=5000 cargo test --test it -- --ignored --nocapture many_pairs
 
 step "silent changes"
 cargo example damage -- 5

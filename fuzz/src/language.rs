@@ -4,7 +4,7 @@ use crate::repository;
 use std::io::Cursor;
 use std::sync::LazyLock;
 use teachtree::analysis::expect::{Expectation, Line, compare, pending};
-use teachtree::graph::compare::{additive, changed, differences, lost};
+use teachtree::graph::compare::{additive, declarations, differences};
 use teachtree::graph::{lower, text};
 use teachtree::language::{self, load_text};
 use teachtree::lsp::{Settings, serve};
@@ -51,11 +51,10 @@ pub fn pairs(data: &[u8]) {
     };
     additive(&one, &other).is_proved();
     differences(&one, &other);
-    changed(&one, &other);
-    lost(&one, &other);
+    declarations(&one, &other);
     // Rules add nothing to themselves.
     let same = additive(&one, &one);
-    assert!(same.new.is_empty() && same.changed.is_empty(), "{same:?}");
+    assert!(same.new.is_empty() && same.findings.is_empty(), "{same:?}");
 }
 
 /// Messages of an editor: one a line, or bytes as they come.

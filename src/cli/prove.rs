@@ -8,11 +8,12 @@ use super::{Failure, output};
 use crate::analysis::Analysis;
 use crate::analysis::difference::{changes, extent, tracks};
 use crate::analysis::score::{Comparison, Known, NameMap, Side, compare};
-use crate::graph::compare::{Compared, Difference, additive, changed, differences, lost};
+use crate::graph::compare::{Additive, Compared, Difference, additive, declarations, differences};
+use crate::language::DEFAULT_HAND;
 use crate::session;
 use crate::session::files::all_logs;
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Options of `prove`.
 #[derive(clap::Args)]
@@ -35,7 +36,7 @@ pub struct ProveArgs {
 /// What can be proved.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 enum Claim {
-    /// On every frame, the extended tree gives the base's leaf or a primitive of the extension
+    /// The extension analyzes every recording as the base does, as far as no primitive of its own occurs
     Additive,
 }
 
@@ -67,42 +68,56 @@ pub struct DiffArgs {
 pub fn prove(args: &ProveArgs) -> Result<(), Failure> {
     let Claim::Additive = args.claim;
     let read = |file: &PathBuf| load_files(std::slice::from_ref(file), args.hand.as_deref());
-    let proof = additive(read(&args.base)?.set(), read(&args.extended)?.set());
+    let rules = read(&args.base)?;
+    let proof = additive(rules.set(), read(&args.extended)?.set());
     let (base, extended) = (args.base.display(), args.extended.display());
     let mut printed = String::new();
     if proof.is_proved() {
         let _ = writeln!(printed, "proved: {extended} only adds to {base}");
-        let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
-        let _ = writeln!(printed, "  new primitives: {new}");
-        for tree in &proof.trees.trees {
-            let _ = writeln!(
-                printed,
-                "  {tree}: on every frame and in every state of the base, its leaf or a new primitive"
-            );
-        }
-        for tree in &proof.trees.alone {
-            let _ = writeln!(
-                printed,
-                "  {tree}: a new tree; where it says anything but `separate`, it speaks for the hands"
-            );
-        }
-        printed.push_str("  params, signals, latches and settling of the base mean what they meant\n");
-        printed.push_str("  new tasks and relabeling rules do nothing where no new primitive occurs\n");
-        printed.push_str(
-            "  this holds on each frame: after a new primitive the leaf before is another one, and `from` with it\n",
-        );
-    } else if proof.changed.is_empty() && proof.acts.is_empty() && proof.trees.differences.is_empty() {
-        let _ = writeln!(printed, "not proved: whether {extended} only adds to {base} is undecided");
-        write_differences(&proof.trees, &mut printed);
+        let hand = args.hand.as_deref().unwrap_or(DEFAULT_HAND);
+        let hand = rules.files().any(|file| Path::new(file).ends_with(hand)).then_some(hand);
+        write_proof(&proof, hand, &mut printed);
     } else {
-        let _ = writeln!(printed, "not proved: {extended} does not only add to {base}");
-        for what in proof.changed.iter().chain(&proof.acts) {
-            let _ = writeln!(printed, "  {what}");
+        let is_undecided = proof.findings.is_empty() && proof.trees.differences.is_empty();
+        let _ = if is_undecided {
+            writeln!(printed, "not proved: whether {extended} only adds to {base} is undecided")
+        } else {
+            writeln!(printed, "not proved: {extended} does not only add to {base}")
+        };
+        for finding in &proof.findings {
+            let _ = writeln!(printed, "  {}   {}", finding.what, finding.place);
         }
         write_differences(&proof.trees, &mut printed);
+        if proof.of_one_hand {
+            printed.push_str("  of recordings of one hand it is proved\n");
+        }
     }
     output::print(&printed)?;
     if proof.is_proved() { Ok(()) } else { Err(Failure::No) }
+}
+
+/// What is proved, and of what.
+fn write_proof(proof: &Additive, hand: Option<&str>, printed: &mut String) {
+    let new = if proof.new.is_empty() { "none".to_string() } else { proof.new.join(", ") };
+    let _ = writeln!(printed, "  new primitives: {new}");
+    for tree in &proof.trees.trees {
+        let _ =
+            writeln!(printed, "  {tree}: on every frame and in every state of the base, its leaf or a new primitive");
+    }
+    for tree in &proof.trees.alone {
+        let _ = writeln!(printed, "  {tree}: a new tree, which gives `separate` or a new primitive");
+    }
+    printed
+        .push_str("  channels, params, signals, latches, primitives and settling of the base mean what they meant\n");
+    printed.push_str("  relabeling and tasks are those of the base where no new primitive occurs\n");
+    let hand = hand.map_or(String::new(), |hand| format!(" the hand file {hand} and"));
+    let _ = writeln!(
+        printed,
+        "  this holds for every recording that both analyze, with{hand} the declared values of params;"
+    );
+    printed.push_str(
+        "  in a stretch without gaps, leaves are the same up to a new primitive: after it the leaf before is another one, and `from` with it\n",
+    );
 }
 
 /// Runs `diff`.
@@ -114,13 +129,8 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
     let other_name = args.other.display().to_string();
     let compared = differences(one, other);
     let mut printed = String::new();
-    for what in changed(one, other).into_iter().chain(lost(one, other)) {
+    for what in declarations(one, other) {
         let _ = writeln!(printed, "in {other_name} {what}");
-    }
-    for what in changed(other, one).into_iter().chain(lost(other, one)) {
-        if let Some(what) = what.strip_suffix(" is gone") {
-            let _ = writeln!(printed, "in {other_name} {what} is new");
-        }
     }
     for tree in &compared.alone {
         let _ = writeln!(printed, "only one of them has the tree {tree}");

@@ -38,7 +38,7 @@ const DEFAULT_RULES: &str = "contact.rules";
 /// The same for a log of two hands.
 const DEFAULT_RULES_OF_TWO_HANDS: &str = "bimanual.rules";
 /// The hand file that implements the abstract signals when none is named.
-const DEFAULT_HAND: &str = "hand_force.rules";
+pub const DEFAULT_HAND: &str = "hand_force.rules";
 /// Reports that are listed; the rest is counted.
 const MAX_REPORTS: usize = 200;
 

@@ -1,5 +1,6 @@
 //! Tests of `engine`: the compiled evaluator against the reference, on random rules and random logs.
 
+mod pairs;
 mod proofs;
 pub mod random;
 

@@ -12,13 +12,128 @@ fn prove(base: &str, extended: &str) -> (Option<i32>, String) {
 fn the_shipped_extensions_only_add() {
     for (base, extended, new) in [
         ("single_hand.rules", "contact.rules", "Press, Follow, Push, Trace"),
-        ("contact.rules", "bimanual.rules", "EqualGrasp, MainGrasp, Pass, Fit"),
         ("contact.rules", "examples/tap.rules", "Tap"),
         ("contact.rules", "examples/hold.rules", "Hold"),
     ] {
         let (status, printed) = prove(base, extended);
         assert_eq!(status, Some(0), "{printed}");
         assert!(printed.contains(&format!("new primitives: {new}")), "{printed}");
+        assert!(printed.contains("with the hand file hand_force.rules and the declared values of params"), "{printed}");
+    }
+}
+
+/// Where both hands do something that one hand does too, its labels replace those of both.
+#[test]
+fn a_tree_over_both_hands_with_old_leaves_adds_to_recordings_of_one_hand() {
+    let (status, printed) = prove("contact.rules", "bimanual.rules");
+    assert_eq!(status, Some(1), "{printed}");
+    let told =
+        "the tree `both_hands` is new, and its `Translate` replaces the labels of both hands   rules/bimanual.rules:";
+    assert!(printed.contains(told), "{printed}");
+    assert!(printed.ends_with("  of recordings of one hand it is proved\n"), "{printed}");
+    let new_leaves = "primitive Share does share\ntree both for left, right { both.grasped and left.target == right.target => Share  else => separate }";
+    let (status, printed) = compared(CONTACT, &format!("{CONTACT}{new_leaves}"));
+    assert_eq!(status, Some(0), "{printed}");
+}
+
+const CONTACT: &str = "use \"contact.rules\"\n";
+/// A primitive that never comes, though no proof knows that.
+const EXTRA: &str = "primitive Extra is Translate\nfor each hand { signal never_so = load > 900 N }\n\
+                     extend single_hand first { never_so and not from(none) => Extra }\n";
+
+/// Two texts as `base.rules` and `mine.rules`: what `prove additive` says.
+fn compared(base: &str, extended: &str) -> (Option<i32>, String) {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in [("base.rules", base), ("mine.rules", extended)] {
+        std::fs::write(folder.path().join(name), text).unwrap();
+    }
+    let output = teachtree_in(folder.path(), &["prove", "additive", "base.rules", "mine.rules"]);
+    let diff = all_said(&teachtree_in(folder.path(), &["diff", "base.rules", "mine.rules"]));
+    let said = all_said(&output);
+    // What may change labels is a difference, too.
+    let says_nothing = diff.lines().all(|line| line.contains("the same leaf on every frame"));
+    assert!(output.status.success() || !says_nothing, "{said}\n{diff}");
+    (output.status.code(), said)
+}
+
+/// What can change the analysis of a recording besides what the trees give (docs/proving.md): none of it passes.
+#[test]
+fn what_may_change_labels_without_a_new_primitive_refutes() {
+    let use_base = "use \"base.rules\"\n";
+    let two_rules = "Slide between Grasp and Place becomes Place\nPlace between Grasp and Translate becomes Grasp";
+    let swapped = "Place between Grasp and Translate becomes Grasp\nSlide between Grasp and Place becomes Place";
+    let flag = |default: &str| {
+        format!(
+            "use \"stream.rules\"\nprimitive A does free, B does close\nstream {{ for each hand {{ optional lamp.on : bool = {default} }} }}\n\
+             tree t for each hand {{ lamp.on => B  else => A }}\ntask u = A .. B with B\n"
+        )
+    };
+    let bounded = format!(
+        "{CONTACT}relabel {{ (Grasp or Translate)+ shorter than 500 ms between Approach and (Translate or Place) becomes Slide }}"
+    );
+    let cases: &[(&str, &str, &str)] = &[
+        // Ends of tasks.
+        (CONTACT, "task extra = Move .. Approach with Extra", "the task `extra` runs from Move to Approach: "),
+        (CONTACT, "task extra = Extra .. Grasp with Extra", "the task `extra` runs from Extra to Grasp: "),
+        (
+            CONTACT,
+            "task extra = Approach .. Release with Extra before turn_screw",
+            "`extra` runs from Approach to Release",
+        ),
+        // A new first or last primitive is no key.
+        (CONTACT, "task extra = Extra .. Release with Translate", "the task `extra` needs no new primitive"),
+        (CONTACT, "task extra = Move .. Extra with Translate or Extra", "the task `extra` needs no new primitive"),
+        // Rules that another rule seems to cover.
+        (&bounded, "relabel { Grasp shorter than 500 ms between Approach and Translate becomes Slide }", "may act"),
+        (CONTACT, "relabel { Approach, Extra become Move }", "the rule `Approach, Extra become Move` may act"),
+        (CONTACT, "relabel { Grasp between Approach and Translate becomes Extra }", "may act without a new primitive"),
+        (CONTACT, "relabel pick_and_place { Place between Translate and Release becomes Release }", "may act"),
+        (CONTACT, "relabel { sequence Approach, Extra*, Grasp becomes Grasp }", "may act without a new primitive"),
+        // Tasks that are made of tasks, keys, and their order.
+        (CONTACT, "task tour = pick_and_place, push", "the task `tour`, made of tasks, needs no new primitive"),
+        (CONTACT, "extend task slide with Place", "the task `slide` asks for something else"),
+        // What a recording has: rows in which a channel is not measured, and what touching is.
+        (
+            CONTACT,
+            "stream { for each hand { optional lamp.on : bool = false } }\nextend single_hand.held before Press { lamp.on => Extra }",
+            "the channel `lamp.on`, which the base does not read, leaves out rows in which it is not measured   mine.rules:6:",
+        ),
+        // Trees that the base does not have.
+        (
+            CONTACT,
+            "tree both for left, right { both.grasped => Extra  either.grasped => Grasp  else => separate }",
+            "the tree `both` is new, and its `Grasp` replaces the labels of both hands",
+        ),
+        // Memory and hand files.
+        (CONTACT, "use \"hand_flags.rules\"", "the signal `grasped` means something else"),
+    ];
+    for (base, more, told) in cases {
+        let (status, printed) = compared(base, &format!("{use_base}{EXTRA}{more}\n"));
+        assert!(status == Some(1) && printed.contains(told), "{more}\n{printed}");
+    }
+    // The same without what is said about a primitive that is new adds.
+    for more in [
+        "task extra = Move .. Release with Extra",
+        "relabel { (Slide or Extra)+ between Approach and Grasp becomes Grasp }",
+        "relabel { sequence Approach, Extra, Grasp becomes Extra }",
+        "relabel pick_and_place { (Slide or Extra)+ between Place and Release becomes Place }",
+        "task extra = Move .. Release with Extra and Translate before pick_and_place\ntask tour = extra, push",
+        "extend task slide with Extra",
+    ] {
+        let (status, printed) = compared(CONTACT, &format!("{use_base}{EXTRA}{more}\n"));
+        assert_eq!(status, Some(0), "{more}\n{printed}");
+    }
+    // Files that repeat the base instead of using it.
+    let whole = |rules: &str| format!("{CONTACT}relabel {{\n{rules}\n}}\n");
+    for (base, extended, told) in [
+        (whole(two_rules), whole(swapped), "is gone, does something else or comes elsewhere"),
+        (flag("false"), flag("true"), "the channel `lamp.on` means something else"),
+        (flag("false"), flag("false").replace("A does free", "A does carry"), "the primitive `A` means something else"),
+        (flag("false"), flag("false").replace("hand { lamp", "hand, settle 50 ms { lamp"), "the settling of `t` means"),
+        (flag("false"), flag("false").replace("with B", "with A"), "`u` asks for something"),
+    ] {
+        let (status, printed) = compared(&base, &extended);
+        assert!(status == Some(1) && printed.contains(told), "{told}\n{printed}");
     }
 }
 

@@ -1,0 +1,271 @@
+//! Relabeling rules of two rule sets: whether those of one of them rewrite what those of the other do, in the same order.
+//!
+//! Rules are applied in rounds, one after the other, so that a rule more, or another order, may change what the rules behind it find. A rule
+//! of the extension counts as idle only where it never matches: without a new primitive, or since a rule before it has taken all
+//! that it would match, and no rule in between makes a match again.
+
+use super::Finding;
+use super::labels::{Names, Shared};
+use crate::base::units::Dimension;
+use crate::language::rules::{Constant, Relabel, RelabelKind, Repeat, Rules, TreeScope};
+use std::collections::BTreeMap;
+
+/// What a rule does as long as no new primitive occurs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Form {
+    Between { what: What, between: (Names, Names), becomes: String },
+    InHands { what: What, one: (Names, Names), other: (Names, Names), becomes: Option<String> },
+    Become { what: Names, becomes: String },
+    Sequence { elements: Vec<(Names, Repeat)>, becomes: String },
+    Separate { what: Names, without: Names },
+}
+
+/// What is rewritten between two neighbors.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct What {
+    labels: Names,
+    run: bool,
+    shorter: Option<(Dimension, u64)>,
+}
+
+/// A rule that may change something.
+#[derive(PartialEq)]
+struct Acting<'r> {
+    text: &'r str,
+    form: Form,
+    place: String,
+}
+
+/// The rules for all tasks, and those for each task, that may change something without a new primitive.
+struct Scopes<'r> {
+    general: Vec<Acting<'r>>,
+    of_task: BTreeMap<&'r str, Vec<Acting<'r>>>,
+}
+
+impl<'r> Scopes<'r> {
+    /// `coordinated`: whether a tree labels both hands without a new primitive.
+    fn new(shared: &Shared<'r>, coordinated: bool) -> Self {
+        let mut scopes = Self { general: Vec::new(), of_task: BTreeMap::new() };
+        for rule in &shared.rules.relabels {
+            let Some(form) = form(&rule.kind, shared, coordinated) else { continue };
+            let acting = Acting { text: &rule.text, form, place: shared.rules.sources.place(rule.span) };
+            match task_of(rule, shared.rules) {
+                None => scopes.general.push(acting),
+                Some(task) => scopes.of_task.entry(task).or_default().push(acting),
+            }
+        }
+        scopes
+    }
+}
+
+/// Rules of the extension that may act where no new primitive occurs, and rules of the base that do no longer what they did.
+pub fn acts(base: &Rules, extended: &Shared) -> Vec<Finding> {
+    // A tree that only the extension has is judged by itself: it gives nothing without a new primitive, or is a finding.
+    let coordinated = base.tree(TreeScope::BothHands).is_some();
+    let (mut ours, mut theirs) = (Scopes::new(&Shared::all(base), coordinated), Scopes::new(extended, coordinated));
+    let mut findings = Vec::new();
+    let general = Kept::new(&ours.general, &theirs.general, None, &mut findings);
+    for task in &base.tasks {
+        let (ours, theirs) = (ours.of_task.remove(task.name.as_str()), theirs.of_task.remove(task.name.as_str()));
+        Kept::new(&ours.unwrap_or_default(), &theirs.unwrap_or_default(), Some(&general), &mut findings);
+    }
+    // What is left is of tasks that the base does not have: they need a new primitive, or are findings.
+    findings
+}
+
+/// The rules of the extension that are those of the base, in their order.
+struct Kept<'a>(Vec<&'a Form>);
+
+impl<'a> Kept<'a> {
+    /// Reports each rule besides them that may act, and where they are not those of the base. In spans of a task the rules for all tasks have come to an
+    /// end before.
+    fn new(ours: &[Acting], theirs: &'a [Acting], before: Option<&Kept>, findings: &mut Vec<Finding>) -> Self {
+        let mut open = ours.iter();
+        let mut next = open.next();
+        // The rules that are kept, and how many of them stand in front of each of the others.
+        let (mut kept, mut others): (Vec<&Form>, Vec<(usize, &Acting)>) = (Vec::new(), Vec::new());
+        for rule in theirs {
+            match next {
+                Some(known) if (known.text, &known.form) == (rule.text, &rule.form) => {
+                    kept.push(&rule.form);
+                    next = open.next();
+                }
+                _ => others.push((kept.len(), rule)),
+            }
+        }
+        if let Some(known) = next {
+            let what = format!("the rule `{}` is gone, does something else or comes elsewhere", known.text);
+            findings.push(Finding { what, place: known.place.clone() });
+            return Self(kept);
+        }
+        for (at, rule) in others {
+            let Form::Between { what, between, .. } = &rule.form else {
+                findings.push(may_act(rule));
+                continue;
+            };
+            let taken = |rules: &[&Form], then: &[&Form]| {
+                (0..rules.len()).any(|at| {
+                    let (earlier, later) = (rules.get(at), rules.get(at + 1..).unwrap_or_default());
+                    let earlier = earlier.and_then(|form| Pattern::all_taken(form, what, between));
+                    earlier.is_some_and(|pattern| !later.iter().chain(then).any(|form| pattern.may_be_made_by(form)))
+                })
+            };
+            let in_round = taken(kept.get(..at).unwrap_or_default(), &[]);
+            // Where coordination is given back to the hands, their lanes are fresh, whatever the rules have done before.
+            let before = before.filter(|before| !before.0.iter().any(|form| form.separates()));
+            if !in_round && !before.is_some_and(|before| taken(&before.0, &kept)) {
+                findings.push(may_act(rule));
+            }
+        }
+        Self(kept)
+    }
+}
+
+fn may_act(rule: &Acting) -> Finding {
+    Finding { what: format!("the rule `{}` may act without a new primitive", rule.text), place: rule.place.clone() }
+}
+
+/// Segments between two neighbors of which a rule leaves none.
+struct Pattern<'a> {
+    what: &'a Names,
+    before: &'a Names,
+    after: &'a Names,
+}
+
+impl<'a> Pattern<'a> {
+    /// What a rule leaves none of, if that covers all that another rule would match. With a bound, a rule leaves what is longer, whose parts are shorter again
+    /// when other rules change the rest of it.
+    fn all_taken(form: &'a Form, wanted: &What, (before, after): &(Names, Names)) -> Option<Self> {
+        let Form::Between { what, between, becomes } = form else { return None };
+        let covers = wanted.labels.is_subset(&what.labels)
+            && before.is_subset(&between.0)
+            && after.is_subset(&between.1)
+            && (what.run || !wanted.run);
+        // What it makes does not match again: within a run neighbors are taken along, single segments become the neighbors of others.
+        let becomes_neighbor = !what.run && (between.0.contains(becomes) || between.1.contains(becomes));
+        let leaves_none = what.shorter.is_none() && !what.labels.contains(becomes) && !becomes_neighbor;
+        (covers && leaves_none).then_some(Self { what: &what.labels, before: &between.0, after: &between.1 })
+    }
+
+    /// Whether a rule may make such a segment where there was none: of one that it rewrites, or by rewriting a neighbor of it that was none.
+    fn may_be_made_by(&self, form: &Form) -> bool {
+        // The neighbors of what is rewritten; `None` for any.
+        let anything = (None, None);
+        let (rewritten, becomes, (before, after)) = match form {
+            Form::Between { what, between, becomes } => {
+                (what.labels.clone(), becomes, (Some(between.0.clone()), Some(between.1.clone())))
+            }
+            Form::InHands { what, one, other, becomes: Some(becomes) } => {
+                let either = |one: &Names, other: &Names| Some(one.union(other).cloned().collect());
+                (what.labels.clone(), becomes, (either(&one.0, &other.0), either(&one.1, &other.1)))
+            }
+            Form::Become { what, becomes } => (what.clone(), becomes, anything),
+            Form::Sequence { elements, becomes } => (all_of(elements), becomes, anything),
+            // Where these change something, the round ends.
+            Form::InHands { becomes: None, .. } | Form::Separate { .. } => return false,
+        };
+        let meets = |neighbors: Option<Names>| neighbors.is_none_or(|neighbors| !neighbors.is_disjoint(self.what));
+        let as_neighbor =
+            |side: &Names, next: Option<Names>| side.contains(becomes) && meets(next) && !rewritten.is_subset(side);
+        self.what.contains(becomes) || as_neighbor(self.before, after) || as_neighbor(self.after, before)
+    }
+}
+
+impl Form {
+    /// Whether it gives coordination back to the hands.
+    const fn separates(&self) -> bool {
+        matches!(self, Self::InHands { becomes: None, .. } | Self::Separate { .. })
+    }
+}
+
+fn all_of(elements: &[(Names, Repeat)]) -> Names {
+    elements.iter().flat_map(|(names, _)| names.iter().cloned()).collect()
+}
+
+fn task_of<'r>(rule: &Relabel, rules: &'r Rules) -> Option<&'r str> {
+    rule.task.and_then(|task| rules.tasks.get(task.index())).map(|task| task.name.as_str())
+}
+
+/// What a rule does without new primitives; `None` where it does nothing then.
+fn form(kind: &RelabelKind, shared: &Shared, coordinated: bool) -> Option<Form> {
+    let names = |labels: &[crate::language::rules::Label]| shared.names(labels.iter().copied());
+    let some = |labels: &[crate::language::rules::Label]| Some(names(labels)).filter(|names| !names.is_empty());
+    let label = |label| shared.rules.label_name(label);
+    let bound = |limit: &Option<Constant>| limit.as_ref().map(|limit| (limit.dimension, limit.value.to_bits()));
+    let changes = |what: &Names, becomes: &str| what.iter().any(|name| name != becomes);
+    Some(match kind {
+        RelabelKind::Between { what, run, shorter, between, becomes } => {
+            let what = What { labels: some(what)?, run: *run, shorter: bound(shorter) };
+            let becomes = Some(label(*becomes)).filter(|becomes| changes(&what.labels, becomes))?;
+            Form::Between { what, between: (some(&between.0)?, some(&between.1)?), becomes }
+        }
+        RelabelKind::BetweenInHands { what, run, shorter, one, other, becomes } => {
+            let what = What { labels: some(what)?, run: *run, shorter: bound(shorter) };
+            let becomes = becomes.map(label);
+            match &becomes {
+                Some(becomes) if !changes(&what.labels, becomes) => return None,
+                None if !coordinated => return None,
+                _ => {}
+            }
+            let (one, other) = ((some(&one.0)?, some(&one.1)?), (some(&other.0)?, some(&other.1)?));
+            Form::InHands { what, one, other, becomes }
+        }
+        RelabelKind::Become { what, becomes } => {
+            let (what, becomes) = (some(what)?, label(*becomes));
+            changes(&what, &becomes).then_some(Form::Become { what, becomes })?
+        }
+        RelabelKind::Sequence { elements, becomes } => {
+            let mut old = Vec::new();
+            for (labels, repeat) in elements {
+                match some(labels) {
+                    Some(names) => old.push((names, *repeat)),
+                    // It is left out: none of it is enough.
+                    None if *repeat == Repeat::Any => {}
+                    None => return None,
+                }
+            }
+            let becomes = label(*becomes);
+            changes(&all_of(&old), &becomes).then_some(Form::Sequence { elements: old, becomes })?
+        }
+        RelabelKind::Separate { what, without } => {
+            let what = some(what).filter(|_| coordinated)?;
+            Form::Separate { what, without: names(without) }
+        }
+    })
+}
+
+/// A rule with its task and what it does.
+type Written<'r> = (&'r str, Option<&'r str>, Option<Form>);
+
+fn all(rules: &Rules) -> Vec<Written<'_>> {
+    let shared = Shared::all(rules);
+    let written = |rule: &Relabel| form(&rule.kind, &shared, true);
+    rules.relabels.iter().map(|rule| (rule.text.as_str(), task_of(rule, rules), written(rule))).collect()
+}
+
+/// How rules differ.
+pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
+    let (ours, theirs) = (all(one), all(other));
+    let mut left: Vec<&_> = theirs.iter().collect();
+    let (mut lines, mut kept) = (Vec::new(), Vec::new());
+    for rule in &ours {
+        let same = |other: &Written| (other.0, other.1) == (rule.0, rule.1);
+        match left.iter().position(|other| *other == rule).or_else(|| left.iter().position(|other| same(other))) {
+            None => lines.push(format!("the rule `{}` is gone", rule.0)),
+            Some(at) => {
+                let other = left.remove(at);
+                if other.2 != rule.2 {
+                    lines.push(format!("the rule `{}` does something else", rule.0));
+                }
+                kept.push((rule.0, theirs.iter().position(|it| std::ptr::eq(it, other))));
+            }
+        }
+    }
+    let moved = kept.windows(2).filter_map(|two| match two {
+        [(_, before), (text, at)] if at < before => Some(format!("the rule `{text}` comes earlier")),
+        _ => None,
+    });
+    lines.extend(moved);
+    lines.extend(left.iter().map(|(text, ..)| format!("the rule `{text}` is new")));
+    lines
+}
