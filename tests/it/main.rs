@@ -82,6 +82,8 @@ mod lsp;
 mod many_logs;
 #[cfg(feature = "hdf5")]
 mod mimicgen;
+#[cfg(all(feature = "world", feature = "studio", feature = "parquet", feature = "hdf5", unix))]
+mod pipes;
 #[cfg(all(feature = "world", feature = "cli"))]
 mod plugs;
 #[cfg(feature = "cli")]
