@@ -255,7 +255,7 @@ fn parsed(bytes: &[u8]) -> std::result::Result<Option<(Request, usize, usize)>, 
     };
     let fields = |name: &'static str| head.headers.iter().filter(move |field| field.name.eq_ignore_ascii_case(name));
     // Of two values a proxy may have gone by the other one.
-    if let Some(name) = ONCE.into_iter().find(|name| fields(*name).count() > 1) {
+    if let Some(name) = ONCE.into_iter().find(|name| fields(name).count() > 1) {
         return refused(400, &format!("the head of the request has `{name}` twice"));
     }
     let field = |name| fields(name).next().map(|field| String::from_utf8_lossy(field.value).trim().to_string());

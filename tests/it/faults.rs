@@ -73,6 +73,7 @@ fn injected(folder: &Path, inject: &str, args: &[&str]) -> Option<Output> {
         .arg(env!("CARGO_BIN_EXE_teachtree"))
         .args(args)
         .current_dir(folder)
+        .env("COLUMNS", "90")
         .env("RAYON_NUM_THREADS", "1")
         .output()
         .ok()?;

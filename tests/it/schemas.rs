@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
-use std::process::{ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{LazyLock, Mutex};
 
 /// The schemas of outputs: those of the files that people write have no version in their name.
@@ -24,6 +24,7 @@ fn schemas() -> Vec<(String, Value)> {
 struct Validator {
     pairs: ChildStdin,
     verdicts: BufReader<ChildStdout>,
+    _process: Child,
 }
 
 impl Validator {
@@ -44,7 +45,7 @@ for line in sys.stdin:
         let mut command = Command::new(python);
         let mut child = command.args(["-c", SCRIPT]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (pairs, verdicts) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
-        let mut validator = Self { pairs, verdicts };
+        let mut validator = Self { pairs, verdicts, _process: child };
         validator.answer();
         Some(validator)
     }

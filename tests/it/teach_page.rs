@@ -132,27 +132,6 @@ fn a_pick_and_place_is_taught_by_pointer_wheel_and_keys() {
     no_complaints(&browser);
 }
 
-/// Fingers that press on the table feel forces, and hold nothing.
-#[test]
-fn a_closed_hand_that_presses_on_the_table_is_not_told_that_it_holds() {
-    let folder = tempfile::tempdir().unwrap();
-    let Some((mut browser, _teaching)) = visited(folder.path(), "pick_and_place") else { return };
-    browser.click("#record");
-    browser.wait("page.state.recording && page.state.recorded > 0.4");
-    drag_over(&mut browser, 0.18, -0.12);
-    browser.key(" ");
-    // As low as the page leads it.
-    wheel_to(&mut browser, 0.084);
-    let presses = "page.state.hands[0].forces.filter((force) => Math.hypot(...force) > 0.03).length >= 2";
-    browser.wait(presses);
-    // Labels come half a second later.
-    let until_s = numbers(&mut browser, "[page.state.recorded]")[0] + 1.5;
-    browser.wait(&format!("page.state.recorded > {until_s} && document.querySelector('#now .chip')"));
-    assert_eq!(browser.eval(presses), true);
-    assert!(!browser.text("#coach").contains("You hold it"), "{}", browser.text("#coach"));
-    no_complaints(&browser);
-}
-
 #[test]
 fn keys_move_turn_and_undo_and_the_other_hand_takes_over() {
     let folder = tempfile::tempdir().unwrap();

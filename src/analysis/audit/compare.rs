@@ -1,16 +1,12 @@
 //! What most recordings have in common, and which are different.
 
-use super::{Facts, Finding, Kind, Step, usual_tasks};
+use super::{FEWEST_HALVES, Facts, Finding, Kind, ORDERED, Step, finding, usual_tasks};
 use crate::analysis::Who;
 use crate::analysis::score::statistics::quantile;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The fewest recordings of which most can be spoken of.
 const FEWEST: usize = 5;
-/// The fewest of which more than half may show how recordings of a set begin and end, and what is done in them.
-pub(super) const FEWEST_HALVES: usize = 3;
-/// The share that has two steps in one order, from which on the other one is wrong.
-pub(super) const ORDERED: f64 = 0.8;
 /// The share of recordings that a rare sequence has at most, and that the usual one has at least.
 const RARE: f64 = 0.1;
 const USUAL: f64 = 0.5;
@@ -59,10 +55,6 @@ pub fn unchecked(recordings: &[Facts]) -> Vec<String> {
         "failed grasps in {count} of {all} recordings: they have no poses of the objects, and the rules cannot detect in them that an object is carried"
     );
     if count > 0 { vec![sentence] } else { vec![] }
-}
-
-pub(super) fn finding(at: usize, kind: Kind, message: String) -> (usize, Finding) {
-    (at, Finding { kind, track: None, span_s: None, message })
 }
 
 /// Recordings that begin or end in the middle of something, unless more than half of all do so: then that is how they are made.

@@ -16,6 +16,11 @@ use crate::base::recording::Recording;
 use motion::Motion;
 use serde::Serialize;
 
+/// The fewest of which more than half may show how recordings of a set begin and end, and what is done in them.
+const FEWEST_HALVES: usize = 3;
+/// The share that has two steps in one order, from which on the other one is wrong.
+const ORDERED: f64 = 0.8;
+
 /// What may be wrong with a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -350,4 +355,9 @@ fn failed_by_poses(
     let is_moving = |does: Meaning| matches!(does, Meaning::Carry | Meaning::Slide | Meaning::Place) || does.pushes();
     let failed = !moved.unwrap_or_else(|| does(&is_moving));
     failed.then_some(moved.is_some())
+}
+
+/// A finding about a whole recording, with its number.
+fn finding(at: usize, kind: Kind, message: String) -> (usize, Finding) {
+    (at, Finding { kind, track: None, span_s: None, message })
 }

@@ -1,8 +1,7 @@
 //! The tasks that most recordings of a set have, and the recordings that lack one of them. Tasks count by their names, since recordings may handle
 //! different objects.
 
-use super::compare::{FEWEST_HALVES, ORDERED, finding};
-use super::{Facts, Finding, Kind};
+use super::{FEWEST_HALVES, Facts, Finding, Kind, ORDERED, finding};
 use crate::analysis::UNKNOWN;
 use std::collections::BTreeMap;
 

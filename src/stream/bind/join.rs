@@ -211,7 +211,7 @@ impl Join {
                 continue;
             }
             if topic.messages() == 1 {
-                if topic.used().all(|writer| is_behind(writer)) {
+                if topic.used().all(is_behind) {
                     topic.is_static = true;
                     topic.waiting.clear();
                 }

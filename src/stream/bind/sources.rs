@@ -104,6 +104,9 @@ impl ColumnSource {
     }
 }
 
+/// Rows whose samples cannot be, and the issue that names them.
+type Spikes = Option<(Vec<usize>, Issue)>;
+
 /// Makes unmeasured what is out in a table; an issue for each source that has such samples.
 pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
     let mut issues = vec![];
@@ -117,7 +120,7 @@ pub fn reject(sources: &[ColumnSource], table: &mut Table) -> Vec<Issue> {
             }
             columns
         };
-        let mut find = |what: &dyn Fn(&[&[f64]]) -> Option<(Vec<usize>, Issue)>| {
+        let mut find = |what: &dyn Fn(&[&[f64]]) -> Spikes| {
             let columns = columns(&*table);
             let parts = columns.each_ref().map(Vec::as_slice);
             // A vector has fewer components than a quaternion.

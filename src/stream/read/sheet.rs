@@ -332,7 +332,7 @@ impl Rows for InMemoryTable {
                 }
             }
             if addition.is_repeat() {
-                stamps.repeats(number_of(row));
+                stamps.repeats(number_of(row), stamps.row_time[row]);
             }
         }
         let mut table = Table {

@@ -108,11 +108,10 @@ impl Stamps {
         Ok(order == Order::Later)
     }
 
-    /// The row that was taken last repeats what the row before says; its number in the file.
-    pub fn repeats(&mut self, row: u64) {
-        let last = self.order.newest_s();
-        let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, last, last));
-        self.repeated = Some((count + 1, first_row, start, last));
+    /// Counts a row that repeats what the row before says, by its number in the file and its stamp, s.
+    pub fn repeats(&mut self, row: u64, seconds: f64) {
+        let (count, first_row, start, _) = self.repeated.unwrap_or((0, row, seconds, seconds));
+        self.repeated = Some((count + 1, first_row, start, seconds));
     }
 
     /// The stamps since the last time, those that were kept and all of them.

@@ -98,9 +98,9 @@ fn channels() -> Vec<ChannelSpec> {
         spec("contacts.handled", true, Some(Axis::Contacts), Shape::Bool),
         spec("load", true, None, Shape::Scalar),
         spec("target.over_socket", true, None, Shape::Bool),
-        spec(DISTANCE_KNOWN, true, None, Shape::Bool),
         spec("closing", false, None, Shape::Scalar),
         spec("targets.contact", false, None, Shape::Bool),
+        spec(DISTANCE_KNOWN, true, None, Shape::Bool),
     ]
 }
 
@@ -110,9 +110,9 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
     let mut layout = Layout { rate_hz: 100.0, hands: Vec::new() };
     let which = random.below(3);
     for side in Side::BOTH.into_iter().filter(|side| which == 2 || side.index() == which) {
-        let fingers = Finger::ALL.into_iter().filter(|_| random.chance(50)).collect();
+        let fingers: Vec<Finger> = Finger::ALL.into_iter().filter(|_| random.chance(50)).collect();
         let contacts = (0..random.below(3)).map(|at| format!("body{at}")).collect();
-        let knows_distance = random.chance(50);
+        let knows_distance = fingers.len().is_multiple_of(2);
         layout.hands.push(HandLayout { side, fingers, contacts, knows_distance });
     }
     let mut columns = BTreeMap::new();
@@ -133,10 +133,11 @@ fn frames(random: &mut Random, channels: &[ChannelSpec]) -> Frames {
             {
                 let key = ColumnKey { channel, side, slot: slot as u32, component: component as u32 };
                 let known = side.and_then(|side| layout.hand(side)).is_some_and(|hand| hand.knows_distance);
-                let values = match spec.name.as_str() {
-                    DISTANCE_KNOWN => vec![f64::from(u8::from(known)); len],
-                    _ => column(random, spec.shape, len),
-                };
+                if spec.name == DISTANCE_KNOWN {
+                    columns.insert(key, vec![f64::from(u8::from(known)); len].into());
+                    continue;
+                }
+                let values = column(random, spec.shape, len);
                 // The reference sees the same numbers, whatever the width in which they are kept.
                 let narrow = || values.iter().map(|value| *value as f32).collect::<Vec<f32>>().into();
                 columns.insert(key, if random.chance(50) { narrow() } else { values.into() });
@@ -483,7 +484,7 @@ impl Maker {
                         let comparison = if self.random.chance(50) { Comparison::Equal } else { Comparison::NotEqual };
                         expr(ExprKind::Compare(comparison, Box::new(a), Box::new(b)), Shape::Bool, None)
                     }
-                    5 if self.random.chance(30) => self.channel(DISTANCE_KNOWN, hand),
+                    5 if matches!(hand, Hand::Named(Side::Left)) => self.channel(DISTANCE_KNOWN, hand),
                     5 => self.channel("target.over_socket", hand),
                     6 if !self.rules.latches.is_empty() => {
                         let at = self.random.below(self.rules.latches.len());

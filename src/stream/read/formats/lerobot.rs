@@ -10,6 +10,7 @@ use super::many::MAX_RECORDINGS;
 use super::parquet;
 use crate::base::error::InputError;
 use crate::base::json;
+use crate::stream::names;
 use crate::stream::read::file;
 use crate::stream::read::sheet::{Cells, InMemoryTable};
 use crate::stream::read::table::Source;
@@ -229,6 +230,10 @@ impl Set {
     fn title(&self, column: &str) -> String {
         if column == "timestamp" {
             return "time [s]".into();
+        }
+        // The stamps of the set are its time; a column of that name is another one.
+        if names::split_known_unit(column).0 == "time" {
+            return format!("table.{column}");
         }
         let named = || {
             let (feature, place) = column.strip_suffix(']')?.rsplit_once('[')?;

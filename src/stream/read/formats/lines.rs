@@ -226,7 +226,7 @@ impl Reading {
             if !is_kept
                 && added(row, kept.iter().rposition(|kept| *kept), &mut numbers, &mut texts, table, wants).is_repeat()
             {
-                self.stamps.repeats(at);
+                self.stamps.repeats(at, stamp);
             }
             kept.push(is_kept);
         }

@@ -421,8 +421,9 @@ fn a_name_that_two_columns_have_is_refused_with_both() {
     binding.yaml:1:12: `a X` is the name of columns 2 and 5, expected a name that one column has: rename the others in the log
     ");
     // What nobody binds may have any names, and a unit tells columns from each other.
-    let (recording, _) = bound_text("log.csv", &log, "channels: {right.gripper.opening: t}\ntime: t\n").unwrap();
-    assert_eq!(values(&recording, "right.gripper.opening"), [0.0, 0.01, 0.02]);
+    let alone = log.replace("x,y,z\n", "x,y,w\n");
+    let (recording, _) = bound_text("log.csv", &alone, "channels: {right.gripper.opening: w}\ntime: t\n").unwrap();
+    assert_eq!(values(&recording, "right.gripper.opening"), [7.0; 3]);
     let units = log.replace("x,y,z,x,y,z", "x [m],y [m],z [m],x [N],y [N],z [N]");
     let both = "time: t\nchannels: {cube.position: '<xyz> [m]', right.thumb.force: '<xyz> [N]'}\n";
     let (recording, _) = bound_text("log.csv", &units, both).unwrap();
