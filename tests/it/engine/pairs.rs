@@ -55,7 +55,7 @@ fn what_is_proved_of_whole_rule_sets_holds_on_recordings() {
 
 /// As many pairs as `PAIRS` says, from `SEED` on, on all cores.
 #[test]
-#[ignore = "hours: `PAIRS=100000 cargo test --release --test it -- --ignored --nocapture many_pairs`"]
+#[ignore = "minutes: `PAIRS=100000 cargo test --release --test it -- --ignored --nocapture many_pairs`"]
 fn many_pairs_of_rule_sets_hold_on_recordings() {
     let number = |name: &str, default: u64| std::env::var(name).map_or(default, |text| text.parse().unwrap());
     let Count { pairs, proved, same, runs, without_new } = of_seeds(number("SEED", 0), number("PAIRS", 10_000), 6);
