@@ -116,7 +116,7 @@ const MAX_POSTURE: u64 = 1 << 20;
 /// The largest file of commands that is read, bytes.
 const MAX_COMMANDS: u64 = 256 << 20;
 
-/// Runs `simulate`; the answer is no when something is found that counts.
+/// Runs `simulate`. Exit status 1 if an outcome is one that `--fail-on` names.
 pub fn run(args: &Args) -> Result<(), Failure> {
     let file = args.commands.display().to_string();
     let text = text::read(&args.commands, MAX_COMMANDS)?;

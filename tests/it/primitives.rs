@@ -54,8 +54,10 @@ impl Example {
         let own = |segment: &serde_json::Value| segment["primitive"] == self.primitive && segment["does"] == self.does;
         assert!(segments.any(own), "{} {seed:?}: {} is not commanded", self.folder, self.primitive);
         let robot = ["--robot", robot, "--scene", self.scene, "--rules", rules, "-o", "robot.csv"];
-        // Status 0: every object is where the operator left it, and every commanded task is recognized. Of five seeds of `join` one has a palm 3.3 mm in the ring.
-        let robot = [&robot[..], &["--fail-on", "not_done,not_recognized"]].concat();
+        // Status 0: every object is where the operator left it, every commanded task is recognized, and no link is too deep in something. With `two_grippers` one
+        // of five seeds of `join` has a palm 3.3 mm in the ring.
+        let judged = if self.folder == "join" { &["--fail-on", "not_done,not_recognized"][..] } else { &[] };
+        let robot = [&robot[..], judged].concat();
         let said = run(&[&["simulate", "commands.json"], &robot[..]].concat());
         assert!(said.contains("\nrecognized in the robot's recording: "), "{said}");
     }

@@ -16,9 +16,9 @@ use crate::base::recording::Recording;
 use motion::Motion;
 use serde::Serialize;
 
-/// The fewest of which more than half may show how recordings of a set begin and end, and what is done in them.
+/// The smallest set in which a majority defines the usual beginnings, endings and tasks.
 const FEWEST_HALVES: usize = 3;
-/// The share that has two steps in one order, from which on the other one is wrong.
+/// The share of recordings with two steps in one order above which the opposite order is reported.
 const ORDERED: f64 = 0.8;
 
 /// What may be wrong with a recording.

@@ -46,7 +46,7 @@ pub fn origin(text: &str) -> Result<String, String> {
 }
 
 /// Whether pages of this origin may read what is served: those of this machine, a viewer that is a program of its own with pages in files, and sites that are
-/// named. Programs that are no browser name no origin.
+/// named. Programs other than browsers send no origin.
 fn may_read(origin: &str, named: &[String]) -> bool {
     let host = ["http://", "https://"].iter().find_map(|scheme| origin.strip_prefix(scheme)).unwrap_or_default();
     let host = match host.rsplit_once(':') {

@@ -9,7 +9,7 @@ use crate::language::rules::{Branch, ChannelId, Expr, ExprKind, Hand, PrimitiveI
 use std::collections::BTreeMap;
 
 /// A declaration.
-struct Declared {
+struct Declaration {
     kind: &'static str,
     name: String,
     meaning: String,
@@ -20,7 +20,7 @@ struct Declared {
 pub fn changed(base: &Rules, extended: &Shared) -> Vec<Finding> {
     let ours = declared(&Shared::all(base), extended.rules);
     let theirs = by_name(declared(extended, base));
-    let finding = |ours: Declared| {
+    let finding = |ours: Declaration| {
         let (kind, name) = (ours.kind, &ours.name);
         match theirs.get(&(kind, name.clone())) {
             None => Some(Finding { what: format!("the {kind} `{name}` is gone"), place: ours.place }),
@@ -43,15 +43,15 @@ pub fn differences(one: &Rules, other: &Rules) -> Vec<String> {
     lines
 }
 
-fn by_name(declared: Vec<Declared>) -> BTreeMap<(&'static str, String), Declared> {
+fn by_name(declared: Vec<Declaration>) -> BTreeMap<(&'static str, String), Declaration> {
     declared.into_iter().map(|it| ((it.kind, it.name.clone()), it)).collect()
 }
 
 /// What a rule set declares besides trees, tasks and rules.
-fn declared(shared: &Shared, other: &Rules) -> Vec<Declared> {
+fn declared(shared: &Shared, other: &Rules) -> Vec<Declaration> {
     let rules = shared.rules;
     let place = |span| rules.sources.place(span);
-    let of = |kind, name: &str, meaning: String, place: String| Declared { kind, name: name.into(), meaning, place };
+    let of = |kind, name: &str, meaning: String, place: String| Declaration { kind, name: name.into(), meaning, place };
     let mut all = Vec::new();
     for (channel, at) in rules.channels.iter().zip(0..) {
         if channel.absent != Absent::Derived {
@@ -131,8 +131,8 @@ fn without_new(expr: &Expr, shared: &Shared) -> Expr {
     expr
 }
 
-/// Raw channels that only the extension reads, where that may change what is analyzed. A column that no canonical channel has the name of is looked at only where
-/// a rule reads it, and rows in which it is not measured are left out then. The flags of touching decide what a hand handles.
+/// Returns the raw channels that only the extension reads and that can change the analysis. A log column without a canonical name is read only if a rule names it,
+/// and rows without a sample of it are then left out. Contact flags decide which object a hand handles.
 pub fn new_channels(base: &Rules, extended: &Rules) -> Vec<Finding> {
     let why = |channel: &ChannelSpec| {
         if channel.name == "fingers.contact" {

@@ -30,7 +30,7 @@ struct What {
 
 /// A rule that may change something.
 #[derive(PartialEq)]
-struct Acting<'r> {
+struct ActiveRule<'r> {
     text: &'r str,
     form: Form,
     place: String,
@@ -38,8 +38,8 @@ struct Acting<'r> {
 
 /// The rules for all tasks, and those for each task, that may change something without a new primitive.
 struct Scopes<'r> {
-    general: Vec<Acting<'r>>,
-    of_task: BTreeMap<&'r str, Vec<Acting<'r>>>,
+    general: Vec<ActiveRule<'r>>,
+    of_task: BTreeMap<&'r str, Vec<ActiveRule<'r>>>,
 }
 
 impl<'r> Scopes<'r> {
@@ -48,7 +48,7 @@ impl<'r> Scopes<'r> {
         let mut scopes = Self { general: Vec::new(), of_task: BTreeMap::new() };
         for rule in &shared.rules.relabels {
             let Some(form) = form(&rule.kind, shared, coordinated) else { continue };
-            let acting = Acting { text: &rule.text, form, place: shared.rules.sources.place(rule.span) };
+            let acting = ActiveRule { text: &rule.text, form, place: shared.rules.sources.place(rule.span) };
             match task_of(rule, shared.rules) {
                 None => scopes.general.push(acting),
                 Some(task) => scopes.of_task.entry(task).or_default().push(acting),
@@ -79,11 +79,11 @@ struct Kept<'a>(Vec<&'a Form>);
 impl<'a> Kept<'a> {
     /// Reports each rule besides them that may act, and where they are not those of the base. In spans of a task the rules for all tasks have come to an
     /// end before.
-    fn new(ours: &[Acting], theirs: &'a [Acting], before: Option<&Kept>, findings: &mut Vec<Finding>) -> Self {
+    fn new(ours: &[ActiveRule], theirs: &'a [ActiveRule], before: Option<&Kept>, findings: &mut Vec<Finding>) -> Self {
         let mut open = ours.iter();
         let mut next = open.next();
         // The rules that are kept, and how many of them stand in front of each of the others.
-        let (mut kept, mut others): (Vec<&Form>, Vec<(usize, &Acting)>) = (Vec::new(), Vec::new());
+        let (mut kept, mut others): (Vec<&Form>, Vec<(usize, &ActiveRule)>) = (Vec::new(), Vec::new());
         for rule in theirs {
             match next {
                 Some(known) if (known.text, &known.form) == (rule.text, &rule.form) => {
@@ -121,11 +121,11 @@ impl<'a> Kept<'a> {
     }
 }
 
-fn may_act(rule: &Acting) -> Finding {
+fn may_act(rule: &ActiveRule) -> Finding {
     Finding { what: format!("the rule `{}` may act without a new primitive", rule.text), place: rule.place.clone() }
 }
 
-/// Segments between two neighbors of which a rule leaves none.
+/// The segments that a rule removes, and the neighbors that they must have.
 struct Pattern<'a> {
     what: &'a Names,
     before: &'a Names,

@@ -133,7 +133,7 @@ fn made<'r>(composite: &Composite, rules: &'r Rules) -> Vec<(&'r str, bool)> {
 
 /// What a task asks for, as long as no new primitive occurs.
 #[derive(PartialEq)]
-struct Asked {
+struct TaskCondition {
     ends: (Names, Names),
     keys: Vec<(Names, [Option<u64>; 3])>,
     without: Names,
@@ -141,7 +141,7 @@ struct Asked {
     joined: bool,
 }
 
-fn asks(task: &Task, shared: &Shared) -> Asked {
+fn asks(task: &Task, shared: &Shared) -> TaskCondition {
     let value = |constant: &Option<Constant>| constant.as_ref().map(|constant| constant.value.to_bits());
     let keys = task
         .keys
@@ -149,7 +149,7 @@ fn asks(task: &Task, shared: &Shared) -> Asked {
         .map(|key| (pattern(&key.label, shared), [value(&key.lasting), value(&key.travelling), value(&key.turning)]));
     // A key that is never found makes no difference where any key is enough.
     let keys = keys.filter(|(names, _)| task.all_keys || !names.is_empty()).collect();
-    Asked {
+    TaskCondition {
         ends: (pattern(&task.first, shared), pattern(&task.last, shared)),
         keys,
         without: shared.names(task.without.iter().copied()),
