@@ -326,7 +326,7 @@ pub fn format_outcomes(outcomes: &[Outcome]) -> String {
         }
         let _ = writeln!(
             text,
-            "         palm within {:.1} mm of its way, forces {:.2} N off the commanded ones on average, {:.2} N at most",
+            "         palm within {:.1} mm of its path, forces {:.2} N off the commanded ones on average, {:.2} N at most",
             outcome.palm_error * 1e3,
             outcome.forces.error,
             outcome.largest_force

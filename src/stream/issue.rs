@@ -45,7 +45,7 @@ kinds! {
     IMPLAUSIBLE_VELOCITY "implausible_velocity" "The velocity of a body contradicts its pose all along.",
     IMPOSSIBLE_JUMP "impossible_jump" "A sample is farther from its neighbors than anything can move.",
     MISSING_CHANNEL "missing_channel" "The log lacks a channel.",
-    MISSING_CHUNK "missing_chunk" "A Zarr store lacks chunks of an array.",
+    MISSING_CHUNK "missing_chunk" "A Zarr store or an HDF5 file lacks chunks of an array.",
     MISSING_ROW "missing_row" "A missing row was interpolated.",
     NO_CONTACT_LEVEL "no_contact_level" "The forces show no level from which on a finger is in contact.",
     NO_SUPPORT "no_support" "No channel shows what carries an object.",

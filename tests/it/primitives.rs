@@ -55,8 +55,12 @@ impl Example {
         assert!(segments.any(own), "{} {seed:?}: {} is not commanded", self.folder, self.primitive);
         let robot = ["--robot", robot, "--scene", self.scene, "--rules", rules, "-o", "robot.csv"];
         // Status 0: every object is where the operator left it, every commanded task is recognized, and no link is too deep in something. With `two_grippers` one
-        // of five seeds of `join` has a palm 3.3 mm in the ring.
-        let judged = if self.folder == "join" { &["--fail-on", "not_done,not_recognized"][..] } else { &[] };
+        // of five seeds of `join` has a palm 3.3 mm in the ring. An object that falls from an operator's hand comes to rest up to 11 mm from where the robot's does.
+        let judged = match self.folder {
+            "join" => &["--fail-on", "not_done,not_recognized"][..],
+            "drop" if seed[0] == "--seed" => &["--fail-on", "collisions,not_recognized"],
+            _ => &[],
+        };
         let robot = [&robot[..], judged].concat();
         let said = run(&[&["simulate", "commands.json"], &robot[..]].concat());
         assert!(said.contains("\nrecognized in the robot's recording: "), "{said}");
@@ -95,7 +99,9 @@ fn show_is_carried_out() {
 
 #[test]
 fn drop_is_carried_out() {
-    own("drop", "pick_and_place", ["Drop", "open", "drop"]).carried_out();
+    let drop = own("drop", "pick_and_place", ["Drop", "open", "drop"]);
+    drop.carried_out();
+    drop.carried_out_of_five("both_hands");
 }
 
 #[test]
@@ -111,7 +117,7 @@ fn pour_is_carried_out() {
 
 #[test]
 fn regrasp_is_carried_out() {
-    own("regrasp", "pick_and_place", ["Regrasp", "close", "regrasp"]).carried_out();
+    own("regrasp", "pick_and_place", ["Regrasp", "close", "regrasp"]).carried_out_of_five("both_hands");
 }
 
 #[test]

@@ -98,6 +98,12 @@ fn what_may_change_labels_without_a_new_primitive_refutes() {
             "stream { for each hand { optional lamp.on : bool = false } }\nextend single_hand.held before Press { lamp.on => Extra }",
             "the channel `lamp.on`, which the base does not read, leaves out rows in which it is not measured   mine.rules:6:",
         ),
+        // Touch of a body is read of a scene without that body only if a rule names it.
+        (
+            CONTACT,
+            "stream { for each hand { optional fingers.contact.ghost : bool per finger = false } }\nextend single_hand.held before Press { any(fingers.contact.ghost) => Extra }",
+            "the channel `fingers.contact.ghost`, which the base does not read, leaves out rows in which it is not measured",
+        ),
         // Trees that the base does not have.
         (
             CONTACT,

@@ -132,6 +132,28 @@ fn a_pick_and_place_is_taught_by_pointer_wheel_and_keys() {
     no_complaints(&browser);
 }
 
+/// A closed hand of which two fingers press, as beside an object that it pushes: only the live label says whether it holds the object.
+#[test]
+fn the_page_says_that_a_hand_holds_only_while_the_label_does() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut browser, _teaching)) = visited(folder.path(), "pick_and_place") else { return };
+    browser.eval(
+        "import('./show.js').then(({ Show }) => { window.coached = (label) => {
+            const stage = { scene: { hands: [{ side: 'right' }], bodies: [] }, ground: { z: 0 } };
+            const hands = { active: 0, isTracked: false, hand: { closes: true } };
+            const tracks = label ? [{ who: 'right', label }] : [];
+            const state = { recording: true, bodies: [], hands: [{ tips: [[0, 0, 0], [0, 0, 0]], forces: [[0, 0, 1], [0, 0, -1]] }] };
+            Show.prototype.coach.call({ stage, hands, tracks, takes: { takes: [] } }, state);
+            return document.querySelector('#coach').textContent;
+        }; })",
+    );
+    browser.wait("Boolean(window.coached)");
+    assert_eq!(browser.eval("coached(['Grasp', 0, '#000', true]).slice(0, 11)"), "You hold it");
+    assert_eq!(browser.eval("coached(['Push', 0, '#000', false])"), "");
+    assert_eq!(browser.eval("coached(null)"), "");
+    no_complaints(&browser);
+}
+
 #[test]
 fn keys_move_turn_and_undo_and_the_other_hand_takes_over() {
     let folder = tempfile::tempdir().unwrap();

@@ -143,7 +143,11 @@ pub fn new_channels(base: &Rules, extended: &Rules) -> Vec<Finding> {
             (true, None, _) => Some(format!("left.{}", channel.name)),
             _ => None,
         };
-        let is_canonical = |name: &String| LogChannel::parse(name).is_some_and(|known| known.shape() == channel.shape);
+        // A name with a body is canonical only where the scene has that body.
+        let is_canonical = |name: &String| {
+            LogChannel::parse(name)
+                .is_some_and(|known| known.shape() == channel.shape && known.bodies() == [None, None])
+        };
         (!canonical.as_ref().is_some_and(is_canonical)).then_some("leaves out rows in which it is not measured")
     };
     let all = extended.channels.iter().zip(0..).filter(|(channel, _)| channel.absent != Absent::Derived);

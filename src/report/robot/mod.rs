@@ -62,7 +62,7 @@ pub fn page(commands: &Commands, trace: &Trace, outcomes: &[Outcome], warnings: 
             |fell_s| format!("Fell off after {} s", decimals(fell_s, 1)),
         );
         html.push_str(&format!(
-            "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{ended}; palm within {} mm of its way, \
+            "<section>\n<h2>{}{} of <code>{}</code>: {verdict}</h2>\n<p>{ended}; palm within {} mm of its path, \
              forces {} N off the commanded ones on average, {} N at most, {} their profile.{}</p>\n",
             if trace.limbs.len() > 1 { format!("{} hand, ", outcome.side) } else { String::new() },
             escape(&task.task),

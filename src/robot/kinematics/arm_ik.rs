@@ -191,6 +191,12 @@ impl Arm<'_> {
         start
     }
 
+    /// Whether the palm can be brought along a way from a posture `q` at its beginning; `root` is the pose of the root.
+    pub(crate) fn follows(&self, root: &Isometry3<f64>, way: &[Isometry3<f64>], q: &[f64]) -> bool {
+        let mut q = q.to_vec();
+        way.iter().all(|palm| self.inverse_kinematics(root, palm, &mut q, FOLLOWING).is_within(&REACHED))
+    }
+
     /// How far the joint is from the middle of its range that is farthest, 1 at a limit.
     fn off_middle(&self, q: &[f64]) -> f64 {
         let off = self.dofs.iter().map(|&dof| {

@@ -2,7 +2,7 @@
 
 use super::plan::pace::insertions;
 use super::plan::{Plan, Target};
-use super::schedule::{HandPlans, at_task, found, groups};
+use super::schedule::{HandPlans, at_task, first_to_touch, found, groups};
 use super::start::Start;
 use crate::base::error::InputError;
 use crate::base::hands::Side;
@@ -20,6 +20,8 @@ const FOLLOWING: usize = 12;
 const UNHURRIED: f64 = 0.7;
 /// What helps where an arm cannot go its way.
 const ELSEWHERE: &str = "place the arm elsewhere, by `at:` and `turned:` in the robot file, or the objects in the scene; or take an arm that reaches farther";
+/// Where the arm begins, the way through all tasks is looked at this often, s.
+const WAY_S: f64 = 0.1;
 /// Radius of the demonstrated fingertips where the scene has none for the hand, m.
 const TIP_RADIUS_M: f64 = 0.010;
 
@@ -64,8 +66,14 @@ impl HandPlanner {
         let group = groups.iter().find(|group| group.contains(&number)).map_or(&[][..], Vec::as_slice);
         let mut planner = Self { side, hand, demonstrated_radius, scene: Arc::new(scene.clone()), fresh: None };
         let plan = planner.plan(tasks, group, number, limb, None, place)?;
-        let (starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
+        let (mut starts, from_s) = Start::of_plan(limb, &planner.hand, &plan, &Surroundings::fixed(scene))
             .map_err(|message| at_task(tasks, number, message).help(ELSEWHERE))?;
+        let has_more = tasks.iter().skip(number + 1).any(|task| task.track == side);
+        if has_more && starts.len() > 1 && plan.arm().is_empty() {
+            let way = planner.whole_way(tasks, &groups, (number, &plan, from_s), limb, place);
+            let arm = planner.hand.arm_on(&limb.tree);
+            starts.sort_by_cached_key(|start| !arm.follows(&start.root, &way, &start.q));
+        }
         planner.fresh = Some((number, from_s));
         let target = plan.at(from_s);
         Ok((planner, starts, target))
@@ -121,6 +129,33 @@ impl HandPlanner {
             let speed = |dof: &usize| (q[*dof] - before[*dof]).abs() / dt / (UNHURRIED * limb.tree.dofs[*dof].speed);
             self.hand.arm.iter().map(speed).fold(0.0, f64::max)
         })
+    }
+
+    /// The way of the palm from a time of the plan of its first task on, s, through all of its tasks, as if each object were where the operator took it. It ends
+    /// before a task that cannot be planned.
+    fn whole_way(
+        &self,
+        tasks: &[Task],
+        groups: &[Vec<usize>],
+        (number, plan, from_s): (usize, &Plan<'_>, f64),
+        limb: &Robot,
+        place: &Place<'_>,
+    ) -> Vec<Isometry3<f64>> {
+        let palms = |plan: &Plan<'_>, from_s: f64| -> Vec<Isometry3<f64>> {
+            let times = (0..).map(|at| from_s + f64::from(at) * WAY_S).take_while(|time| *time <= plan.duration());
+            times.map(|time| plan.at(time).palm).collect()
+        };
+        let mut way = palms(plan, from_s);
+        for (later, task) in tasks.iter().enumerate().skip(number + 1).filter(|(_, task)| task.track == self.side) {
+            let group = groups.iter().find(|group| group.contains(&later)).map_or(&[][..], Vec::as_slice);
+            let first = first_to_touch(group.iter().map(|at| &tasks[*at]).filter(|it| it.object == task.object));
+            let taken = |object: &str| {
+                first.filter(|first| first.object == object).map_or_else(|| place(object), |it| Some(it.taken_at()))
+            };
+            let Ok(plan) = self.plan(tasks, group, later, limb, way.last(), &taken) else { break };
+            way.extend(palms(&plan, 0.0));
+        }
+        way
     }
 
     fn plan<'t>(

@@ -13,7 +13,8 @@ pub(super) mod segments;
 pub use self::forces::PlannedForce;
 
 use self::segments::{
-    SHORTEST_S, ends_s, fade_time, falls, is_brought, is_carried_later, is_near, precedence_s, transfer_time,
+    SHORTEST_S, arch, ends_s, fade_time, falls, gone, is_brought, is_carried_later, is_near, precedence_s,
+    transfer_time,
 };
 use super::interpolation::{gentle_s, pose_at, screw_motion, share_of, vector_at, way_of};
 use super::resolved_grasp::{ResolvedGrasp, resting};
@@ -31,8 +32,9 @@ use crate::robot::model::hand::HandModel;
 use crate::robot::model::robot::Robot;
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
-/// Fingers open in this time, s.
+/// Fingers open in this time, s; faster where the object is to fall from between them, and not along them.
 const OPENING_S: f64 = 0.4;
+const DROPPING_S: f64 = 0.15;
 /// Closing and squeezing take at least this long together, s.
 const CLOSING_S: f64 = 0.9;
 /// Letting go and going away take at least this long, s.
@@ -527,14 +529,16 @@ impl<'a> Plan<'a> {
             Role::Leave => {
                 let away = gone(local, phase.duration);
                 let first = segment.hand.first().map_or_else(Vector3::zeros, |it| Vector3::from(*it));
-                let fading = 1.0 - minimum_jerk(local / (0.4 * OPENING_S));
+                let drops = index > 0 && self.phases[index - 1].role == Role::Steady;
+                let opening_s = if drops { DROPPING_S } else { OPENING_S };
+                let fading = 1.0 - minimum_jerk(local / (0.4 * opening_s));
                 let mut hand = vector_at(&segment.hand, away);
                 if falls {
                     // The way of the hand is told beside the object, which falls away from it.
                     let fallen = pose_at(&segment.object, 0.0).inverse() * pose_at(&segment.object, away);
                     hand = (fallen * Point3::from(hand)).coords;
                 }
-                (hand - first, minimum_jerk(local / OPENING_S), fading)
+                (hand - first, minimum_jerk(local / opening_s), fading)
             }
         };
         if !offset.iter().all(|part| part.is_finite()) {
@@ -542,7 +546,7 @@ impl<'a> Plan<'a> {
         }
         let palm = object * Translation3::from(offset) * grip.object_from_palm;
         let tips = grip.tips.iter().map(|(finger, closed, open)| {
-            let wanted = self.commanded_force(phase, at, *finger);
+            let wanted = self.commanded_force(index, at, *finger);
             (*finger, palm * (closed + (open - closed) * opened), object.rotation * wanted * force)
         });
         let pushes = grip.tips.iter().all(|(finger, ..)| *finger != Finger::Thumb);
@@ -561,14 +565,4 @@ impl<'a> Plan<'a> {
         let next = self.phases.iter().find(|other| other.start > phase.start && other.role != Role::Over);
         next.is_some_and(|next| next.segment.touching)
     }
-}
-
-/// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.
-fn gone(since_s: f64, duration_s: f64) -> f64 {
-    ((since_s - OPENING_S) / (duration_s - OPENING_S)).clamp(0.0, 1.0)
-}
-
-/// How far a way is lifted at a share of it, 0 at its ends to 1 in its middle.
-fn arch(share: f64) -> f64 {
-    4.0 * share * (1.0 - share)
 }

@@ -24,6 +24,8 @@ pub(super) struct HandAgent<'t> {
     pub(super) target: Target,
     /// The forces that its plan has now, before any correction.
     pub(super) planned: Vec<PlannedForce>,
+    /// The pose of the palm that its plan has now, before any correction.
+    pub(super) planned_palm: Isometry3<f64>,
     /// The part of a task that it does now; `None` when it does nothing.
     pub(super) doing: Option<Doing<'t>>,
     behaviors: Vec<Box<dyn Behavior>>,
@@ -64,7 +66,9 @@ impl<'t> HandAgent<'t> {
     ) -> Result<Self, InputError> {
         let (planner, mut starts, target) = HandPlanner::begin(side, limb, tasks, scene, see)?;
         let executor = Executor::new(limb.clone(), planner.hand.clone(), starts.swap_remove(0), scene.gravity());
-        Ok(Self { planner, executor, target, planned: Vec::new(), doing: None, behaviors: Vec::new(), place })
+        let planned_palm = target.palm;
+        let (planned, behaviors) = (Vec::new(), Vec::new());
+        Ok(Self { planner, executor, target, planned, planned_palm, doing: None, behaviors, place })
     }
 
     /// Returns its plans of a group of tasks, as slow as its arm needs it, and begins with new behaviors.
@@ -108,6 +112,7 @@ impl<'t> HandAgent<'t> {
         if let Some(off) = hole_off.filter(|_| !lost) {
             self.target.blend_toward(&off, plan.leans(own_s));
         }
+        self.planned_palm = self.target.palm;
         let (primitive, does) = plan.primitive(own_s);
         let holds_in = plan.commands_forces(own_s);
         self.doing = Some(Doing { task: number, body, primitive, does, holds_in, lost, hole_off });

@@ -1,6 +1,6 @@
 //! The forces of a plan: those of its commands, and those that the operator exerted.
 
-use super::segments::has_closed;
+use super::segments::{firmest, has_closed};
 use super::{Phase, Plan, Role, Target, pace};
 use crate::base::hands::Finger;
 use crate::base::meaning::Meaning;
@@ -65,25 +65,33 @@ impl Plan<'_> {
         forces.collect()
     }
 
-    /// The force of a finger that the commands have at a share of a phase, frame of the object; what is brought along after a hand has closed is pressed as hard as at
-    /// the end of that.
-    pub(super) fn commanded_force(&self, phase: &Phase<'_>, at: f64, finger: Finger) -> Vector3<f64> {
+    /// The commanded force of a finger at a share of a phase, frame of the object. What is brought along after a hand has closed is pressed as firmly as at the end
+    /// of the closing.
+    pub(super) fn commanded_force(&self, index: usize, at: f64, finger: Finger) -> Vector3<f64> {
+        let phase = &self.phases[index];
         let segment = phase.segment;
         let (segment, share) = match phase.role {
             Role::Close if phase.waits() => (segment, 0.0),
-            Role::Close => (segment, 1.0),
+            Role::Close => (segment, self.final_share(index)),
             Role::Hold if has_closed(&self.phases, segment) => (segment, 1.0),
             Role::Hold | Role::Steady if segment.does != Meaning::Open => (segment, at),
             Role::Hold | Role::Steady | Role::Leave => {
                 // The force at the end of what comes before a release.
-                let holds =
-                    |other: &&Phase| other.start < phase.start && matches!(other.role, Role::Close | Role::Hold);
-                let Some(before) = self.phases.iter().rfind(holds) else { return Vector3::zeros() };
-                (before.segment, 1.0)
+                let holds = |before: &Phase<'_>| matches!(before.role, Role::Close | Role::Hold);
+                let Some(before) = self.phases[..index].iter().rposition(holds) else { return Vector3::zeros() };
+                (self.phases[before].segment, self.final_share(before))
             }
             Role::Free | Role::Over => return Vector3::zeros(),
         };
         force_at(segment, finger, share, false).unwrap_or_default()
+    }
+
+    /// The share of a segment whose force a hand has at the end of a phase in which it closes or holds: the last one. An object that is let go as soon as it is
+    /// grasped is pressed as firmly as the operator pressed it at any time.
+    fn final_share(&self, index: usize) -> f64 {
+        let (phase, next) = (&self.phases[index], self.phases.get(index + 1));
+        let only_closes = phase.role == Role::Close && next.is_some_and(|next| next.role == Role::Leave);
+        if only_closes { firmest(phase.segment) } else { 1.0 }
     }
 }
 

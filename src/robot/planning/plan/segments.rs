@@ -5,7 +5,7 @@ use crate::base::meaning::Meaning;
 use crate::base::pose::from_seven;
 use crate::command::{Precedence, Segment};
 use crate::robot::planning::interpolation::pose_at;
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 /// Nothing takes less, s.
 pub(super) const SHORTEST_S: f64 = 0.05;
@@ -102,8 +102,26 @@ pub(super) fn is_carried_later(segments: &[Segment]) -> bool {
     segments.first().is_some_and(|now| !carried(now)) && held(segments).any(carried)
 }
 
+/// When the fingers press most firmly in a segment, as commanded, 0 to 1 of its time.
+pub(super) fn firmest(segment: &Segment) -> f64 {
+    let samples = segment.tips.iter().map(|tip| tip.force.len()).min().unwrap_or(0);
+    let firmness = |at: usize| segment.tips.iter().map(|tip| Vector3::from(tip.force[at]).norm()).sum::<f64>();
+    let at = (0..samples).max_by(|one, other| firmness(*one).total_cmp(&firmness(*other))).unwrap_or(0);
+    at as f64 / samples.saturating_sub(1).max(1) as f64
+}
+
 /// How long a palm takes over a way and a turn, s.
 pub(super) fn transfer_time(way: f64, turn: f64) -> f64 {
     // The peak speed of minimum jerk is 1.9 times its mean.
     (way / TRANSFER_M_S * 1.9).max(turn / TRANSFER_RAD_S * 1.9).max(TRANSFER_S)
+}
+
+/// How far a hand has gone on its way from an object, 0 to 1, so long after it began to let go, s, when all of it takes `duration`, s.
+pub(super) fn gone(since_s: f64, duration_s: f64) -> f64 {
+    ((since_s - OPENING_S) / (duration_s - OPENING_S)).clamp(0.0, 1.0)
+}
+
+/// How far a way is lifted at a share of it, 0 at its ends to 1 in its middle.
+pub(super) fn arch(share: f64) -> f64 {
+    4.0 * share * (1.0 - share)
 }

@@ -34,7 +34,8 @@ pub struct Outcome {
     pub leaning: f64,
     /// How fast it still moves when it is looked at, m/s.
     pub speed: f64,
-    /// The largest distance of the palm from where it was to be, m.
+    /// The largest distance of the palm from its planned path, m; the path is that of the commands, moved with objects and holes to where they were seen, before any
+    /// correction by a behavior.
     pub palm_error: f64,
     /// The largest force of a fingertip, N.
     pub largest_force: f64,
@@ -172,8 +173,8 @@ impl Observer for Judge {
     fn look(&mut self, step: &Step<'_>) {
         for (hand, felt) in step.hands.iter().zip(&step.seen.hands) {
             let Some(doing) = hand.doing else { continue };
-            let (target, tally) = (&hand.target, &mut self.tasks[doing.task]);
-            let off = (hand.executor.palm().translation.vector - target.palm.translation.vector).norm();
+            let tally = &mut self.tasks[doing.task];
+            let off = (hand.executor.palm().translation.vector - hand.planned_palm.translation.vector).norm();
             tally.palm_error = tally.palm_error.max(off);
             for tip in &felt.tips {
                 tally.largest_force = tally.largest_force.max(tip.force_on(doing.body).norm());

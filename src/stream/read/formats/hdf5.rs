@@ -9,7 +9,7 @@ pub mod annotate;
 mod links;
 mod mujoco;
 
-use super::array_log::{self, Array, Computed, Recording, rate, rows};
+use super::array_log::{self, Array, Computed, Missing, Recording, rate, rows};
 use super::arrays::width;
 use super::budget::Budget;
 use super::many::{MAX_RECORDINGS, choose, number_of};
@@ -268,6 +268,32 @@ fn check_chunks(dataset: &Dataset, file_size: u64) -> Result<(), String> {
     Ok(())
 }
 
+/// The chunks of a data set that were never written, as where a recorder made room for more rows than it wrote. What has no index that can be listed cannot be read.
+fn missing(dataset: &Dataset) -> Option<Missing> {
+    let (shape, chunk) = (dataset.shape().ok()?, dataset.chunk_shape().ok()??);
+    let whole = |size: u64| usize::try_from(size).ok();
+    let grid: Vec<u64> = shape.iter().zip(&chunk).map(|(size, chunk)| size.div_ceil((*chunk).max(1))).collect();
+    let (across, rows, size) = (grid.iter().skip(1).product::<u64>(), whole(*shape.first()?)?, whole(*chunk.first()?)?);
+    // How many are there, by the place of their first row.
+    let mut there = vec![0_u64; whole(*grid.first()?)?];
+    for chunk in dataset.chunks().ok()? {
+        let place = chunk.offset.first().and_then(|row| whole(*row)?.checked_div(size));
+        if let Some(place) = place
+            && let Some(count) = there.get_mut(place)
+        {
+            *count += 1;
+        }
+    }
+    let lacks = |count: &u64| *count < across;
+    let (first, last) = (there.iter().position(lacks)?, there.iter().rposition(lacks)?);
+    let missing: u64 = there.iter().map(|count| across.saturating_sub(*count)).sum();
+    let message = format!(
+        "{missing} of {} chunks were never written; they read as the fill value, which is right only if the writer left them out since every value is that",
+        grid.iter().product::<u64>()
+    );
+    Some(Missing { rows: first * size..((last + 1) * size).min(rows), message })
+}
+
 /// The values of a data set.
 struct Values {
     place: String,
@@ -300,6 +326,10 @@ impl array_log::Values for Values {
             _ => self.dataset.read_string(),
         });
         read.map_err(|error| located(&self.place, &self.name, error))
+    }
+
+    fn missing(&self) -> Option<Missing> {
+        missing(&self.dataset)
     }
 }
 

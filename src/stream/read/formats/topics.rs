@@ -85,6 +85,9 @@ struct Topic {
     refused: Option<String>,
 }
 
+/// A message that comes so long after a later one, s, is reported although it is a single one: two clocks may take turns.
+const FAR_BEHIND_S: f64 = 1.0;
+
 /// One of those who write to a topic.
 #[derive(Default)]
 struct Writer {
@@ -92,7 +95,9 @@ struct Writer {
     messages: usize,
     /// The first of the last messages that came too late, ns.
     late_from: i64,
-    /// How many messages came too late, two and more in a row, and from when to when, ns.
+    /// How many of them are not counted yet: a single one that is a little late is not.
+    uncounted: usize,
+    /// How many messages came too late, two and more in a row or far behind, and from when to when, ns.
     disordered: Option<(usize, i64, i64)>,
 }
 
@@ -106,14 +111,17 @@ impl Writer {
     /// Takes a stamp, ns, which comes so long after the first one of its topic, s; whether the clock was set back.
     fn push(&mut self, stamp: i64, after_s: f64) -> bool {
         self.messages += 1;
+        let behind_s = self.order.newest_s() - after_s;
         let order = self.order.push(after_s);
-        match self.order.late() {
-            _ if order != Order::Earlier => {}
-            1 => self.late_from = stamp,
-            late => {
-                let new = if late == 2 { 2 } else { 1 };
+        if order == Order::Earlier {
+            if self.order.late() == 1 {
+                (self.late_from, self.uncounted) = (stamp, 0);
+            }
+            self.uncounted += 1;
+            if self.order.late() > 1 || behind_s > FAR_BEHIND_S {
                 let (count, from, to) = self.disordered.unwrap_or((0, self.late_from, stamp));
-                self.disordered = Some((count + new, from.min(self.late_from), to.max(stamp)));
+                self.disordered = Some((count + self.uncounted, from.min(self.late_from), to.max(stamp)));
+                self.uncounted = 0;
             }
         }
         order == Order::SetBack

@@ -87,7 +87,10 @@ pub fn recording(cut: &Cut) -> Recording {
         add(format!("{hand}.gripper.closed"), Dimension::NONE, telegraph(&mut random, rows, &[0.0, 1.0]));
         // A flag that only some rules read, and that is not always measured.
         let values: &[f64] = if random.chance(50) { &[0.0, 1.0, f64::NAN] } else { &[0.0, 1.0] };
-        add(format!("{hand}.lamp.on"), Dimension::NONE, telegraph(&mut random, rows, values));
+        let flag = telegraph(&mut random, rows, values);
+        // Of a body that the scene lacks.
+        add(format!("{hand}.thumb.contact.ghost"), Dimension::NONE, flag.clone());
+        add(format!("{hand}.lamp.on"), Dimension::NONE, flag);
     }
     add("cube.position.x".into(), Dimension::LENGTH, path);
     add("cube.position.y".into(), Dimension::LENGTH, vec![0.0; rows]);

@@ -331,15 +331,23 @@ fn relabel(random: &mut Random, known: &mut Known, task: Option<&str>) -> String
             };
             format!("{a} between {b} and {c} in one hand and between {d} and {e} in the other becomes {becomes}")
         }
-        4..=6 if !known.rules.is_empty() => {
+        4..=7 if !known.rules.is_empty() => {
             let rule = known.rules[random.below(known.rules.len())].clone();
             narrower(random, rule, known).to_string()
         }
         _ => {
+            // Bounded runs of several labels matter most: a part of one is shorter than all of it.
+            let run = random.chance(60);
+            let mut what = labels(random, known);
+            if run {
+                what.push(label(random, known));
+                what.sort();
+                what.dedup();
+            }
             let rule = Between {
-                what: labels(random, known),
-                run: random.chance(60),
-                shorter_ms: if random.chance(40) { Some(30 + 10 * random.below(40)) } else { None },
+                what,
+                run,
+                shorter_ms: if random.chance(60) { Some(30 + 10 * random.below(40)) } else { None },
                 before: labels(random, known),
                 after: labels(random, known),
                 becomes: label(random, known),
@@ -401,8 +409,9 @@ fn addition(random: &mut Random, known: &mut Known) -> Vec<String> {
         }
         20 => {
             let name = new_name(known, "w");
+            let channel = ["lamp.on", "thumb.contact.ghost"][known.made % 2];
             let text = format!(
-                "stream {{ for each hand {{ optional lamp.on : bool = false }} }}\nfor each hand {{ signal {name} = lamp.on }}"
+                "stream {{ for each hand {{ optional {channel} : bool = false }} }}\nfor each hand {{ signal {name} = {channel} }}"
             );
             known.signals.push(name);
             text

@@ -205,6 +205,29 @@ fn a_chunk_that_is_longer_than_the_file_is_refused_before_it_is_read() {
     }
 }
 
+/// A recorder that ended early has made room for rows that it never wrote.
+#[test]
+fn chunks_that_were_never_written_are_reported() {
+    let mut bytes = std::fs::read(file("robomimic.hdf5")).unwrap();
+    let leaves: Vec<usize> = (0..bytes.len() - 28).filter(|at| bytes[*at..].starts_with(b"TREE\x01\x00")).collect();
+    // How many chunks a leaf lists: the last one of several is gone.
+    for at in leaves.into_iter().map(|at| at + 6) {
+        bytes[at] = bytes[at].saturating_sub(1).max(1);
+    }
+    let folder = folder(&[]);
+    std::fs::write(folder.path().join("log.hdf5"), bytes).unwrap();
+    let binding = "rate: 20 Hz\nchannels: {right.gripper.opening: 'actions[6]'}\n";
+    let (whole, issues) = bound(&file("robomimic.hdf5#demo_0"), binding).unwrap();
+    assert!(issues.iter().all(|issue| issue.kind != "missing_chunk"), "{issues:?}");
+    let (cut, issues) = bound(&folder.path().join("log.hdf5#demo_0"), binding).unwrap();
+    let opening = |log| values(log, "right.gripper.opening").to_vec();
+    assert_eq!((&opening(&cut)[..4], &opening(&cut)[4..]), (&opening(&whole)[..4], &[0.0; 2][..]));
+    let missing: Vec<_> = issues.iter().filter(|issue| issue.kind == "missing_chunk").collect();
+    assert!(missing.len() == 1 && missing[0].channel == "actions", "{issues:?}");
+    assert!(missing[0].message.starts_with("1 of 3 chunks were never written"), "{issues:?}");
+    assert!((missing[0].start_s, missing[0].end_s) == (0.2, 0.25), "{issues:?}");
+}
+
 /// Reads everything in a damaged file that can be read.
 fn damaged(bytes: &[u8]) {
     let folder = tempfile::tempdir().unwrap();

@@ -440,6 +440,15 @@ fn a_clock_that_was_set_back_refuses_its_topic() {
     duplicate_stamp 0.25–0.28 s: 4 messages came after one with a later stamp; they are put in the order of their stamps
     duplicate_stamp 0.25–0.29 s: 5 rows repeat the time stamp of the row before, first in row 27; the first of equal stamps is kept
     ");
+    // Two clocks that take turns.
+    let turns = (0..40).map(|at| {
+        let stamp_s = 5.0 + f64::from(at / 2) * 0.01 + if at % 2 == 0 { 5.003 } else { 0.0 };
+        (5.0 + f64::from(at) * 0.01, wrench(stamp_s, [f64::from(at), 0.0, 0.0], true))
+    });
+    write(&path, None, &[("/wrench", "cdr", "geometry_msgs/msg/WrenchStamped", WRENCH, turns.collect())]);
+    let (_, issues) = bound(&path, &format!("resample: 100 Hz\n{force}")).unwrap();
+    let told = "20 messages came after one with a later stamp";
+    assert!(issues.iter().any(|issue| issue.message.starts_with(told)), "{issues:?}");
 }
 
 #[test]
